@@ -1,0 +1,12 @@
+//! palpate
+#![forbid(unsafe_code)]
+
+pub mod log;
+pub mod palms;
+pub mod reconstruct;
+pub mod shape;
+pub mod truth;
+
+pub use log::{Log, Sample};
+pub use reconstruct::Reconstruction;
+pub use truth::Truth;

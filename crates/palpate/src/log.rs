@@ -1,0 +1,47 @@
+//! The palm log: what the robot knows, sample by sample. Plain data, shared by the simulator, the estimator, files and Python.
+
+use crate::palms::PalmPair;
+
+/// Palm angles and contact positions over time. Times do not decrease.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Log {
+    /// One entry per sample.
+    pub samples: Vec<Sample>,
+}
+
+/// One sample of a palm log.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample {
+    /// Time in seconds.
+    pub time_s: f64,
+    /// Palm angles and base points.
+    pub palms: PalmPair,
+    /// Distance from the base of palm 1 to the contact, metres; `None` where no contact was seen.
+    pub s1_m: Option<f64>,
+    /// Distance from the base of palm 2 to the contact, metres; `None` where no contact was seen.
+    pub s2_m: Option<f64>,
+    /// Stated standard deviation of `s1_m`, metres.
+    pub s1_sd_m: Option<f64>,
+    /// Stated standard deviation of `s2_m`, metres.
+    pub s2_sd_m: Option<f64>,
+    /// Normal force at contact 1, newtons.
+    pub force1_n: Option<f64>,
+    /// Normal force at contact 2, newtons.
+    pub force2_n: Option<f64>,
+}
+
+impl Sample {
+    /// A sample with both contacts seen and nothing stated about noise or force.
+    pub fn new(time_s: f64, palms: PalmPair, s1_m: f64, s2_m: f64) -> Self {
+        Self {
+            time_s,
+            palms,
+            s1_m: Some(s1_m),
+            s2_m: Some(s2_m),
+            s1_sd_m: None,
+            s2_sd_m: None,
+            force1_n: None,
+            force2_n: None,
+        }
+    }
+}

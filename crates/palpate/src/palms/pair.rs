@@ -1,0 +1,95 @@
+//! The palm pair and its frames, contact angles (eq. 1 of Moll & Erdmann 2001) and the place of an object on it.
+//!
+//! Palm 1 leaves its base point at the angle φ₁ against X; palm 2 at φ₁₂ = φ₁ + φ₂. Gravity acts along −Y. With both
+//! base points in the origin this is the hinged pair of figure 1(a); apart, the two fingers of figure 1(b).
+
+use std::f64::consts::{FRAC_PI_2, PI};
+
+use crate::shape::{ContactSupport, SupportFunction};
+
+/// Angles and base points of the two palms at one instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PalmPair {
+    /// Angle of palm 1 against the X axis, radians.
+    pub phi1_rad: f64,
+    /// Angle from palm 1 to palm 2, radians; 0 < φ₂ < π while an object can rest between them.
+    pub phi2_rad: f64,
+    /// Base point of palm 1 in the global frame, metres.
+    pub base1_m: [f64; 2],
+    /// Base point of palm 2 in the global frame, metres.
+    pub base2_m: [f64; 2],
+}
+
+/// Which palm.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Palm {
+    /// The palm at φ₁.
+    One,
+    /// The palm at φ₁ + φ₂.
+    Two,
+}
+
+impl PalmPair {
+    /// Two palms that share a hinge at the origin.
+    pub fn hinged(phi1_rad: f64, phi2_rad: f64) -> Self {
+        Self { phi1_rad, phi2_rad, base1_m: [0.0; 2], base2_m: [0.0; 2] }
+    }
+
+    /// φ₁₂ = φ₁ + φ₂, the angle of palm 2 against the X axis.
+    pub fn phi12_rad(&self) -> f64 {
+        self.phi1_rad + self.phi2_rad
+    }
+
+    /// Normal of a palm, towards the object.
+    pub fn normal(&self, palm: Palm) -> [f64; 2] {
+        match palm {
+            Palm::One => [-self.phi1_rad.sin(), self.phi1_rad.cos()],
+            Palm::Two => [self.phi12_rad().sin(), -self.phi12_rad().cos()],
+        }
+    }
+
+    /// Tangent of a palm; away from the base on palm 1, towards it on palm 2 (so that [t, n] is right-handed).
+    pub fn tangent(&self, palm: Palm) -> [f64; 2] {
+        match palm {
+            Palm::One => [self.phi1_rad.cos(), self.phi1_rad.sin()],
+            Palm::Two => [-self.phi12_rad().cos(), -self.phi12_rad().sin()],
+        }
+    }
+
+    /// Contact angles (θ₁, θ₂) of an object at orientation `psi_rad`: θ₁ = φ₁ − ψ − π/2 (eq. 1), θ₂ = θ₁ + φ₂ − π.
+    pub fn contact_angles(&self, psi_rad: f64) -> (f64, f64) {
+        let theta1 = self.phi1_rad - psi_rad - FRAC_PI_2;
+        (theta1, theta1 + self.phi2_rad - PI)
+    }
+
+    /// How far each base point lies along its palm's normal, b_k · n̄_k, in metres (0 for a hinge at the origin).
+    pub fn base_offsets_m(&self) -> (f64, f64) {
+        let (n1, n2) = (self.normal(Palm::One), self.normal(Palm::Two));
+        (dot(self.base1_m, n1), dot(self.base2_m, n2))
+    }
+
+    /// Centre of mass in the global frame when both palms touch: c · n̄_k = r_k + b_k · n̄_k.
+    pub fn center_of_mass_m(&self, contact1: ContactSupport, contact2: ContactSupport) -> [f64; 2] {
+        let (offset1, offset2) = self.base_offsets_m();
+        let (r1, r2) = (contact1.r + offset1, contact2.r + offset2);
+        let (sin1, cos1) = self.phi1_rad.sin_cos();
+        let (sin12, cos12) = self.phi12_rad().sin_cos();
+        let sin2 = self.phi2_rad.sin();
+        [(r1 * cos12 + r2 * cos1) / sin2, (r1 * sin12 + r2 * sin1) / sin2]
+    }
+
+    /// Contact positions (s₁, s₂), metres from each base point along its palm, of an object at orientation `psi_rad`:
+    /// s₁ = (c − b₁)·t̄₁ − d₁, s₂ = −(c − b₂)·t̄₂ + d₂.
+    pub fn contact_positions_m(&self, shape: &SupportFunction, psi_rad: f64) -> (f64, f64) {
+        let (theta1, theta2) = self.contact_angles(psi_rad);
+        let (contact1, contact2) = (shape.at(theta1), shape.at(theta2));
+        let center = self.center_of_mass_m(contact1, contact2);
+        let from1 = [center[0] - self.base1_m[0], center[1] - self.base1_m[1]];
+        let from2 = [center[0] - self.base2_m[0], center[1] - self.base2_m[1]];
+        (dot(from1, self.tangent(Palm::One)) - contact1.d, -dot(from2, self.tangent(Palm::Two)) + contact2.d)
+    }
+}
+
+fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
+    a[0] * b[0] + a[1] * b[1]
+}

@@ -1,0 +1,43 @@
+//! What a user may set, what is told while working, and what can go wrong.
+
+/// Options of [`reconstruct`](super::reconstruct); the default leaves everything to the data.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ReconstructOptions {
+    /// Number of harmonics K of the support function; `None` = chosen by the evidence.
+    pub harmonics: Option<usize>,
+    /// Standard deviation of the contact positions in metres; `None` = stated by the log, or estimated from it.
+    pub sensor_sd_m: Option<f64>,
+}
+
+/// How far the work has come.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Progress {
+    /// What is being done, in a few words.
+    pub stage: &'static str,
+    /// Share of the whole work that is done, 0 to 1, never decreasing.
+    pub fraction: f64,
+}
+
+/// Why a log cannot be reconstructed at all.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ReconstructError {
+    /// Too few samples with both contacts seen.
+    #[error("the log has {seen} samples with both contacts seen; at least {needed} are needed to solve for a shape")]
+    TooFewSamples {
+        /// Samples with both contacts.
+        seen: usize,
+        /// Fewest that can be solved.
+        needed: usize,
+    },
+    /// A value that no palm log can have.
+    #[error("sample {sample} (counted from 1): {what}")]
+    BadSample {
+        /// Number of the sample, from 1.
+        sample: usize,
+        /// What is wrong with it.
+        what: String,
+    },
+    /// An option out of its range.
+    #[error("{0}")]
+    BadOption(String),
+}

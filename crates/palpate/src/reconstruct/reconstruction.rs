@@ -1,0 +1,80 @@
+//! The result of a reconstruction: plain data, shared by files, the report and Python.
+
+use crate::shape::SupportFunction;
+
+/// Shape, motion and centre of mass of the object behind a log, with error bars and a verdict.
+///
+/// The object frame has its origin at the centre of mass and is turned so that ψ of the first sample is 0.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reconstruction {
+    /// Support function about the centre of mass.
+    pub shape: SupportFunction,
+    /// The boundary at 720 equally spaced normal angles over [0, 2π), with error bars.
+    pub outline: Vec<OutlinePoint>,
+    /// One pose per sample of the log, in the same order.
+    pub motion: Vec<Pose>,
+    /// Shape and motion are statistically consistent with the log, unique and convex.
+    pub certified: bool,
+    /// `certified`, and force/torque balance holds within the noise.
+    pub com_certified: bool,
+    /// Why not certified, in words for the user; empty when both verdicts are yes.
+    pub reason: String,
+    /// Weighted squared residuals per degree of freedom; near 1 for a fit that is consistent with the noise.
+    pub chi2_per_dof: f64,
+    /// Times in seconds of the first sample after each jump.
+    pub jumps_s: Vec<f64>,
+    /// Fraction of the boundary (in normal angle) that was felt, 0 to 1.
+    pub coverage: f64,
+    /// Number of distinct arrangements that fit equally well; 1 when the answer is unique.
+    pub alternatives: usize,
+    /// Standard deviation of the contact positions, metres: stated by the log, or estimated from it.
+    pub sensor_sd_m: f64,
+    /// Standard deviation of the balance equation, metres.
+    pub balance_sd_m: f64,
+}
+
+/// One point of the reconstructed boundary.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OutlinePoint {
+    /// Outward normal angle θ in the object frame, radians.
+    pub theta_rad: f64,
+    /// Support function r(θ), metres.
+    pub r_m: f64,
+    /// Posterior standard deviation of r(θ) after the best rotation, metres.
+    pub r_sd_m: f64,
+    /// Boundary point, x in the object frame, metres.
+    pub x_m: f64,
+    /// Boundary point, y in the object frame, metres.
+    pub y_m: f64,
+    /// Radius of curvature v(θ), metres.
+    pub curvature_radius_m: f64,
+    /// How many separate passes of a contact went over this angle; 0 = never felt.
+    pub touches: u32,
+}
+
+/// The reconstructed pose at one sample, with what is left of its measurements.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pose {
+    /// Time in seconds.
+    pub time_s: f64,
+    /// Orientation ψ in radians, unwrapped within a piece.
+    pub psi_rad: f64,
+    /// Posterior standard deviation of ψ, radians.
+    pub psi_sd_rad: f64,
+    /// Centre of mass, X in the global frame, metres.
+    pub com_x_m: f64,
+    /// Centre of mass, Y in the global frame, metres.
+    pub com_y_m: f64,
+    /// Posterior standard deviation of the centre of mass (root of the mean of both variances), metres.
+    pub com_sd_m: f64,
+    /// Normal angle of the object at contact 1, radians.
+    pub theta1_rad: f64,
+    /// Normal angle of the object at contact 2, radians.
+    pub theta2_rad: f64,
+    /// Counts up at each jump, from 0.
+    pub piece: u32,
+    /// Measured minus predicted s1, metres; `None` where contact 1 was not seen.
+    pub residual1_m: Option<f64>,
+    /// Measured minus predicted s2, metres; `None` where contact 2 was not seen.
+    pub residual2_m: Option<f64>,
+}

@@ -1,0 +1,173 @@
+//! The support function r(theta) as a truncated Fourier series, and what follows from it:
+//! d = -r', the radius of curvature v = r + r'' and the boundary x = r n + d t
+//! (Moll & Erdmann 2001, section 3; Santaló, *Integral Geometry and Geometric Probability*, 1976).
+
+use std::f64::consts::{PI, TAU};
+
+/// Support function of a convex planar object about its centre of mass,
+///
+/// r(θ) = a₀ + Σₖ aₖ cos kθ + bₖ sin kθ, k = 1 … K, in metres.
+///
+/// θ is the angle of the outward normal n = (cos θ, sin θ) in the object frame, in radians; every finite angle is
+/// allowed. The tangent is t = (sin θ, −cos θ), so that the boundary is run clockwise along t.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SupportFunction {
+    mean_m: f64,
+    /// `[a_k, b_k]` for k = 1 … K.
+    harmonics_m: Vec<[f64; 2]>,
+}
+
+/// The contact support function (r, d) at one normal angle, with the radius of curvature v, all in metres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ContactSupport {
+    /// Distance from the centre of mass to the supporting line.
+    pub r: f64,
+    /// Signed distance along t from the foot of the supporting line to the contact point, d = −r'.
+    pub d: f64,
+    /// Radius of curvature, v = r + r''; not negative where the object is convex.
+    pub v: f64,
+}
+
+/// A point of the boundary in the object frame, in metres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BoundaryPoint {
+    /// Coordinate along the object's x axis.
+    pub x_m: f64,
+    /// Coordinate along the object's y axis.
+    pub y_m: f64,
+}
+
+impl SupportFunction {
+    /// From the mean radius a₀ and the harmonics `[a_k, b_k]`, k = 1 … K, in metres.
+    pub fn new(mean_m: f64, harmonics_m: Vec<[f64; 2]>) -> Self {
+        Self { mean_m, harmonics_m }
+    }
+
+    /// From the vector (a₀, a₁ … a_K, b₁ … b_K) that the estimator works with; its length must be odd.
+    pub(crate) fn from_coefficients(coefficients: &[f64]) -> Self {
+        let order = coefficients.len() / 2;
+        let harmonics = (1..=order).map(|k| [coefficients[k], coefficients[order + k]]).collect();
+        Self::new(coefficients[0], harmonics)
+    }
+
+    /// Mean radius a₀ in metres; the perimeter is 2π a₀ (Cauchy).
+    pub fn mean_radius_m(&self) -> f64 {
+        self.mean_m
+    }
+
+    /// The harmonics `[a_k, b_k]`, k = 1 … K, in metres.
+    pub fn harmonics_m(&self) -> &[[f64; 2]] {
+        &self.harmonics_m
+    }
+
+    /// r, d and v at the normal angle `theta_rad`.
+    pub fn at(&self, theta_rad: f64) -> ContactSupport {
+        let (sin, cos) = theta_rad.sin_cos();
+        let (mut c, mut s) = (1.0, 0.0);
+        let (mut r, mut d, mut v) = (self.mean_m, 0.0, self.mean_m);
+        for (index, &[a, b]) in self.harmonics_m.iter().enumerate() {
+            (c, s) = (c * cos - s * sin, s * cos + c * sin);
+            let k = (index + 1) as f64;
+            let term = a * c + b * s;
+            r += term;
+            d += k * (a * s - b * c);
+            v += (1.0 - k * k) * term;
+        }
+        ContactSupport { r, d, v }
+    }
+
+    /// The boundary point whose outward normal has the angle `theta_rad`: x = r n + d t.
+    pub fn boundary_point(&self, theta_rad: f64) -> BoundaryPoint {
+        let ContactSupport { r, d, .. } = self.at(theta_rad);
+        let (sin, cos) = theta_rad.sin_cos();
+        BoundaryPoint { x_m: r * cos + d * sin, y_m: r * sin - d * cos }
+    }
+
+    /// Enclosed area in square metres, ½∮ r v dθ = π a₀² + π/2 Σ (1 − k²)(aₖ² + bₖ²).
+    pub fn area_m2(&self) -> f64 {
+        let harmonics: f64 = self
+            .harmonics_m
+            .iter()
+            .enumerate()
+            .map(|(index, [a, b])| {
+                let k = (index + 1) as f64;
+                (1.0 - k * k) * (a * a + b * b)
+            })
+            .sum();
+        PI * self.mean_m * self.mean_m + 0.5 * PI * harmonics
+    }
+
+    /// Perimeter in metres, 2π a₀.
+    pub fn perimeter_m(&self) -> f64 {
+        TAU * self.mean_m
+    }
+
+    /// Centroid of the enclosed area in the object frame, ∮ x r v dθ / (3 A). Differs from the origin when the mass is
+    /// not spread evenly. The trapezoid rule used is exact for a trigonometric polynomial.
+    pub fn centroid(&self) -> BoundaryPoint {
+        let nodes = 3 * self.harmonics_m.len() + 4;
+        let (mut x, mut y) = (0.0, 0.0);
+        for node in 0..nodes {
+            let theta = TAU * node as f64 / nodes as f64;
+            let ContactSupport { r, v, .. } = self.at(theta);
+            let point = self.boundary_point(theta);
+            x += point.x_m * r * v;
+            y += point.y_m * r * v;
+        }
+        let scale = TAU / nodes as f64 / (3.0 * self.area_m2());
+        BoundaryPoint { x_m: x * scale, y_m: y * scale }
+    }
+
+    /// Smallest radius of curvature over the whole circle, in metres: the object is convex exactly when it is not negative.
+    pub fn min_curvature_radius_m(&self) -> f64 {
+        // A grid fine enough to bracket every minimum, then Newton-free refinement by ternary search.
+        let nodes = (16 * (self.harmonics_m.len() + 1)).max(64);
+        let step = TAU / nodes as f64;
+        let v = |theta: f64| self.at(theta).v;
+        let grid: Vec<f64> = (0..nodes).map(|node| v(step * node as f64)).collect();
+        let mut smallest = f64::INFINITY;
+        for node in 0..nodes {
+            let before = grid[(node + nodes - 1) % nodes];
+            let after = grid[(node + 1) % nodes];
+            if grid[node] <= before && grid[node] <= after {
+                let (mut low, mut high) = (step * (node as f64 - 1.0), step * (node as f64 + 1.0));
+                for _ in 0..60 {
+                    let (left, right) = (low + (high - low) / 3.0, high - (high - low) / 3.0);
+                    if v(left) < v(right) { high = right } else { low = left }
+                }
+                smallest = smallest.min(v(0.5 * (low + high))).min(grid[node]);
+            }
+        }
+        smallest
+    }
+
+    /// Whether the radius of curvature is nowhere negative.
+    pub fn is_convex(&self) -> bool {
+        self.min_curvature_radius_m() >= 0.0
+    }
+
+    /// The same object turned by `angle_rad` (counter-clockwise) in its frame: r(θ) becomes r(θ − angle).
+    pub fn rotated(&self, angle_rad: f64) -> Self {
+        let harmonics = self
+            .harmonics_m
+            .iter()
+            .enumerate()
+            .map(|(index, &[a, b])| {
+                let (sin, cos) = (angle_rad * (index + 1) as f64).sin_cos();
+                [a * cos - b * sin, a * sin + b * cos]
+            })
+            .collect();
+        Self::new(self.mean_m, harmonics)
+    }
+
+    /// The same object moved by (x, y) metres in its frame: the first harmonic gains (x, y).
+    pub fn translated(&self, x_m: f64, y_m: f64) -> Self {
+        let mut harmonics = self.harmonics_m.clone();
+        if harmonics.is_empty() {
+            harmonics.push([0.0, 0.0]);
+        }
+        harmonics[0][0] += x_m;
+        harmonics[0][1] += y_m;
+        Self::new(self.mean_m, harmonics)
+    }
+}
