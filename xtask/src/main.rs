@@ -1,2 +1,41 @@
-//! What the project does to itself.
-fn main() {}
+//! What the project does to itself: `cargo xtask test`, `cargo xtask monte-carlo`. Alone it lists its tasks.
+
+mod browser;
+mod monte_carlo;
+mod test;
+mod workspace;
+
+use std::process::ExitCode;
+
+use clap::{CommandFactory, Parser, Subcommand};
+
+/// What the project does to itself.
+#[derive(Parser)]
+#[command(name = "cargo xtask", bin_name = "cargo xtask")]
+struct Arguments {
+    #[command(subcommand)]
+    task: Option<Task>,
+}
+
+#[derive(Subcommand)]
+enum Task {
+    /// Run every test of the workspace: units, properties, documentation, command line, and the report in a browser.
+    Test(test::Arguments),
+    /// Measure accuracy over many simulated objects and write the tables that the documentation quotes.
+    MonteCarlo(monte_carlo::Arguments),
+}
+
+fn main() -> ExitCode {
+    let done = match Arguments::parse().task {
+        Some(Task::Test(arguments)) => test::run(&arguments),
+        Some(Task::MonteCarlo(arguments)) => monte_carlo::run(&arguments),
+        None => Arguments::command().print_help().map_err(Into::into),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
