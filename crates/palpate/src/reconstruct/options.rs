@@ -37,6 +37,15 @@ pub enum ReconstructError {
         /// What is wrong with it.
         what: String,
     },
+    /// No height of the centre of mass is possible at all sample: the log contradicts itself.
+    #[error("no object can rest between the palms as the log tells it; {advice}")]
+    NoStart {
+        /// What to look at.
+        advice: String,
+    },
+    /// The log says so little, or numbers so extreme, that no shape comes out.
+    #[error("the log does not determine any shape; move the palms further, so that the object rolls")]
+    NotSolvable,
     /// An option out of its range.
     #[error("{0}")]
     BadOption(String),

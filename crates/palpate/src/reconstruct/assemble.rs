@@ -1,0 +1,181 @@
+//! From an optimum to the result that people see: gauge, outline, motion, error bars and verdict.
+
+use std::f64::consts::TAU;
+
+use super::certificate::{self, Evidence, MODEL_ALLOWANCE};
+use super::evidence::Fit;
+use super::felt::{NODES, touches};
+use super::jumps::{jumps, unwrap};
+use super::noise::{angle_scatter_rad, correlation_time};
+use super::posterior::Posterior;
+use super::problem::Problem;
+use super::reconstruction::{OutlinePoint, Pose, Reconstruction};
+use super::residuals::{contact_angles, residuals};
+use crate::log::Log;
+use crate::shape::SupportFunction;
+
+/// What is known of the noise besides the fit.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Expected {
+    /// Standard deviation of a contact position that log or user state, metres.
+    pub stated_m: Option<f64>,
+    /// The same, from the scatter of neighbouring samples.
+    pub scatter_m: f64,
+}
+
+/// Puts the result together. `None` when the information matrix cannot be factored (nothing was learnt).
+pub(super) fn assemble(
+    log: &Log,
+    problem: &Problem,
+    mut fit: Fit,
+    expected: Expected,
+    alternatives: usize,
+) -> Option<Reconstruction> {
+    let turned = fit.estimate.psi[0];
+    rotate(&mut fit, turned);
+    unwrap(&mut fit.estimate.psi);
+    let (coefficients, psi) = (&fit.estimate.coefficients, &fit.estimate.psi);
+    let starts = jumps(psi);
+    let piece_of = |index: usize| starts.iter().filter(|&&start| start <= index).count() as u32;
+
+    let angles: Vec<(f64, f64)> =
+        problem.instants.iter().zip(psi).map(|(instant, psi)| contact_angles(instant, *psi)).collect();
+    let counts = touches(&tracks(problem, &angles, &starts));
+    let node_angle = |node: usize| TAU * node as f64 / NODES as f64;
+    let felt: Vec<f64> = (0..NODES).filter(|&node| counts[node] > 0).map(node_angle).collect();
+
+    let left: Vec<_> = problem
+        .instants
+        .iter()
+        .zip(psi)
+        .map(|(instant, psi)| {
+            let value = residuals(instant, coefficients, *psi).value;
+            ((instant.weight1 > 0.0).then_some(-value[0]), (instant.weight2 > 0.0).then_some(-value[1]))
+        })
+        .collect();
+    let of_sensor =
+        |pick: fn(&(Option<f64>, Option<f64>)) -> Option<f64>| -> Vec<f64> { left.iter().filter_map(pick).collect() };
+    let inflation = 0.5 * (correlation_time(&of_sensor(|both| both.0)) + correlation_time(&of_sensor(|both| both.1)));
+    let posterior = Posterior::new(problem, &fit, &felt, inflation)?;
+
+    let shape = SupportFunction::from_coefficients(coefficients);
+    let outline: Vec<OutlinePoint> = (0..NODES)
+        .map(|node| {
+            let theta = node_angle(node);
+            let (contact, point) = (shape.at(theta), shape.boundary_point(theta));
+            OutlinePoint {
+                theta_rad: theta,
+                r_m: contact.r,
+                r_sd_m: posterior.r_sd_m(theta),
+                x_m: point.x_m,
+                y_m: point.y_m,
+                curvature_radius_m: contact.v,
+                touches: counts[node],
+            }
+        })
+        .collect();
+    let motion: Vec<Pose> = log
+        .samples
+        .iter()
+        .enumerate()
+        .map(|(index, sample)| {
+            let (theta1, theta2) = angles[index];
+            let center = sample.palms.center_of_mass_m(shape.at(theta1), shape.at(theta2));
+            let (psi_sd, com_sd) = posterior.pose_sd(index, &problem.instants[index], coefficients, psi[index]);
+            Pose {
+                time_s: sample.time_s,
+                psi_rad: psi[index],
+                psi_sd_rad: psi_sd,
+                com_x_m: center[0],
+                com_y_m: center[1],
+                com_sd_m: com_sd,
+                theta1_rad: theta1,
+                theta2_rad: theta2,
+                piece: piece_of(index),
+                residual1_m: left[index].0,
+                residual2_m: left[index].1,
+            }
+        })
+        .collect();
+
+    let angle_error = angle_scatter_rad(problem) * certificate::angle_sensitivity_m(problem, coefficients, psi);
+    let allowance = MODEL_ALLOWANCE * coefficients[0].abs();
+    let expected_m = expected.stated_m.unwrap_or(expected.scatter_m.hypot(angle_error).max(allowance));
+    let (chi2_per_dof, dof) = chi2(problem, &left, expected_m, 2 * fit.order + 1);
+    let chi2_limit = 1.0 + (6.0 * (2.0 / dof).sqrt()).max(if expected.stated_m.is_some() { 0.2 } else { 0.5 });
+    let verdict = certificate::judge(&Evidence {
+        problem,
+        coefficients,
+        psi,
+        chi2_per_dof,
+        chi2_limit,
+        noise_stated: expected.stated_m.is_some(),
+        sensor_m: chi2_per_dof.sqrt() * expected_m,
+        balance_m: fit.noise.balance_m,
+        expected_sensor_m: expected_m,
+        alternatives,
+        jumps: starts.len(),
+        largest_psi_sd: motion.iter().map(|pose| pose.psi_sd_rad).fold(0.0, f64::max),
+        largest_felt_r_sd_m: outline.iter().filter(|p| p.touches > 0).map(|p| p.r_sd_m).fold(0.0, f64::max),
+        convex: shape.is_convex(),
+    });
+    Some(Reconstruction {
+        shape,
+        coverage: felt.len() as f64 / NODES as f64,
+        outline,
+        certified: verdict.certified,
+        com_certified: verdict.com_certified,
+        reason: verdict.reason,
+        chi2_per_dof,
+        jumps_s: starts.iter().map(|&start| motion[start].time_s).collect(),
+        motion,
+        alternatives,
+        sensor_sd_m: fit.noise.sensor_m,
+        balance_sd_m: fit.noise.balance_m,
+    })
+}
+
+/// Turns the object frame so that ψ becomes ψ − `angle`.
+fn rotate(fit: &mut Fit, angle: f64) {
+    let order = fit.order;
+    let a = &mut fit.estimate.coefficients;
+    for k in 1..=order {
+        let (sin, cos) = (angle * k as f64).sin_cos();
+        let (x, y) = (a[k], a[order + k]);
+        (a[k], a[order + k]) = (x * cos - y * sin, x * sin + y * cos);
+    }
+    fit.estimate.psi.iter_mut().for_each(|psi| *psi -= angle);
+}
+
+/// The contact angles of each contact over each piece, where it was seen.
+fn tracks(problem: &Problem, angles: &[(f64, f64)], starts: &[usize]) -> Vec<Vec<f64>> {
+    let mut edges = vec![0];
+    edges.extend(starts);
+    edges.push(angles.len());
+    let mut tracks = Vec::new();
+    for edge in edges.windows(2) {
+        let piece = edge[0]..edge[1];
+        let seen = |weight: fn(usize, &Problem) -> f64, angle: fn((f64, f64)) -> f64| {
+            piece.clone().filter(|&i| weight(i, problem) > 0.0).map(|i| angle(angles[i])).collect()
+        };
+        tracks.push(seen(|i, p| p.instants[i].weight1, |both| both.0));
+        tracks.push(seen(|i, p| p.instants[i].weight2, |both| both.1));
+    }
+    tracks
+}
+
+/// χ² of the contact positions per degree of freedom, and the degrees of freedom.
+fn chi2(problem: &Problem, left: &[(Option<f64>, Option<f64>)], sd_m: f64, unknowns: usize) -> (f64, f64) {
+    let (mut sum, mut count) = (0.0, 0.0);
+    for (instant, both) in problem.instants.iter().zip(left) {
+        for (residual, weight) in [(both.0, instant.weight1), (both.1, instant.weight2)] {
+            if let Some(residual) = residual {
+                sum += (residual * weight / sd_m).powi(2);
+                count += 1.0;
+            }
+        }
+    }
+    // Balance fixes ψ, so that both contact positions are left to the shape.
+    let dof = f64::max(count - unknowns as f64, 1.0);
+    (sum / dof, dof)
+}

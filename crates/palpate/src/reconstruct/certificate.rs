@@ -1,0 +1,146 @@
+//! Is the answer right, and is it the only one? A wrong answer that is certified is the worst failure there is, so every
+//! doubt ends in words for the user.
+
+use super::problem::Problem;
+use super::residuals::{contact_angles, residuals, support};
+
+/// Smooth errors that no shape explains (palms that are not quite slow, not quite straight) are forgiven up to this share
+/// of the mean radius.
+pub(super) const MODEL_ALLOWANCE: f64 = 2e-3;
+
+/// Orientation less certain than this (radians) does not count as known.
+const MAX_PSI_SD: f64 = 0.05;
+
+/// What the certificate looks at.
+pub(super) struct Evidence<'a> {
+    pub problem: &'a Problem,
+    pub coefficients: &'a [f64],
+    pub psi: &'a [f64],
+    pub chi2_per_dof: f64,
+    /// The largest χ² per degree of freedom that the noise explains.
+    pub chi2_limit: f64,
+    pub noise_stated: bool,
+    pub sensor_m: f64,
+    pub balance_m: f64,
+    pub expected_sensor_m: f64,
+    pub alternatives: usize,
+    pub jumps: usize,
+    pub largest_psi_sd: f64,
+    pub largest_felt_r_sd_m: f64,
+    pub convex: bool,
+}
+
+/// The verdict and its reason.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Verdict {
+    pub certified: bool,
+    pub com_certified: bool,
+    pub reason: String,
+}
+
+/// Judges a result.
+pub(super) fn judge(evidence: &Evidence) -> Verdict {
+    let mut doubts = Vec::new();
+    let mean_radius = evidence.coefficients[0];
+    let size_ok = mean_radius.is_finite() && mean_radius > 0.0;
+    if !size_ok {
+        doubts.push("no object explains the log (the mean radius comes out negative)".to_owned());
+    }
+    if evidence.jumps > 0 {
+        doubts.push(format!(
+            "the object jumped to another pose {} time{} (see `jumps`); pieces between jumps are not arranged with certainty yet",
+            evidence.jumps,
+            if evidence.jumps == 1 { "" } else { "s" }
+        ));
+    }
+    if evidence.chi2_per_dof > evidence.chi2_limit || !evidence.chi2_per_dof.is_finite() {
+        let source = if evidence.noise_stated { "stated" } else { "seen between neighbouring samples" };
+        doubts.push(format!(
+            "the fit leaves {:.3} mm in the contact positions, the noise {source} explains {:.3} mm: a jump, friction, fast \
+             palms, a wrong unit or sign, or palms that are not where the log says",
+            1e3 * evidence.sensor_m,
+            1e3 * evidence.expected_sensor_m
+        ));
+    }
+    if evidence.alternatives > 1 {
+        doubts.push(format!(
+            "{} different objects explain the log equally well; a motion that feels more of the boundary, or feels it \
+             twice, would tell them apart",
+            evidence.alternatives
+        ));
+    }
+    if !evidence.convex {
+        doubts.push("the shape is not convex".to_owned());
+    }
+    if evidence.largest_psi_sd > MAX_PSI_SD || !evidence.largest_psi_sd.is_finite() {
+        doubts.push(format!(
+            "the orientation is known only to {:.1} deg (one standard deviation, at the worst sample): the felt boundary is \
+             too round, or too little of it was felt",
+            evidence.largest_psi_sd.to_degrees()
+        ));
+    }
+    if evidence.largest_felt_r_sd_m > 0.02 * mean_radius || !evidence.largest_felt_r_sd_m.is_finite() {
+        doubts.push(format!(
+            "parts of the felt boundary are known only to {:.2} mm (one standard deviation)",
+            1e3 * evidence.largest_felt_r_sd_m
+        ));
+    }
+    let unstable = unstable_samples(evidence);
+    if unstable * 100 > evidence.problem.len() {
+        doubts.push(format!(
+            "{unstable} of {} poses would not be at rest (their potential energy is not at a minimum)",
+            evidence.problem.len()
+        ));
+    }
+    let certified = doubts.is_empty();
+    let balance_limit = (3.0 * evidence.expected_sensor_m).max(4.0 * MODEL_ALLOWANCE * mean_radius);
+    let balanced = evidence.balance_m <= balance_limit;
+    if certified && !balanced {
+        doubts.push(format!(
+            "shape and motion are certified, the centre of mass is not: force/torque balance is missed by {:.2} mm \
+             (friction, or fast palms)",
+            1e3 * evidence.balance_m
+        ));
+    }
+    Verdict { certified, com_certified: certified && balanced, reason: doubts.join("; ") }
+}
+
+/// Samples whose pose is not a minimum of the potential energy: (v1 − r1) sin φ12 + (v2 − r2) sin φ1 > 0 fails by more than
+/// the noise could make it fail.
+fn unstable_samples(evidence: &Evidence) -> usize {
+    let slack = 0.05 * evidence.coefficients[0].abs();
+    evidence
+        .problem
+        .instants
+        .iter()
+        .zip(evidence.psi)
+        .filter(|(instant, psi)| {
+            let (theta1, theta2) = contact_angles(instant, **psi);
+            let (one, two) = (support(evidence.coefficients, theta1), support(evidence.coefficients, theta2));
+            let stiffness = (one.v - one.r) * instant.sin12 + (two.v - two.r) * instant.sin1;
+            // Also over a hinge only: the formula holds while both palms carry (sin φ12 > 0, sin φ1 > 0 up to the sign of sin φ2).
+            stiffness < -slack
+        })
+        .count()
+}
+
+/// Root mean square change of a predicted contact position (metres) per radian of error in the palm angles.
+pub(super) fn angle_sensitivity_m(problem: &Problem, coefficients: &[f64], psi: &[f64]) -> f64 {
+    let step = 1e-6;
+    let (mut sum, mut count) = (0.0, 0.0);
+    for (instant, &psi) in problem.instants.iter().zip(psi) {
+        let here = residuals(instant, coefficients, psi).value;
+        let mut moved = *instant;
+        moved.phi2 += step;
+        (moved.sin2, moved.cos2) = moved.phi2.sin_cos();
+        (moved.sin12, moved.cos12) = (moved.phi1 + moved.phi2).sin_cos();
+        let there = residuals(&moved, coefficients, psi).value;
+        for (weight, j) in [(instant.weight1, 0), (instant.weight2, 1)] {
+            if weight > 0.0 {
+                sum += ((there[j] - here[j]) / step).powi(2);
+                count += 1.0;
+            }
+        }
+    }
+    if count > 0.0 { (sum / count as f64).sqrt() } else { 0.0 }
+}

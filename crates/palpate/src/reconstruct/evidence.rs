@@ -1,0 +1,150 @@
+//! What the data say of everything that is not shape or motion: the number of harmonics, the noise of the sensors and of
+//! the balance, and the size of the prior. All of it maximises the evidence, the probability of the log with shape and
+//! motion integrated out (Laplace's approximation); MacKay, *Bayesian interpolation*, 1992.
+
+use super::problem::Problem;
+use super::smooth::{Effort, Estimate, Noise, Normal, Prior, Smoother};
+
+/// The optimum for one number of harmonics, with the noise and the prior that go with it.
+#[derive(Clone, Debug)]
+pub(super) struct Fit {
+    pub estimate: Estimate,
+    pub order: usize,
+    pub noise: Noise,
+    pub prior: Prior,
+    pub log_evidence: f64,
+}
+
+/// Which standard deviations the data may change.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Freedom {
+    /// The sensor noise is estimated (not stated by log or user).
+    pub sensor: bool,
+    /// Smallest standard deviation of a sensor that makes sense, metres.
+    pub floor_m: f64,
+}
+
+/// Numbers of harmonics that are tried, in turn.
+pub(super) const ORDERS: [usize; 12] = [3, 4, 6, 8, 10, 12, 16, 20, 24, 32, 40, 48];
+
+/// The balance is never believed to be more exact than this share of the sensor noise.
+const STRICTEST_BALANCE: f64 = 0.1;
+
+/// Runs the smoother, lets noise and prior follow the data, and runs it again, `rounds` times.
+pub(super) fn fit(
+    problem: &Problem,
+    order: usize,
+    start: Estimate,
+    mut noise: Noise,
+    mut prior: Prior,
+    freedom: Freedom,
+    rounds: usize,
+) -> Option<Fit> {
+    let mut estimate = start;
+    let mut best: Option<Fit> = None;
+    for round in 0..=rounds {
+        let smoother = Smoother::new(problem, order, noise, prior);
+        let effort = Effort { iterations: if round == 0 { 40 } else { 12 }, tolerance: 1e-7 };
+        estimate = smoother.run(estimate.coefficients, estimate.psi, effort);
+        if !estimate.cost.is_finite() {
+            return best;
+        }
+        let normal = smoother.linearise(&estimate.coefficients, &estimate.psi);
+        let factor = smoother.factor(&normal)?;
+        let half_log_determinant: f64 = factor.l_dirty().diagonal().iter().map(|value| value.ln()).sum();
+        let log_evidence = log_evidence(&smoother, &estimate, &normal, half_log_determinant);
+        let variance: Vec<f64> = factor.inverse().diagonal().iter().copied().collect();
+        best = Some(Fit { estimate: estimate.clone(), order, noise, prior, log_evidence });
+        let next = updated_noise(&smoother, &estimate, &variance, freedom);
+        prior.scale_m = updated_scale(&estimate.coefficients, &variance, prior);
+        let settled =
+            (next.sensor_m / noise.sensor_m).ln().abs() < 0.01 && (next.balance_m / noise.balance_m).ln().abs() < 0.05;
+        noise = next;
+        if settled {
+            break;
+        }
+    }
+    best
+}
+
+/// The number of harmonics with the largest evidence, found by climbing from few to many.
+pub(super) fn choose_order(
+    problem: &Problem,
+    start: Estimate,
+    noise: Noise,
+    prior: Prior,
+    freedom: Freedom,
+) -> Option<Fit> {
+    let mut best: Option<Fit> = None;
+    let mut worse = 0;
+    let (mut start, mut noise, mut prior) = (start, noise, prior);
+    for order in ORDERS {
+        let Some(fit) = fit(problem, order, start.clone(), noise, prior, freedom, 4) else { continue };
+        (start, noise, prior) = (fit.estimate.clone(), fit.noise, fit.prior);
+        match &best {
+            Some(champion) if fit.log_evidence <= champion.log_evidence => {
+                worse += 1;
+                if worse == 2 {
+                    break;
+                }
+            }
+            _ => {
+                best = Some(fit);
+                worse = 0;
+            }
+        }
+    }
+    best
+}
+
+fn log_evidence(smoother: &Smoother, estimate: &Estimate, normal: &Normal, half_log_determinant: f64) -> f64 {
+    let mut sum = -0.5 * estimate.cost - half_log_determinant;
+    sum -= smoother.prior.standard_deviations(smoother.order).iter().map(|sd| sd.ln()).sum::<f64>();
+    for (index, instant) in smoother.problem.instants.iter().enumerate() {
+        let seen = f64::from(instant.weight1 > 0.0) + f64::from(instant.weight2 > 0.0);
+        sum -= seen * smoother.noise.sensor_m.ln() + smoother.noise.balance_m.ln();
+        sum -= 0.5 * (normal.psi_information(index) + 1.0).ln();
+    }
+    sum
+}
+
+/// Variance components: squared residuals of each kind over the redundancy that the fit leaves them.
+fn updated_noise(smoother: &Smoother, estimate: &Estimate, variance: &[f64], freedom: Freedom) -> Noise {
+    let Noise { sensor_m, balance_m } = smoother.noise;
+    let (mut squares, mut redundancy) = ([0.0; 2], [0.0; 2]);
+    for (instant, &psi) in smoother.problem.instants.iter().zip(&estimate.psi) {
+        let at = super::residuals::residuals(instant, &estimate.coefficients, psi);
+        let weights = [instant.weight1 / sensor_m, instant.weight2 / sensor_m, 1.0 / balance_m];
+        let information: f64 = (0..3).map(|j| (weights[j] * at.by_psi[j]).powi(2)).sum();
+        for j in 0..3 {
+            if weights[j] > 0.0 {
+                let kind = usize::from(j == 2);
+                squares[kind] += (weights[j] * at.value[j]).powi(2);
+                redundancy[kind] += 1.0 - (weights[j] * at.by_psi[j]).powi(2) / information.max(1e-300);
+            }
+        }
+    }
+    let priors = smoother.prior.standard_deviations(smoother.order);
+    let free: f64 = variance.iter().zip(&priors).map(|(variance, sd)| 1.0 - variance / (sd * sd)).sum();
+    let total = redundancy[0] + redundancy[1];
+    let share = ((total - free) / total).max(0.05);
+    let step = |kind: usize| {
+        let ratio: f64 = squares[kind] / (redundancy[kind] * share).max(1e-9);
+        ratio.sqrt().clamp(0.2, 5.0)
+    };
+    let sensor = if freedom.sensor { (sensor_m * step(0)).max(freedom.floor_m) } else { sensor_m };
+    Noise { sensor_m: sensor, balance_m: (balance_m * step(1)).max(STRICTEST_BALANCE * sensor) }
+}
+
+/// Expectation-maximisation step for the prior's c: the mean of k⁴(a² + b²), with what is uncertain of each added.
+fn updated_scale(coefficients: &[f64], variance: &[f64], prior: Prior) -> f64 {
+    let order = coefficients.len() / 2;
+    let (mut sum, mut count) = (0.0, 0.0);
+    for k in 2..=order {
+        for index in [k, order + k] {
+            sum += (k as f64).powi(4) * (coefficients[index].powi(2) + variance[index]);
+            count += 1.0;
+        }
+    }
+    if count == 0.0 { prior.scale_m } else { (sum / count).sqrt().clamp(0.02 * prior.size_m, 2.0 * prior.size_m) }
+}

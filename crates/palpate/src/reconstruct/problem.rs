@@ -1,0 +1,145 @@
+//! A palm log made ready for estimation: one `Instant` per sample, with the trigonometry of its palms.
+//!
+//! Palms whose base points lie apart are brought back to a hinge: their lines meet in one point, and measured from there the
+//! contact equations and the balance are those of the hinged pair. Only the constant that carries s to that point changes.
+
+use crate::log::{Log, Sample};
+use crate::palms::Palm;
+
+/// One sample, measured from the point where the lines of both palms meet.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Instant {
+    /// Index of the sample in the log.
+    pub sample: usize,
+    /// Place in the log: `sample`, or the mean of it where instants were thinned.
+    pub position: f64,
+    pub phi1: f64,
+    pub phi2: f64,
+    pub sin1: f64,
+    pub cos1: f64,
+    pub sin12: f64,
+    pub cos12: f64,
+    pub sin2: f64,
+    pub cos2: f64,
+    /// Contact positions from the meeting point, metres; 0 where not seen.
+    pub s1: f64,
+    pub s2: f64,
+    /// Weight of each contact: 1 / (its standard deviation relative to the common one), 0 where not seen.
+    pub weight1: f64,
+    pub weight2: f64,
+}
+
+impl Instant {
+    fn new(index: usize, sample: &Sample, sd_scale_m: Option<f64>) -> Self {
+        let palms = &sample.palms;
+        let (sin1, cos1) = palms.phi1_rad.sin_cos();
+        let (sin12, cos12) = palms.phi12_rad().sin_cos();
+        let (sin2, cos2) = palms.phi2_rad.sin_cos();
+        let (offset1, offset2) = palms.base_offsets_m();
+        let (t1, t2) = (palms.tangent(Palm::One), palms.tangent(Palm::Two));
+        let along1 = palms.base1_m[0] * t1[0] + palms.base1_m[1] * t1[1];
+        let along2 = palms.base2_m[0] * t2[0] + palms.base2_m[1] * t2[1];
+        let shift1 = along1 - (offset1 * cos2 + offset2) / sin2;
+        let shift2 = -along2 - (offset2 * cos2 + offset1) / sin2;
+        let weight = |s: Option<f64>, sd: Option<f64>| match (s, sd, sd_scale_m) {
+            (None, _, _) => 0.0,
+            (Some(_), Some(sd), Some(scale)) => scale / sd,
+            (Some(_), _, _) => 1.0,
+        };
+        Self {
+            sample: index,
+            position: index as f64,
+            phi1: palms.phi1_rad,
+            phi2: palms.phi2_rad,
+            sin1,
+            cos1,
+            sin12,
+            cos12,
+            sin2,
+            cos2,
+            s1: sample.s1_m.map_or(0.0, |s| s + shift1),
+            s2: sample.s2_m.map_or(0.0, |s| s + shift2),
+            weight1: weight(sample.s1_m, sample.s1_sd_m),
+            weight2: weight(sample.s2_m, sample.s2_sd_m),
+        }
+    }
+
+    pub fn both_seen(&self) -> bool {
+        self.weight1 > 0.0 && self.weight2 > 0.0
+    }
+
+    /// X of the centre of mass, straight from the sensors (the three force lines meet in one point).
+    pub fn balance_x(&self) -> f64 {
+        (self.s1 * self.sin12 - self.s2 * self.sin1) / self.sin2
+    }
+
+    /// Height of the point where the three force lines meet.
+    pub fn force_line_height(&self) -> f64 {
+        self.s1 * self.sin1 + (self.s2 - self.s1 * self.cos2) / self.sin2 * self.cos1
+    }
+}
+
+/// All instants of a log, in order of time.
+#[derive(Clone, Debug)]
+pub(super) struct Problem {
+    pub instants: Vec<Instant>,
+}
+
+impl Problem {
+    /// From a log; `sd_scale_m` is the common standard deviation that stated ones are relative to.
+    pub fn new(log: &Log, sd_scale_m: Option<f64>) -> Self {
+        let instants =
+            log.samples.iter().enumerate().map(|(index, sample)| Instant::new(index, sample, sd_scale_m)).collect();
+        Self { instants }
+    }
+
+    pub fn len(&self) -> usize {
+        self.instants.len()
+    }
+
+    /// Typical distance of the contacts from each other: the size of the object to within a factor of two, metres.
+    pub fn size_m(&self) -> f64 {
+        let mut chords: Vec<f64> = self
+            .instants
+            .iter()
+            .filter(|instant| instant.both_seen())
+            .map(|i| (i.s1 * i.s1 + i.s2 * i.s2 - 2.0 * i.s1 * i.s2 * i.cos2).max(0.0).sqrt())
+            .collect();
+        chords.sort_by(f64::total_cmp);
+        chords.get(chords.len() / 2).map_or(0.0, |chord| 0.5 * chord)
+    }
+
+    /// The same motion at about `count` instants: means over runs of neighbours that saw both contacts.
+    pub fn thinned(&self, count: usize) -> Self {
+        let seen: Vec<&Instant> = self.instants.iter().filter(|instant| instant.both_seen()).collect();
+        let run = (seen.len() / count.max(1)).max(1);
+        let instants = seen
+            .chunks(run)
+            .filter(|chunk| chunk.len() == run)
+            .map(|chunk| {
+                let mean = |f: fn(&Instant) -> f64| chunk.iter().map(|i| f(i)).sum::<f64>() / run as f64;
+                let (phi1, phi2) = (mean(|i| i.phi1), mean(|i| i.phi2));
+                let (sin1, cos1) = phi1.sin_cos();
+                let (sin12, cos12) = (phi1 + phi2).sin_cos();
+                let (sin2, cos2) = phi2.sin_cos();
+                Instant {
+                    sample: chunk[run / 2].sample,
+                    position: mean(|i| i.position),
+                    phi1,
+                    phi2,
+                    sin1,
+                    cos1,
+                    sin12,
+                    cos12,
+                    sin2,
+                    cos2,
+                    s1: mean(|i| i.s1),
+                    s2: mean(|i| i.s2),
+                    weight1: 1.0,
+                    weight2: 1.0,
+                }
+            })
+            .collect();
+        Self { instants }
+    }
+}

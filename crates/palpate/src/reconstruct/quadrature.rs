@@ -1,0 +1,88 @@
+//! The closed forms that replace the paper's integration (`docs/theory.md`, three closed forms).
+//!
+//! Between two jumps, virtual work gives the height of the centre of mass as a quadrature of the measurements,
+//!
+//! h' = (φ1' s1 sin φ12 − φ12' s2 sin φ1) / sin φ2,
+//!
+//! and balance gives its X coordinate without any integration. One unknown is left, h at the first sample. Given it, the
+//! contact support functions (r1, d1) and (r2, d2) are known at every instant, and the orientation follows from
+//! r' = −d: d1 dψ = dr1 + d1 dφ1 and d2 dψ = dr2 + d2 dφ12, two equations for each step of ψ. Both fade where the lines of
+//! force pass through the centre of mass (d1 = d2 = 0, the ill-conditioned places of eq. 21), so the steps are
+//! solved for together, with a preference for an even rotation.
+
+use super::problem::{Instant, Problem};
+
+/// Orientation and contact support functions that a trial height of the centre of mass leads to.
+#[derive(Clone, Debug)]
+pub(super) struct Integrated {
+    pub psi: Vec<f64>,
+    pub r1: Vec<f64>,
+    pub d1: Vec<f64>,
+    pub r2: Vec<f64>,
+    pub d2: Vec<f64>,
+}
+
+/// Height of the centre of mass at every instant, above its value at the first (trapezoid rule).
+pub(super) fn relative_height(problem: &Problem) -> Vec<f64> {
+    let slope1 = |i: &Instant| i.s1 * i.sin12 / i.sin2;
+    let slope2 = |i: &Instant| i.s2 * i.sin1 / i.sin2;
+    let mut height = Vec::with_capacity(problem.len());
+    height.push(0.0);
+    for pair in problem.instants.windows(2) {
+        let (a, b) = (&pair[0], &pair[1]);
+        let step1 = b.phi1 - a.phi1;
+        let step12 = step1 + b.phi2 - a.phi2;
+        let rise = 0.5 * (slope1(a) + slope1(b)) * step1 - 0.5 * (slope2(a) + slope2(b)) * step12;
+        height.push(height[height.len() - 1] + rise);
+    }
+    height
+}
+
+/// Contact support functions and orientation for a trial height `h0` of the first instant. `relative` comes from
+/// [`relative_height`]; `noise_m` is the standard deviation of a contact position, `rate_sd` that of the change of the
+/// rotation from one step to the next, radians.
+pub(super) fn integrate(problem: &Problem, relative: &[f64], h0: f64, noise_m: f64, rate_sd: f64) -> Integrated {
+    let count = problem.len();
+    let (mut r1, mut d1) = (Vec::with_capacity(count), Vec::with_capacity(count));
+    let (mut r2, mut d2) = (Vec::with_capacity(count), Vec::with_capacity(count));
+    for (instant, rise) in problem.instants.iter().zip(relative) {
+        let (x, h) = (instant.balance_x(), h0 + rise);
+        r1.push(-x * instant.sin1 + h * instant.cos1);
+        d1.push(x * instant.cos1 + h * instant.sin1 - instant.s1);
+        r2.push(x * instant.sin12 - h * instant.cos12);
+        d2.push(instant.s2 - (x * instant.cos12 + h * instant.sin12));
+    }
+    let steps = count.saturating_sub(1);
+    // Normal equations of the steps: data on the diagonal, second differences off it (tridiagonal).
+    let variance = 2.0 * noise_m * noise_m;
+    let smooth = 1.0 / (rate_sd * rate_sd);
+    let (mut diagonal, mut right) = (vec![1e-3 * smooth; steps], vec![0.0; steps]);
+    for i in 0..steps {
+        let (a, b) = (&problem.instants[i], &problem.instants[i + 1]);
+        let (turn1, turn12) = (b.phi1 - a.phi1, b.phi1 + b.phi2 - a.phi1 - a.phi2);
+        let (m1, m2) = (0.5 * (d1[i] + d1[i + 1]), 0.5 * (d2[i] + d2[i + 1]));
+        diagonal[i] += (m1 * m1 + m2 * m2) / variance;
+        right[i] += (m1 * (r1[i + 1] - r1[i] + m1 * turn1) + m2 * (r2[i + 1] - r2[i] + m2 * turn12)) / variance;
+        if i > 0 {
+            diagonal[i] += smooth;
+        }
+        if i + 1 < steps {
+            diagonal[i] += smooth;
+        }
+    }
+    for i in 1..steps {
+        let factor = -smooth / diagonal[i - 1];
+        diagonal[i] += factor * smooth;
+        right[i] -= factor * right[i - 1];
+    }
+    for i in (0..steps).rev() {
+        let next = if i + 1 < steps { right[i + 1] } else { 0.0 };
+        right[i] = (right[i] + smooth * next) / diagonal[i];
+    }
+    let mut psi = Vec::with_capacity(count);
+    psi.push(0.0);
+    for step in right {
+        psi.push(psi[psi.len() - 1] + step);
+    }
+    Integrated { psi, r1, d1, r2, d2 }
+}

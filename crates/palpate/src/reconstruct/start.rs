@@ -1,0 +1,60 @@
+//! Starts for the smoother where nothing is known but the log: a search over the height of the centre of mass at the first
+//! sample, the one unknown that the closed forms of [`super::quadrature`] leave.
+
+use rayon::prelude::*;
+
+use super::problem::Problem;
+use super::quadrature::{Integrated, integrate, relative_height};
+use super::smooth::{Effort, Estimate, Noise, Prior, Smoother};
+
+/// Trial heights of the centre of mass at the first sample.
+const HEIGHTS: usize = 160;
+
+/// Range of heights h0 for which both palms support the object from below and it is no larger than palms could hold.
+fn feasible_heights(problem: &Problem, relative: &[f64], size_m: f64) -> Option<(f64, f64)> {
+    let (mut low, mut high) = (f64::NEG_INFINITY, f64::INFINITY);
+    for (instant, rise) in problem.instants.iter().zip(relative) {
+        let x = instant.balance_x();
+        // 0 < r1 < 6 size and 0 < r2 < 6 size, each linear in h0.
+        for (slope, constant) in [
+            (instant.cos1, rise * instant.cos1 - x * instant.sin1),
+            (-instant.cos12, -rise * instant.cos12 + x * instant.sin12),
+        ] {
+            if slope.abs() < 1e-9 {
+                continue;
+            }
+            let (a, b) = (-constant / slope, (6.0 * size_m - constant) / slope);
+            low = low.max(a.min(b));
+            high = high.min(a.max(b));
+        }
+    }
+    (low < high && low.is_finite() && high.is_finite()).then_some((low, high))
+}
+
+/// Candidates from the search over h0, best first: the local minima of the cost along h0, on a thinned log.
+pub(super) fn from_heights(thin: &Problem, noise: Noise, prior: Prior, order: usize) -> Vec<Estimate> {
+    let relative = relative_height(thin);
+    let Some((low, high)) = feasible_heights(thin, &relative, prior.size_m) else { return Vec::new() };
+    let costs: Vec<Option<Estimate>> = (0..HEIGHTS)
+        .into_par_iter()
+        .map(|index| {
+            let h0 = low + (high - low) * (index as f64 + 0.5) / HEIGHTS as f64;
+            let smoother = Smoother::new(thin, order, noise, prior);
+            let guess = integrate(thin, &relative, h0, noise.sensor_m, 0.01);
+            let mean = guess.r1.iter().chain(&guess.r2).sum::<f64>() / (2 * thin.len()) as f64;
+            let Integrated { psi, .. } = guess;
+            let estimate = smoother.run(vec![mean], psi, Effort { iterations: 8, tolerance: 1e-3 });
+            estimate.cost.is_finite().then_some(estimate)
+        })
+        .collect();
+    let cost = |index: usize| costs.get(index).and_then(|e| e.as_ref()).map_or(f64::INFINITY, |e| e.cost);
+    let mut minima: Vec<Estimate> = (0..HEIGHTS)
+        .filter(|&index| {
+            let here = cost(index);
+            here.is_finite() && here <= cost(index.wrapping_sub(1)) && here <= cost(index + 1)
+        })
+        .filter_map(|index| costs[index].clone())
+        .collect();
+    minima.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    minima
+}
