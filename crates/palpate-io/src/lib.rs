@@ -1,1 +1,56 @@
-//! Placeholder.
+//! Everything of palpate that touches the outside: palm logs, truth folders and result folders.
+//!
+//! A palm log is a CSV file that says what a robot knew while two tactile palms carried an object: the palm angles and where each
+//! palm felt it. [`read_log`] takes it in, or says in one sentence which line and column is wrong and what to do about it.
+//! Every column carries its unit in its name, so that nothing is guessed:
+//!
+//! ```
+//! let mut text = String::from("# robot: left hand\ntime_ms,phi1_deg,phi2_deg,s1_mm,s2_mm\n");
+//! for sample in 0..12 {
+//!     text += &format!("{},60,{},29.7,31.8\n", 50 * sample, 74 + sample);
+//! }
+//! text += "600,60,74,,31.8\n"; // palm 1 saw no contact
+//!
+//! let file = palpate_io::parse_log("trial.csv", text.as_bytes())?;
+//! assert_eq!(file.log.samples[0].s1_m, Some(0.0297));
+//! assert_eq!(file.log.samples[12].s1_m, None);
+//! assert_eq!(file.metadata, [("robot".to_string(), "left hand".to_string())]);
+//!
+//! let error = palpate_io::parse_log("trial.csv", text.replace("s2_mm", "s2_inch").as_bytes()).unwrap_err();
+//! assert_eq!(
+//!     error.to_string(),
+//!     "trial.csv, line 2, column s2_inch: the unit \"inch\" is not understood; convert the column and name it s2_m, s2_cm or s2_mm"
+//! );
+//! # Ok::<(), palpate_io::ReadError>(())
+//! ```
+//!
+//! [`write_result`] puts a [`Reconstruction`](palpate::Reconstruction) into a folder that is written aside and renamed, so that it
+//! is there as a whole or not at all; a folder that holds anything but an earlier result is left alone. [`check_result_target`]
+//! asks the same questions before a long computation. [`Summary`] is what `summary.json` holds.
+//!
+//! A log that knows its truth (from a simulator, a vision system or a drawing) has it beside it: `NAME.truth/` for `NAME.csv`, see
+//! [`truth_dir_of`], [`read_truth`] and [`write_truth`].
+//!
+//! Nothing here knows how a shape is estimated.
+#![forbid(unsafe_code)]
+
+mod folder;
+mod log_reader;
+mod log_writer;
+mod number;
+mod read_error;
+mod result;
+mod summary;
+mod table;
+mod text;
+mod truth;
+mod unit;
+mod write_error;
+
+pub use log_reader::{LogFile, MIN_SAMPLES, parse_log, read_log};
+pub use log_writer::write_log;
+pub use read_error::{ReadError, ReadProblem};
+pub use result::{check_result_target, read_motion_csv, read_shape_csv, read_summary, write_result};
+pub use summary::{Summary, TruthSummary};
+pub use truth::{read_truth, truth_dir_of, write_truth};
+pub use write_error::{WriteError, WriteProblem};

@@ -1,0 +1,357 @@
+//! What can be wrong with a file that is read: where, what, and what to do, in one message.
+
+use std::io;
+use std::path::Path;
+
+use crate::text;
+
+/// A file that cannot be used: its name, the place in it, and the problem. Shown as one paragraph.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{}: {problem}", place(file, *line, column.as_deref()))]
+pub struct ReadError {
+    /// File name as given, control characters escaped.
+    pub file: String,
+    /// Line in the file, from 1, where the problem has one.
+    pub line: Option<usize>,
+    /// Name of the column as the header has it, control characters escaped and cut after 40, where the problem has one.
+    pub column: Option<String>,
+    /// What is wrong, and what to do.
+    pub problem: Box<ReadProblem>,
+}
+
+/// What is wrong with a file. Text taken from the file has its control characters escaped and is cut after 40 characters.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ReadProblem {
+    /// No file of that name.
+    #[error("no such file; check the path")]
+    Missing,
+    /// No folder of that name.
+    #[error("no such folder; check the path")]
+    MissingFolder,
+    /// A folder where a file is expected.
+    #[error("this is a folder; give the CSV file in it")]
+    IsFolder,
+    /// A file where a folder is expected.
+    #[error("this is a file; give the folder that holds shape.csv and motion.csv")]
+    IsFile,
+    /// The operating system refused.
+    #[error("cannot be read: {message}")]
+    Io {
+        /// Kind of the failure.
+        kind: io::ErrorKind,
+        /// What the operating system said.
+        message: String,
+    },
+    /// More than a log can reasonably be.
+    #[error("the file is larger than {limit_mib} MiB; split it, or log at a lower rate")]
+    TooLarge {
+        /// Largest file that is read, in MiB.
+        limit_mib: u64,
+    },
+    /// No bytes, or only blank lines.
+    #[error("the file is empty; it needs a header line with the column names and a line for each sample")]
+    Empty,
+    /// Comments, but no header.
+    #[error("the file holds only comments; it needs a header line with the column names and a line for each sample")]
+    OnlyComments,
+    /// A header, but nothing below it.
+    #[error("there is only a header and no line below it; was the recording stopped before it began?")]
+    OnlyHeader,
+    /// The first line that is no comment holds numbers only.
+    #[error(
+        "there are numbers where the header should be; put a line with the column names above them, such as {example}"
+    )]
+    NoHeader {
+        /// A header that would do.
+        example: &'static str,
+    },
+    /// Bytes that no text has.
+    #[error("this is a binary file, not text; export it as CSV")]
+    Binary,
+    /// UTF-16 text.
+    #[error("the text is encoded in UTF-16; save it as CSV in UTF-8")]
+    Utf16,
+    /// Text in another encoding than UTF-8.
+    #[error("the text is not UTF-8; save the file as CSV in UTF-8")]
+    NotUtf8,
+    /// Columns separated by blanks.
+    #[error("the column names are separated by blanks; separate names and numbers by commas, semicolons or tabs")]
+    Blanks,
+    /// A quote that is opened and not closed, or closed too early.
+    #[error("a double quote has no partner; remove the quotes, numbers need none")]
+    Quote,
+    /// A required column is absent.
+    #[error("there is no column for {quantity}; it must be named {names} (the header has: {found})")]
+    MissingColumn {
+        /// Name of the quantity, without a unit.
+        quantity: &'static str,
+        /// The names that would do.
+        names: String,
+        /// The names that are there.
+        found: String,
+    },
+    /// A known quantity without a unit.
+    #[error("the name says no unit; name the column {names}")]
+    NoUnit {
+        /// The names that would do.
+        names: String,
+    },
+    /// A known quantity in a unit that is not understood.
+    #[error("the unit \"{unit}\" is not understood; convert the column and name it {names}")]
+    UnknownUnit {
+        /// The unit in the name.
+        unit: String,
+        /// The names that would do.
+        names: String,
+    },
+    /// A quantity twice.
+    #[error("the header has {quantity} twice, as {first} and {second}; remove one of the columns")]
+    TwoColumns {
+        /// Name of the quantity, without a unit.
+        quantity: &'static str,
+        /// First column of it.
+        first: String,
+        /// Second column of it.
+        second: String,
+    },
+    /// The last row ends early.
+    #[error("the last row has {cells} of {columns} cells, the file looks cut off; copy it again, or delete that row")]
+    CutOff {
+        /// Cells in the row.
+        cells: usize,
+        /// Columns of the header.
+        columns: usize,
+    },
+    /// A row in the middle that ends early.
+    #[error("the row has {cells} cells, the header has {columns}; complete the row or delete it")]
+    RowTooShort {
+        /// Cells in the row.
+        cells: usize,
+        /// Columns of the header.
+        columns: usize,
+    },
+    /// A row with more cells than the header.
+    #[error(
+        "the row has {cells} cells, the header has {columns}; name every column in the header, and write numbers with a decimal point, not a decimal comma"
+    )]
+    RowTooLong {
+        /// Cells in the row.
+        cells: usize,
+        /// Columns of the header.
+        columns: usize,
+    },
+    /// Text where a number belongs.
+    #[error("\"{text}\" is not a number; write one such as 12.5{}", empty_means(empty))]
+    NotANumber {
+        /// The text.
+        text: String,
+        /// What an empty cell would mean here; empty where there must be a number.
+        empty: &'static str,
+    },
+    /// A decimal comma.
+    #[error("\"{text}\" has a comma in a number; write it with a decimal point and without marks between thousands")]
+    DecimalComma {
+        /// The text.
+        text: String,
+    },
+    /// An empty cell, or NaN, where there must be a number.
+    #[error("{} where a number must be; fill it in, or delete the row", if text.is_empty() { "the cell is empty".to_string() } else { format!("{text} stands") })]
+    NoNumber {
+        /// The text, empty for an empty cell.
+        text: String,
+    },
+    /// An infinite number, or one beyond the range of a double.
+    #[error("\"{text}\" is infinite; delete the row{}", empty_means(empty))]
+    Infinite {
+        /// The text.
+        text: String,
+        /// What an empty cell would mean here; empty where there must be a number.
+        empty: &'static str,
+    },
+    /// A value that should increase from row to row decreases.
+    #[error(
+        "{text} comes after {previous} (line {previous_line}), {what} runs backwards; sort the rows, or cut the file where it starts anew"
+    )]
+    Backwards {
+        /// What should increase.
+        what: &'static str,
+        /// The value.
+        text: String,
+        /// The value before.
+        previous: String,
+        /// Line of the value before.
+        previous_line: usize,
+    },
+    /// A value that should increase from row to row stands still.
+    #[error(
+        "{text} is there twice, already in line {previous_line}; delete one of the two rows, or write {what} with more digits"
+    )]
+    Repeated {
+        /// What should increase.
+        what: &'static str,
+        /// The value.
+        text: String,
+        /// Line of the value before.
+        previous_line: usize,
+    },
+    /// An angle in radians that must be meant in degrees.
+    #[error("{text} rad looks like degrees; if it is, name the column {degrees}")]
+    LooksLikeDegrees {
+        /// The value.
+        text: String,
+        /// The name for degrees.
+        degrees: String,
+    },
+    /// Palms too parallel to hold an object between them.
+    #[error(
+        "{text} {unit} makes the palms parallel; the angle from palm 1 to palm 2 must lie between 0 and pi (180 deg), and not within 0.001 rad of either"
+    )]
+    ParallelPalms {
+        /// The value.
+        text: String,
+        /// Its unit.
+        unit: &'static str,
+    },
+    /// The angle between the palms has the wrong sign.
+    #[error(
+        "{text} {unit} is negative; this is the angle from palm 1 to palm 2, counter-clockwise, between 0 and pi (180 deg): turn its sign, or swap the palms"
+    )]
+    NegativePalmAngle {
+        /// The value.
+        text: String,
+        /// Its unit.
+        unit: &'static str,
+    },
+    /// The angle between the palms is more than half a turn, or palm 1 is more than two turns away.
+    #[error("{text} {unit} is out of range; {range}")]
+    AngleOutOfRange {
+        /// The value.
+        text: String,
+        /// Its unit.
+        unit: &'static str,
+        /// The range, in words.
+        range: &'static str,
+    },
+    /// A length that is negative where it cannot be.
+    #[error("{text} {unit} is negative; {meaning}")]
+    NegativeLength {
+        /// The value.
+        text: String,
+        /// Its unit.
+        unit: &'static str,
+        /// What the length is.
+        meaning: &'static str,
+    },
+    /// A standard deviation that is zero or negative.
+    #[error("{text} {unit} is no standard deviation, which must be above 0; leave the column out if it is not known")]
+    NotAStandardDeviation {
+        /// The value.
+        text: String,
+        /// Its unit.
+        unit: &'static str,
+    },
+    /// A length beyond anything two palms can hold.
+    #[error("{text} {unit} is more than {limit_m} m; correct it{}", or_millimeters(millimeters))]
+    TooLong {
+        /// The value.
+        text: String,
+        /// Its unit.
+        unit: &'static str,
+        /// Longest length accepted, metres.
+        limit_m: f64,
+        /// The name for millimetres where the column is in metres, so that the likely cause is a wrong unit; else empty.
+        millimeters: String,
+    },
+    /// Not enough to solve for a shape.
+    #[error(
+        "{both} of its {samples} samples have a contact on both palms, and at least {needed} are needed to solve for a shape; record longer, or check the touch threshold"
+    )]
+    TooFewSamples {
+        /// Samples with both contacts.
+        both: usize,
+        /// Samples in all.
+        samples: usize,
+        /// Fewest that can be solved.
+        needed: usize,
+    },
+    /// Too few rows in a table of a truth or result folder.
+    #[error("there are {rows} rows, and at least {needed} are needed; write it anew")]
+    TooFewRows {
+        /// Rows there.
+        rows: usize,
+        /// Rows needed.
+        needed: usize,
+    },
+    /// JSON that is not what it should be.
+    #[error("not the summary of a palpate result: {message}; reconstruct anew")]
+    Json {
+        /// What the parser said.
+        message: String,
+    },
+}
+
+impl ReadError {
+    /// A problem with the file as a whole.
+    pub(crate) fn in_file(name: &str, problem: ReadProblem) -> Self {
+        Self { file: text::file_name(name), line: None, column: None, problem: Box::new(problem) }
+    }
+
+    /// A problem in one line.
+    pub(crate) fn in_line(name: &str, line: usize, problem: ReadProblem) -> Self {
+        Self { line: Some(line), ..Self::in_file(name, problem) }
+    }
+
+    /// A problem in one column of one line.
+    pub(crate) fn in_column(name: &str, line: usize, column: &str, problem: ReadProblem) -> Self {
+        Self { column: Some(text::quoted(column)), ..Self::in_line(name, line, problem) }
+    }
+
+    /// What the operating system said about opening or reading `path`.
+    pub(crate) fn io(path: &Path, error: &io::Error) -> Self {
+        let problem = match error.kind() {
+            io::ErrorKind::NotFound => ReadProblem::Missing,
+            io::ErrorKind::IsADirectory => ReadProblem::IsFolder,
+            kind => ReadProblem::Io { kind, message: io_message(error) },
+        };
+        Self::in_file(&path.to_string_lossy(), problem)
+    }
+}
+
+/// What the operating system said, and what to do about it where that is plain.
+pub(crate) fn io_message(error: &io::Error) -> String {
+    match error.kind() {
+        io::ErrorKind::PermissionDenied => {
+            "permission denied; change the permissions, or choose another place".to_string()
+        }
+        io::ErrorKind::StorageFull => "the disk is full; make room, or choose another place".to_string(),
+        io::ErrorKind::ReadOnlyFilesystem => "the disk is read-only; choose another place".to_string(),
+        io::ErrorKind::ResourceBusy => {
+            "it is in use or a mount point; choose another place, or a folder inside it".to_string()
+        }
+        _ => error.to_string(),
+    }
+}
+
+fn place(file: &str, line: Option<usize>, column: Option<&str>) -> String {
+    let mut place = file.to_string();
+    if let Some(line) = line {
+        place += &format!(", line {line}");
+    }
+    if let Some(column) = column {
+        place += &format!(", column {}", if column.is_empty() { "(no name)" } else { column });
+    }
+    place
+}
+
+fn empty_means(empty: &str) -> String {
+    if empty.is_empty() { String::new() } else { format!(", or leave the cell empty where {empty}") }
+}
+
+fn or_millimeters(millimeters: &str) -> String {
+    if millimeters.is_empty() {
+        String::new()
+    } else {
+        format!(", or name the column {millimeters} if it is in millimetres")
+    }
+}

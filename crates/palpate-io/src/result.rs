@@ -1,0 +1,186 @@
+//! The result folder: shape.csv, motion.csv, summary.json and report.html, there as a whole or not at all.
+
+use std::fs;
+use std::path::Path;
+
+use palpate::Reconstruction;
+use palpate::reconstruct::{OutlinePoint, Pose};
+
+use crate::folder::FolderKind;
+use crate::number::{number, push_row};
+use crate::read_error::{ReadError, ReadProblem};
+use crate::summary::Summary;
+use crate::table::{Quantity, Table, read_bytes};
+use crate::unit::Dimension;
+use crate::write_error::{WriteError, WriteProblem};
+
+const SHAPE_FILE: &str = "shape.csv";
+const MOTION_FILE: &str = "motion.csv";
+const SUMMARY_FILE: &str = "summary.json";
+const REPORT_FILE: &str = "report.html";
+const SHAPE_HEADER: &str = "theta_rad,r_m,r_sd_m,x_m,y_m,curvature_radius_m,touches";
+const MOTION_HEADER: &str = "time_s,psi_rad,psi_sd_rad,com_x_m,com_y_m,com_sd_m,theta1_rad,theta2_rad,piece";
+
+const SHAPE: [Quantity; 7] = [
+    Quantity::new("theta", Dimension::Angle),
+    Quantity::new("r", Dimension::Length),
+    Quantity::new("r_sd", Dimension::Length),
+    Quantity::new("x", Dimension::Length),
+    Quantity::new("y", Dimension::Length),
+    Quantity::new("curvature_radius", Dimension::Length),
+    Quantity::count("touches"),
+];
+const MOTION: [Quantity; 9] = [
+    Quantity::new("time", Dimension::Time),
+    Quantity::new("psi", Dimension::Angle),
+    Quantity::new("psi_sd", Dimension::Angle),
+    Quantity::new("com_x", Dimension::Length),
+    Quantity::new("com_y", Dimension::Length),
+    Quantity::new("com_sd", Dimension::Length),
+    Quantity::new("theta1", Dimension::Angle),
+    Quantity::new("theta2", Dimension::Angle),
+    Quantity::count("piece"),
+];
+
+const RESULT: FolderKind = FolderKind {
+    kind: "result",
+    files: &[SHAPE_FILE, MOTION_FILE, SUMMARY_FILE, REPORT_FILE],
+    mark: SUMMARY_FILE,
+    is_mark: |path| fs::read(path).is_ok_and(|bytes| serde_json::from_slice::<Summary>(&bytes).is_ok()),
+};
+
+/// Whether [`write_result`] could write to `dir`, asked before a long computation. Nothing is left behind.
+///
+/// # Errors
+/// `dir` is a file, the current folder, or holds anything but an earlier result; or no folder can be made there.
+pub fn check_result_target(dir: &Path) -> Result<(), WriteError> {
+    RESULT.check(dir)
+}
+
+/// Writes a result folder: `shape.csv`, `motion.csv`, `summary.json`, `report.html`.
+///
+/// The folder is written aside, in its parent, and renamed, so that a killed run leaves no half result under its name. An earlier
+/// result is replaced; an empty folder is used; folders on the way are made; a link to a folder is followed. Numbers are written
+/// with the fewest digits that read back the same; one that could not be computed is `NaN` or `inf` in CSV and `null` in JSON.
+///
+/// # Errors
+/// As [`check_result_target`], or the disk is full. What was there before is then untouched.
+pub fn write_result(
+    dir: &Path,
+    reconstruction: &Reconstruction,
+    summary: &Summary,
+    report_html: &str,
+) -> Result<(), WriteError> {
+    let json = summary.to_json().map_err(|error| {
+        let message = error.to_string();
+        WriteError::new(&dir.join(SUMMARY_FILE), WriteProblem::Io { kind: std::io::ErrorKind::InvalidData, message })
+    })?;
+    let files = [
+        (SHAPE_FILE, shape_csv(&reconstruction.outline)),
+        (MOTION_FILE, motion_csv(&reconstruction.motion)),
+        (SUMMARY_FILE, json),
+    ];
+    let mut files: Vec<(&str, &str)> = files.iter().map(|(name, text)| (*name, text.as_str())).collect();
+    files.push((REPORT_FILE, report_html));
+    RESULT.write(dir, &files)
+}
+
+fn shape_csv(outline: &[OutlinePoint]) -> String {
+    let mut text = format!("{SHAPE_HEADER}\n");
+    for point in outline {
+        let numbers =
+            [point.theta_rad, point.r_m, point.r_sd_m, point.x_m, point.y_m, point.curvature_radius_m].map(number);
+        push_row(&mut text, numbers.into_iter().chain([point.touches.to_string()]));
+    }
+    text
+}
+
+fn motion_csv(motion: &[Pose]) -> String {
+    let mut text = format!("{MOTION_HEADER}\n");
+    for pose in motion {
+        let numbers = [
+            pose.time_s,
+            pose.psi_rad,
+            pose.psi_sd_rad,
+            pose.com_x_m,
+            pose.com_y_m,
+            pose.com_sd_m,
+            pose.theta1_rad,
+            pose.theta2_rad,
+        ];
+        push_row(&mut text, numbers.map(number).into_iter().chain([pose.piece.to_string()]));
+    }
+    text
+}
+
+/// The boundary from the `shape.csv` of the result folder `dir`.
+///
+/// # Errors
+/// The file cannot be read, lacks a column or holds text where a number belongs.
+pub fn read_shape_csv(dir: &Path) -> Result<Vec<OutlinePoint>, ReadError> {
+    let rows = read_rows(&dir.join(SHAPE_FILE), &SHAPE, SHAPE_HEADER)?;
+    let point = |[theta_rad, r_m, r_sd_m, x_m, y_m, curvature_radius_m, touches]: [f64; 7]| OutlinePoint {
+        theta_rad,
+        r_m,
+        r_sd_m,
+        x_m,
+        y_m,
+        curvature_radius_m,
+        touches: touches as u32,
+    };
+    Ok(rows.into_iter().map(point).collect())
+}
+
+/// The poses from the `motion.csv` of the result folder `dir`. The residuals are not in that file; they read back as `None`.
+///
+/// # Errors
+/// The file cannot be read, lacks a column or holds text where a number belongs.
+pub fn read_motion_csv(dir: &Path) -> Result<Vec<Pose>, ReadError> {
+    let rows = read_rows(&dir.join(MOTION_FILE), &MOTION, MOTION_HEADER)?;
+    let pose =
+        |[time_s, psi_rad, psi_sd_rad, com_x_m, com_y_m, com_sd_m, theta1_rad, theta2_rad, piece]: [f64; 9]| Pose {
+            time_s,
+            psi_rad,
+            psi_sd_rad,
+            com_x_m,
+            com_y_m,
+            com_sd_m,
+            theta1_rad,
+            theta2_rad,
+            piece: piece as u32,
+            residual1_m: None,
+            residual2_m: None,
+        };
+    Ok(rows.into_iter().map(pose).collect())
+}
+
+/// The `summary.json` of the result folder `dir`.
+///
+/// # Errors
+/// The file cannot be read or is no summary.
+pub fn read_summary(dir: &Path) -> Result<Summary, ReadError> {
+    let path = dir.join(SUMMARY_FILE);
+    serde_json::from_slice(&read_bytes(&path)?).map_err(|error| {
+        let message = crate::text::quoted(&error.to_string());
+        ReadError::in_file(&path.to_string_lossy(), ReadProblem::Json { message })
+    })
+}
+
+/// The columns `quantities` of every row.
+fn read_rows<const N: usize>(
+    path: &Path,
+    quantities: &[Quantity; N],
+    header: &'static str,
+) -> Result<Vec<[f64; N]>, ReadError> {
+    let (name, bytes) = (path.to_string_lossy(), read_bytes(path)?);
+    let table = Table::parse(&name, &bytes, header)?;
+    let columns =
+        quantities.iter().map(|&quantity| table.require(quantity, quantities)).collect::<Result<Vec<_>, _>>()?;
+    let mut rows = vec![[0.0; N]; table.rows()];
+    for (row, values) in rows.iter_mut().enumerate() {
+        for (value, &column) in values.iter_mut().zip(&columns) {
+            *value = table.any_number(row, column)?;
+        }
+    }
+    Ok(rows)
+}

@@ -1,0 +1,115 @@
+//! What summary.json says.
+
+use palpate::Reconstruction;
+use serde::{Deserialize, Serialize};
+
+/// The summary of a result, `summary.json`. A number that could not be computed (NaN or infinite) is `null` in JSON and reads back
+/// as NaN.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Summary {
+    /// Shape and motion are statistically consistent with the log, unique and convex.
+    pub certified: bool,
+    /// `certified`, and force/torque balance holds within the noise, so that the centre of mass can be trusted too.
+    pub com_certified: bool,
+    /// Why not certified; empty when both verdicts are yes.
+    pub reason: String,
+    /// Weighted squared residuals per degree of freedom; near 1 for a fit that is consistent with the noise.
+    #[serde(with = "number_or_null")]
+    pub chi2_per_dof: f64,
+    /// Times in seconds of the first sample after each jump.
+    pub jumps: Vec<f64>,
+    /// Fraction of the boundary (in normal angle) that was felt, 0 to 1.
+    #[serde(with = "number_or_null")]
+    pub coverage: f64,
+    /// Number of distinct arrangements that fit equally well; 1 when the answer is unique.
+    pub alternatives: usize,
+    /// Standard deviation of the contact positions, metres.
+    #[serde(with = "number_or_null")]
+    pub sensor_sd_m: f64,
+    /// Standard deviation of the balance equation, metres.
+    #[serde(with = "number_or_null")]
+    pub balance_sd_m: f64,
+    /// Number of samples of the log.
+    pub samples: usize,
+    /// Number of harmonics of the support function.
+    pub harmonics: usize,
+    /// Duration of the reconstruction, seconds.
+    #[serde(with = "number_or_null")]
+    pub seconds: f64,
+    /// Version of palpate.
+    pub version: String,
+    /// File name of the log, if it had one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub log: Option<String>,
+    /// What the reader of the log had to say about it.
+    #[serde(default)]
+    pub notes: Vec<String>,
+    /// How far the result is from the truth, where that is known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub truth: Option<TruthSummary>,
+}
+
+/// How far a result is from the truth. A number that could not be computed is `null` in JSON and reads back as NaN.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TruthSummary {
+    /// Root mean square error of r(θ) over the felt boundary after the best rotation, metres.
+    #[serde(with = "number_or_null")]
+    pub rms_r_m: f64,
+    /// The same after the best translation as well: the error of the form alone, metres.
+    #[serde(with = "number_or_null")]
+    pub rms_form_m: f64,
+    /// Hausdorff distance of the boundaries, metres.
+    #[serde(with = "number_or_null")]
+    pub hausdorff_m: f64,
+    /// Root mean square error of ψ, radians.
+    #[serde(with = "number_or_null")]
+    pub rms_psi_rad: f64,
+    /// Root mean square error of the centre of mass in the global frame, metres.
+    #[serde(with = "number_or_null")]
+    pub rms_com_m: f64,
+}
+
+impl Summary {
+    /// The summary of a reconstruction that took `seconds`. Set `log`, `notes` and `truth` where there is something to say.
+    pub fn new(reconstruction: &Reconstruction, seconds: f64) -> Self {
+        Self {
+            certified: reconstruction.certified,
+            com_certified: reconstruction.com_certified,
+            reason: reconstruction.reason.clone(),
+            chi2_per_dof: reconstruction.chi2_per_dof,
+            jumps: reconstruction.jumps_s.iter().copied().filter(|time| time.is_finite()).collect(),
+            coverage: reconstruction.coverage,
+            alternatives: reconstruction.alternatives,
+            sensor_sd_m: reconstruction.sensor_sd_m,
+            balance_sd_m: reconstruction.balance_sd_m,
+            samples: reconstruction.motion.len(),
+            harmonics: reconstruction.shape.harmonics_m().len(),
+            seconds,
+            version: env!("CARGO_PKG_VERSION").to_string(),
+            log: None,
+            notes: Vec::new(),
+            truth: None,
+        }
+    }
+
+    /// The summary as indented JSON with a line break at the end, the same text as `summary.json`.
+    ///
+    /// # Errors
+    /// None in practice: every field has a JSON form.
+    pub fn to_json(&self) -> Result<String, serde_json::Error> {
+        serde_json::to_string_pretty(self).map(|json| json + "\n")
+    }
+}
+
+/// JSON has no NaN: a number that is not finite is written as null and read as NaN.
+mod number_or_null {
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    pub(super) fn serialize<S: Serializer>(value: &f64, serializer: S) -> Result<S::Ok, S::Error> {
+        value.is_finite().then_some(*value).serialize(serializer)
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+        Ok(Option::<f64>::deserialize(deserializer)?.unwrap_or(f64::NAN))
+    }
+}

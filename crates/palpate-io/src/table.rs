@@ -1,0 +1,469 @@
+//! A CSV file as a table: header, columns found by name and unit, cells with their place in the file. Shared by palm logs, truth
+//! folders and result folders.
+
+use std::borrow::Cow;
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+use crate::read_error::{ReadError, ReadProblem};
+use crate::text;
+use crate::unit::{Dimension, Unit};
+
+/// Largest file that is read: far more than a day of samples, far less than the memory of the machine.
+const MAX_MIB: u64 = 512;
+
+/// Something a column may hold; the column is named `stem_unit`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Quantity {
+    /// Name without the unit, lower case.
+    pub(crate) stem: &'static str,
+    pub(crate) dimension: Option<Dimension>,
+    /// What an empty cell says, in words that follow "where"; empty where there must be a number.
+    pub(crate) empty: &'static str,
+}
+
+impl Quantity {
+    /// A quantity with a number in every row.
+    pub(crate) const fn new(stem: &'static str, dimension: Dimension) -> Self {
+        Self { stem, dimension: Some(dimension), empty: "" }
+    }
+
+    /// A quantity whose cells may be empty where `empty`.
+    pub(crate) const fn or_empty(stem: &'static str, dimension: Dimension, empty: &'static str) -> Self {
+        Self { stem, dimension: Some(dimension), empty }
+    }
+
+    /// A plain number, its column named `stem` alone.
+    pub(crate) const fn count(stem: &'static str) -> Self {
+        Self { stem, dimension: None, empty: "" }
+    }
+
+    /// The unit that the end of a column name stands for.
+    fn unit(&self, suffix: &str) -> Option<Unit> {
+        self.dimension?.units().iter().copied().find(|unit| unit.suffix() == suffix)
+    }
+
+    /// The column names that are understood.
+    fn names(&self) -> String {
+        match self.dimension {
+            None => self.stem.to_string(),
+            Some(dimension) => {
+                let mut names = dimension.units().iter().map(|unit| format!("{}_{}", self.stem, unit.suffix()));
+                let last = names.next_back().unwrap_or_default();
+                let others: Vec<String> = names.collect();
+                if others.is_empty() { last } else { format!("{} or {last}", others.join(", ")) }
+            }
+        }
+    }
+
+    /// What follows the stem in `name` (lower case): nothing, or `_` and more.
+    fn rest<'n>(&self, name: &'n str) -> Option<&'n str> {
+        name.strip_prefix(self.stem).filter(|rest| rest.is_empty() || rest.starts_with('_'))
+    }
+}
+
+/// A column that was found.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Column {
+    pub(crate) quantity: Quantity,
+    pub(crate) unit: Option<Unit>,
+    index: usize,
+}
+
+/// A parsed file. Every row has as many cells as the header.
+#[derive(Clone, Debug)]
+pub(crate) struct Table<'a> {
+    file: &'a str,
+    header_line: usize,
+    names: Vec<String>,
+    /// Row after row.
+    cells: Vec<Cow<'a, str>>,
+    /// Line of each row, from 1.
+    lines: Vec<usize>,
+    /// `# key: value` lines in the order of the file.
+    pub(crate) metadata: Vec<(String, String)>,
+    /// The last line of the file has no line break.
+    pub(crate) unended: bool,
+}
+
+/// The bytes of a file, up to the limit.
+pub(crate) fn read_bytes(path: &Path) -> Result<Vec<u8>, ReadError> {
+    let failed = |error| ReadError::io(path, &error);
+    let mut file = File::open(path).map_err(failed)?;
+    if file.metadata().map_err(failed)?.is_dir() {
+        return Err(ReadError::in_file(&path.to_string_lossy(), ReadProblem::IsFolder));
+    }
+    let mut bytes = Vec::new();
+    let limit = MAX_MIB * 1024 * 1024;
+    (&mut file).take(limit + 1).read_to_end(&mut bytes).map_err(failed)?;
+    if bytes.len() as u64 > limit {
+        return Err(ReadError::in_file(&path.to_string_lossy(), ReadProblem::TooLarge { limit_mib: MAX_MIB }));
+    }
+    Ok(bytes)
+}
+
+impl<'a> Table<'a> {
+    /// Takes a file apart. `example` is a header to suggest when there is none.
+    pub(crate) fn parse(file: &'a str, bytes: &'a [u8], example: &'static str) -> Result<Self, ReadError> {
+        let text = decode(file, bytes)?;
+        let line_break = if text.contains('\n') { '\n' } else { '\r' };
+        let mut table = Self {
+            file,
+            header_line: 0,
+            names: Vec::new(),
+            cells: Vec::new(),
+            lines: Vec::new(),
+            metadata: Vec::new(),
+            unended: !text.ends_with(line_break),
+        };
+        let mut delimiter = ',';
+        let mut comments = false;
+        // A row that ends early; it is the last one unless another follows.
+        let mut short_row: Option<(usize, usize)> = None;
+        let too_short =
+            |line, cells, columns| ReadError::in_line(file, line, ReadProblem::RowTooShort { cells, columns });
+        for (index, content) in text.split(line_break).enumerate() {
+            let line = index + 1;
+            let content = content.trim_end_matches('\r');
+            let trimmed = content.trim();
+            if let Some(comment) = trimmed.strip_prefix('#') {
+                comments = true;
+                table.metadata.extend(metadata(comment));
+                continue;
+            }
+            if trimmed.is_empty() {
+                continue;
+            }
+            if table.names.is_empty() {
+                delimiter = [',', ';', '\t'].into_iter().find(|&mark| trimmed.contains(mark)).unwrap_or(',');
+            }
+            let before = table.cells.len();
+            if !split_cells(content, delimiter, &mut table.cells) {
+                return Err(ReadError::in_line(file, line, ReadProblem::Quote));
+            }
+            let row = &table.cells[before..];
+            let cells = row.len();
+            if row.iter().all(|cell| cell.is_empty()) {
+                // Spreadsheets leave rows of nothing but separators behind.
+                table.cells.truncate(before);
+                continue;
+            }
+            if table.names.is_empty() {
+                if row.iter().all(|cell| cell.is_empty() || cell.parse::<f64>().is_ok()) {
+                    return Err(ReadError::in_line(file, line, ReadProblem::NoHeader { example }));
+                }
+                if cells == 1 && row[0].contains(char::is_whitespace) {
+                    return Err(ReadError::in_line(file, line, ReadProblem::Blanks));
+                }
+                table.names = table.cells.drain(..).map(Cow::into_owned).collect();
+                table.header_line = line;
+                continue;
+            }
+            let columns = table.names.len();
+            if let Some((line, cells)) = short_row {
+                return Err(too_short(line, cells, columns));
+            }
+            if cells > columns {
+                return Err(ReadError::in_line(file, line, ReadProblem::RowTooLong { cells, columns }));
+            }
+            if cells < columns {
+                short_row = Some((line, cells));
+                table.cells.truncate(before);
+                continue;
+            }
+            table.lines.push(line);
+        }
+        if table.names.is_empty() {
+            let problem = if comments { ReadProblem::OnlyComments } else { ReadProblem::Empty };
+            return Err(ReadError::in_file(file, problem));
+        }
+        if let Some((line, cells)) = short_row {
+            let problem = ReadProblem::CutOff { cells, columns: table.names.len() };
+            return Err(ReadError::in_line(file, line, problem));
+        }
+        Ok(table)
+    }
+
+    /// Refuses a table without rows.
+    pub(crate) fn require_rows(&self) -> Result<(), ReadError> {
+        if self.lines.is_empty() {
+            return Err(ReadError::in_line(self.file, self.header_line, ReadProblem::OnlyHeader));
+        }
+        Ok(())
+    }
+
+    /// Number of rows below the header.
+    pub(crate) fn rows(&self) -> usize {
+        self.lines.len()
+    }
+
+    /// Line of a row in the file, from 1.
+    pub(crate) fn line(&self, row: usize) -> usize {
+        self.lines[row]
+    }
+
+    /// The column of `quantity`, in whatever unit; `all` are the quantities that this kind of file may have.
+    ///
+    /// # Errors
+    /// There are two, or its unit is missing or unknown. A name with an unknown unit beside a good one is an extra column.
+    pub(crate) fn find(&self, quantity: Quantity, all: &[Quantity]) -> Result<Option<Column>, ReadError> {
+        let mut found: Option<Column> = None;
+        let mut doubtful: Option<(&str, ReadProblem)> = None;
+        for (index, name) in self.names.iter().enumerate() {
+            let lower = name.to_ascii_lowercase();
+            if stem_of(&lower, all) != Some(quantity) {
+                continue;
+            }
+            let suffix = quantity.rest(&lower).unwrap_or_default().trim_start_matches('_');
+            let unit = quantity.unit(suffix);
+            if unit.is_some() || (quantity.dimension.is_none() && suffix.is_empty()) {
+                if let Some(first) = found {
+                    let problem = ReadProblem::TwoColumns {
+                        quantity: quantity.stem,
+                        first: text::quoted(&self.names[first.index]),
+                        second: text::quoted(name),
+                    };
+                    return Err(ReadError::in_line(self.file, self.header_line, problem));
+                }
+                found = Some(Column { quantity, unit, index });
+            } else if doubtful.is_none() && quantity.dimension.is_some() {
+                let names = quantity.names();
+                let problem = if suffix.is_empty() {
+                    ReadProblem::NoUnit { names }
+                } else {
+                    ReadProblem::UnknownUnit { unit: text::quoted(suffix), names }
+                };
+                doubtful = Some((name, problem));
+            }
+        }
+        match (found, doubtful) {
+            (None, Some((name, problem))) => Err(ReadError::in_column(self.file, self.header_line, name, problem)),
+            (found, _) => Ok(found),
+        }
+    }
+
+    /// The column of `quantity`, which must be there.
+    pub(crate) fn require(&self, quantity: Quantity, all: &[Quantity]) -> Result<Column, ReadError> {
+        self.find(quantity, all)?.ok_or_else(|| {
+            let problem = ReadProblem::MissingColumn {
+                quantity: quantity.stem,
+                names: quantity.names(),
+                found: text::list(self.names.iter().map(String::as_str)),
+            };
+            ReadError::in_line(self.file, self.header_line, problem)
+        })
+    }
+
+    /// The names of all columns that are not among `used`.
+    pub(crate) fn names_beside(&self, used: &[Column]) -> Vec<&str> {
+        let unused = |index| used.iter().all(|column| column.index != index);
+        self.names.iter().enumerate().filter(|(index, _)| unused(*index)).map(|(_, name)| name.as_str()).collect()
+    }
+
+    /// A column's name as the header has it.
+    pub(crate) fn name(&self, column: Column) -> &str {
+        &self.names[column.index]
+    }
+
+    /// The text of a cell, as messages show it.
+    pub(crate) fn shown(&self, row: usize, column: Column) -> String {
+        text::quoted(self.cell(row, column))
+    }
+
+    /// A problem with one cell.
+    pub(crate) fn error(&self, row: usize, column: Column, problem: ReadProblem) -> ReadError {
+        ReadError::in_column(self.file, self.lines[row], &self.names[column.index], problem)
+    }
+
+    /// A cell in SI; `None` where it is empty or NaN.
+    ///
+    /// # Errors
+    /// Text, or an infinite number.
+    pub(crate) fn value(&self, row: usize, column: Column) -> Result<Option<f64>, ReadError> {
+        let cell = self.cell(row, column);
+        let empty = column.quantity.empty;
+        match self.parse_cell(row, column)? {
+            Some(value) if value.is_infinite() => {
+                Err(self.error(row, column, ReadProblem::Infinite { text: text::quoted(cell), empty }))
+            }
+            value => Ok(value),
+        }
+    }
+
+    /// A cell in SI that must be a finite number.
+    ///
+    /// # Errors
+    /// Text, an empty cell, NaN, or an infinite number.
+    pub(crate) fn number(&self, row: usize, column: Column) -> Result<f64, ReadError> {
+        self.value(row, column)?
+            .ok_or_else(|| self.error(row, column, ReadProblem::NoNumber { text: self.shown(row, column) }))
+    }
+
+    /// A cell in SI that may be NaN or infinite; an empty cell is NaN.
+    ///
+    /// # Errors
+    /// Text.
+    pub(crate) fn any_number(&self, row: usize, column: Column) -> Result<f64, ReadError> {
+        Ok(self.parse_cell(row, column)?.unwrap_or(f64::NAN))
+    }
+
+    /// Refuses a value that is not above the one in the row before.
+    pub(crate) fn require_increase(
+        &self,
+        row: usize,
+        column: Column,
+        previous: f64,
+        value: f64,
+        what: &'static str,
+    ) -> Result<(), ReadError> {
+        if value > previous {
+            return Ok(());
+        }
+        let text = self.shown(row, column);
+        let previous_line = self.line(row - 1);
+        let problem = if value < previous {
+            ReadProblem::Backwards { what, text, previous: self.shown(row - 1, column), previous_line }
+        } else {
+            ReadProblem::Repeated { what, text, previous_line }
+        };
+        Err(self.error(row, column, problem))
+    }
+
+    fn cell(&self, row: usize, column: Column) -> &str {
+        &self.cells[row * self.names.len() + column.index]
+    }
+
+    /// `None` for an empty cell or NaN.
+    fn parse_cell(&self, row: usize, column: Column) -> Result<Option<f64>, ReadError> {
+        let cell = self.cell(row, column);
+        if cell.is_empty() {
+            return Ok(None);
+        }
+        match cell.parse::<f64>() {
+            Ok(value) if value.is_nan() => Ok(None),
+            Ok(value) => Ok(Some(column.unit.map_or(value, |unit| unit.to_si(value)))),
+            Err(_) => {
+                let text = text::quoted(cell);
+                let has_comma = cell.contains(',') && cell.replace(',', "").parse::<f64>().is_ok();
+                let problem = if has_comma {
+                    ReadProblem::DecimalComma { text }
+                } else {
+                    ReadProblem::NotANumber { text, empty: column.quantity.empty }
+                };
+                Err(self.error(row, column, problem))
+            }
+        }
+    }
+}
+
+/// The quantity with the longest stem that begins `name`, so that `s1_sd_mm` is no `s1` in the unit `sd_mm`.
+fn stem_of(name: &str, all: &[Quantity]) -> Option<Quantity> {
+    all.iter().copied().filter(|quantity| quantity.rest(name).is_some()).max_by_key(|quantity| quantity.stem.len())
+}
+
+/// The text of a file, without its byte order mark.
+fn decode<'a>(file: &str, bytes: &'a [u8]) -> Result<&'a str, ReadError> {
+    if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) {
+        return Err(ReadError::in_file(file, ReadProblem::Utf16));
+    }
+    if bytes.contains(&0) {
+        return Err(ReadError::in_file(file, ReadProblem::Binary));
+    }
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    std::str::from_utf8(bytes).map_err(|error| {
+        let line = bytes[..error.valid_up_to()].iter().filter(|&&byte| byte == b'\n').count() + 1;
+        ReadError::in_line(file, line, ReadProblem::NotUtf8)
+    })
+}
+
+/// `key: value` out of a comment. A key begins with a letter and goes on in letters, digits, spaces, `_`, `-` and `.`; the colon
+/// is followed by a blank or by nothing, so that a time of day or an address is no key.
+pub(crate) fn metadata(comment: &str) -> Option<(String, String)> {
+    let (key, value) = comment.split_once(':')?;
+    let key = key.trim();
+    let is_key = key.starts_with(char::is_alphabetic)
+        && key.chars().all(|character| character.is_alphanumeric() || " _-.".contains(character));
+    let is_apart = value.is_empty() || value.starts_with(char::is_whitespace);
+    (is_key && is_apart).then(|| (key.to_string(), value.trim().to_string()))
+}
+
+/// Appends the cells of a line, trimmed and without quotes. False when a quote has no partner.
+fn split_cells<'a>(line: &'a str, delimiter: char, cells: &mut Vec<Cow<'a, str>>) -> bool {
+    if !line.contains('"') {
+        cells.extend(line.split(delimiter).map(|cell| Cow::Borrowed(cell.trim())));
+        return true;
+    }
+    let is_blank = |character: char| character.is_whitespace() && character != delimiter;
+    let mut rest = line;
+    loop {
+        rest = rest.trim_start_matches(is_blank);
+        if let Some(mut quoted) = rest.strip_prefix('"') {
+            let mut cell = String::new();
+            loop {
+                let Some((inside, after)) = quoted.split_once('"') else { return false };
+                cell.push_str(inside);
+                // Two quotes in a row stand for one.
+                match after.strip_prefix('"') {
+                    Some(more) => {
+                        cell.push('"');
+                        quoted = more;
+                    }
+                    None => {
+                        rest = after.trim_start_matches(is_blank);
+                        break;
+                    }
+                }
+            }
+            cells.push(Cow::Owned(cell.trim().to_string()));
+            if rest.is_empty() {
+                return true;
+            }
+            let Some(after) = rest.strip_prefix(delimiter) else { return false };
+            rest = after;
+        } else {
+            match rest.split_once(delimiter) {
+                Some((cell, after)) => {
+                    cells.push(Cow::Borrowed(cell.trim()));
+                    rest = after;
+                }
+                None => {
+                    cells.push(Cow::Borrowed(rest.trim()));
+                    return true;
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn cells(line: &str, delimiter: char) -> Option<Vec<String>> {
+        let mut cells = Vec::new();
+        split_cells(line, delimiter, &mut cells).then(|| cells.into_iter().map(Cow::into_owned).collect())
+    }
+
+    #[test]
+    fn quoted_cells_are_freed_of_their_quotes() {
+        assert_eq!(
+            cells(r#" a , "b, c" ,"d ""e""","#, ','),
+            Some(vec!["a".into(), "b, c".into(), "d \"e\"".into(), "".into()])
+        );
+        assert_eq!(cells("\"a\"\t\"b\"\t", '\t'), Some(vec!["a".into(), "b".into(), "".into()]));
+        assert_eq!(cells(r#""a,b"#, ','), None);
+        assert_eq!(cells(r#""a"b,c"#, ','), None);
+    }
+
+    #[test]
+    fn metadata_has_a_key_and_a_blank_after_the_colon() {
+        let pair = |key: &str, value: &str| Some((key.to_string(), value.to_string()));
+        assert_eq!(metadata(" robot: left hand "), pair("robot", "left hand"));
+        assert_eq!(metadata("seed:"), pair("seed", ""));
+        assert_eq!(metadata(" link: https://example.org"), pair("link", "https://example.org"));
+        assert_eq!(metadata(" see https://example.org"), None);
+        assert_eq!(metadata(" 12:30"), None);
+        assert_eq!(metadata(" just words"), None);
+    }
+}

@@ -1,0 +1,189 @@
+//! Palm logs that are read: units, tolerated oddities, notes, and the round trip through a file.
+
+use palpate::palms::PalmPair;
+use palpate::{Log, Sample};
+use palpate_io::{LogFile, WriteProblem, parse_log, read_log, write_log};
+use proptest::collection::vec;
+use proptest::option;
+use proptest::prelude::*;
+
+fn parse(text: &str) -> LogFile {
+    parse_log("log.csv", text.as_bytes()).unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn rows(header: &str, row: impl Fn(usize) -> String) -> String {
+    let rows: Vec<String> = (0..14).map(row).collect();
+    format!("{header}\n{}\n", rows.join("\n"))
+}
+
+fn plain() -> String {
+    rows("time_s,phi1_rad,phi2_rad,s1_m,s2_m", |row| format!("{row},1.04,1.2,0.0297,0.0318"))
+}
+
+#[test]
+fn every_unit_is_converted() {
+    let file = parse(&rows(
+        "force2_n,base2_y_mm,base2_x_cm,base1_y_m,base1_x_mm,s2_sd_cm,s1_sd_mm,s2_cm,s1_mm,phi2_deg,phi1_deg,time_ms,force1_n",
+        |row| format!("2,-4,3,0.002,1,0.02,0.1,3.18,29.7,90,180,{},1.5", 50 * row),
+    ));
+    let sample = file.log.samples[1];
+    let expected = Sample {
+        time_s: 0.05,
+        palms: PalmPair {
+            phi1_rad: std::f64::consts::PI,
+            phi2_rad: std::f64::consts::FRAC_PI_2,
+            base1_m: [0.001, 0.002],
+            base2_m: [0.03, -0.004],
+        },
+        s1_m: Some(0.0297),
+        s2_m: Some(0.0318),
+        s1_sd_m: Some(0.0001),
+        s2_sd_m: Some(0.0002),
+        force1_n: Some(1.5),
+        force2_n: Some(2.0),
+    };
+    assert_eq!(sample, expected);
+    assert_eq!(file.notes, Vec::<String>::new());
+}
+
+#[test]
+fn oddities_of_other_programs_are_tolerated() {
+    let expected = parse(&plain());
+    let same = |text: String| assert_eq!(parse(&text).log, expected.log, "{text}");
+    same(plain().replace('\n', "\r\n"));
+    same(plain().replace('\n', "\r"));
+    same(format!("\u{feff}{}", plain()));
+    same(plain().replace(',', " , "));
+    same(plain().replace(',', ";"));
+    same(plain().replace(',', "\t"));
+    same(plain().replace("1.04", "\"1.04\"").replace("time_s", "\"time_s\""));
+    same(plain().replace('\n', "\n\n"));
+    same(plain() + ",,,,\n\n");
+    same(plain().to_uppercase());
+    same(plain().trim_end().to_string());
+}
+
+#[test]
+fn an_empty_cell_or_nan_is_no_contact() {
+    let text = plain() + "14,1.04,1.2,,0.03\n15,1.04,1.2,0.03,NaN\n16,1.04,1.2, ,nan\n";
+    let contacts: Vec<_> = parse(&text).log.samples[14..].iter().map(|sample| (sample.s1_m, sample.s2_m)).collect();
+    assert_eq!(contacts, [(None, Some(0.03)), (Some(0.03), None), (None, None)]);
+}
+
+#[test]
+fn metadata_is_found_above_and_between() {
+    let text = format!("# object: egg\n#seed:7\n# seed: 7\n{}# stopped: by hand\n# the end\n", plain());
+    let pairs = [("object", "egg"), ("seed", "7"), ("stopped", "by hand")];
+    assert_eq!(parse(&text).metadata, pairs.map(|(key, value)| (key.to_string(), value.to_string())));
+}
+
+#[test]
+fn notes_tell_what_was_left_aside_and_what_looks_odd() {
+    let notes = |text: &str| parse(text).notes;
+    assert_eq!(
+        notes(&rows("time_s,phi1_rad,phi2_rad,s1_m,s2_m,s1_raw,,temperature", |row| format!(
+            "{row},1,1,0.03,0.03,a,b,c"
+        ))),
+        ["columns ignored: s1_raw, (no name), temperature"]
+    );
+    assert_eq!(
+        notes(&plain().replace("0.0297", "29.7")),
+        ["s1_m: a contact 29.7 m from the base of its palm; is the column in millimetres?"]
+    );
+    assert_eq!(
+        notes(&plain().replace("s2_m", "s2_mm")),
+        ["s2_mm: no contact is more than 0.0000318 m from the base of its palm; is the unit right?"]
+    );
+    assert_eq!(
+        notes(&plain().replace("phi2_rad", "phi2_deg")),
+        ["phi2_deg: the palms never open wider than 1.200 degrees; is the column in radians?"]
+    );
+    assert_eq!(
+        notes(plain().trim_end()),
+        ["the last line has no line break; if the file was cut off, its last value may be wrong"]
+    );
+}
+
+#[test]
+fn metadata_that_would_not_read_back_is_refused() {
+    let folder = tempfile::tempdir().expect("a folder for the test");
+    let path = folder.path().join("log.csv");
+    for (key, value) in [("", "a"), ("a:b", "c"), ("1", "a"), ("a", "b\nc")] {
+        let error = write_log(&path, &Log::default(), &[(key.to_string(), value.to_string())]);
+        let problem = error.expect_err("it would not read back").problem;
+        assert!(matches!(problem, WriteProblem::Metadata { .. }), "{problem}");
+    }
+    assert!(!path.exists());
+}
+
+#[test]
+fn a_log_is_not_written_over_a_folder() {
+    let folder = tempfile::tempdir().expect("a folder for the test");
+    let error = write_log(folder.path(), &Log::default(), &[]).expect_err("a folder is there");
+    let expected =
+        format!("{}: a folder of that name exists; choose another name for the file", folder.path().display());
+    assert_eq!(error.to_string(), expected);
+    let path = folder.path().join("file").join("log.csv");
+    std::fs::write(folder.path().join("file"), "").expect("a file for the test");
+    let error = write_log(&path, &Log::default(), &[]).expect_err("a file is in the way");
+    let expected = format!(
+        "{}: a file of that name exists; choose another name for the folder",
+        folder.path().join("file").display()
+    );
+    assert_eq!(error.to_string(), expected);
+}
+
+fn a_sample(contacts: impl Strategy<Value = (Option<f64>, Option<f64>)>) -> impl Strategy<Value = (f64, Sample)> {
+    let palms = (-12.0..12.0, 0.0011..3.1405, [-99.0..99.0, -1e-3..1e-3], [-1e-300..1e-300, -0.5..0.5]);
+    let stated = [option::of(1e-12..1.0), option::of(1e-6..1e-3)];
+    let force = option::of(prop::num::f64::NORMAL | prop::num::f64::SUBNORMAL | prop::num::f64::ZERO);
+    (1e-6..10.0, palms, contacts, stated, force).prop_map(|(step, palms, contacts, stated, force)| {
+        let (phi1_rad, phi2_rad, base1_m, base2_m) = palms;
+        let sample = Sample {
+            time_s: 0.0,
+            palms: PalmPair { phi1_rad, phi2_rad, base1_m, base2_m },
+            s1_m: contacts.0,
+            s2_m: contacts.1,
+            s1_sd_m: stated[0],
+            s2_sd_m: stated[1],
+            force1_n: force,
+            force2_n: None,
+        };
+        (step, sample)
+    })
+}
+
+fn a_log() -> impl Strategy<Value = Log> {
+    let both = (0.0..100.0).prop_flat_map(|s1: f64| (Just(Some(s1)), (1e-310..1e-3).prop_map(Some)));
+    let either = (option::of(0.0..0.2), option::of(0.0..0.2));
+    (-1e6..1e9, vec(a_sample(both), 12..16), vec(a_sample(either), 0..20), any::<bool>()).prop_map(
+        |(mut time, first, rest, hinged)| {
+            let samples = first.into_iter().chain(rest).map(|(step, mut sample)| {
+                time += step;
+                sample.time_s = time;
+                if hinged {
+                    sample.palms = PalmPair::hinged(sample.palms.phi1_rad, sample.palms.phi2_rad);
+                }
+                sample
+            });
+            Log { samples: samples.collect() }
+        },
+    )
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn what_is_written_reads_back_the_same(log in a_log(), value in "[a-z:# ,\"ß]{0,20}") {
+        let folder = tempfile::tempdir().expect("a folder for the test");
+        let path = folder.path().join("new").join("log.csv");
+        let metadata = [("made by".to_string(), value.trim().to_string())];
+        write_log(&path, &log, &metadata).expect("it can be written");
+        let file = read_log(&path).unwrap_or_else(|error| panic!("{error}"));
+        prop_assert_eq!(file.log, log);
+        prop_assert_eq!(file.metadata, metadata);
+        let left: Vec<_> = path.parent().expect("it has one").read_dir().expect("it is there").collect();
+        prop_assert_eq!(left.len(), 1);
+    }
+}
