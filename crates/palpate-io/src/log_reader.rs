@@ -11,8 +11,8 @@ use crate::table::{Column, Quantity, Table, read_bytes};
 use crate::text;
 use crate::unit::{Dimension, Unit};
 
-/// Fewest samples with a contact on both palms that a log must have.
-pub const MIN_SAMPLES: usize = 12;
+/// Fewest samples with a contact on both palms that a log must have: fewer cannot be solved for a shape.
+pub const MIN_SAMPLES: usize = palpate::reconstruct::FEWEST_SAMPLES;
 
 /// Palms closer to parallel than this, as |sin φ₂|, cannot be told from parallel ones.
 const MIN_SIN_PHI2: f64 = 1e-3;

@@ -355,3 +355,22 @@ fn or_millimeters(millimeters: &str) -> String {
         format!(", or name the column {millimeters} if it is in millimetres")
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_the_system_says_comes_with_what_to_do() {
+        let message = |kind: io::ErrorKind| ReadError::io(Path::new("a.csv"), &kind.into()).to_string();
+        let place = "or choose another place";
+        let expected = format!("a.csv: cannot be read: permission denied; change the permissions, {place}");
+        assert_eq!(message(io::ErrorKind::PermissionDenied), expected);
+        let message = |kind: io::ErrorKind| crate::WriteError::io(Path::new("out"), &kind.into()).to_string();
+        assert_eq!(
+            message(io::ErrorKind::StorageFull),
+            format!("out: cannot be written: the disk is full; make room, {place}")
+        );
+        assert_eq!(message(io::ErrorKind::BrokenPipe), "out: cannot be written: broken pipe");
+    }
+}

@@ -161,7 +161,7 @@ pub fn read_motion_csv(dir: &Path) -> Result<Vec<Pose>, ReadError> {
 pub fn read_summary(dir: &Path) -> Result<Summary, ReadError> {
     let path = dir.join(SUMMARY_FILE);
     serde_json::from_slice(&read_bytes(&path)?).map_err(|error| {
-        let message = crate::text::quoted(&error.to_string());
+        let message = error.to_string();
         ReadError::in_file(&path.to_string_lossy(), ReadProblem::Json { message })
     })
 }
