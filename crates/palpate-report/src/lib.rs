@@ -1,1 +1,94 @@
-//! Placeholder.
+//! The report page: one HTML file that shows what was felt, what was made of it, and how far to trust it.
+//!
+//! ```
+//! use palpate::{Log, Reconstruction, shape::SupportFunction};
+//! use palpate_report::{ReportInput, page};
+//!
+//! let log = Log::default();
+//! # let reconstruction = Reconstruction {
+//! #     shape: SupportFunction::new(0.03, vec![]), outline: vec![], motion: vec![], certified: false,
+//! #     com_certified: false, reason: "nothing was felt".into(), chi2_per_dof: f64::NAN, jumps_s: vec![],
+//! #     coverage: 0.0, alternatives: 1, sensor_sd_m: f64::NAN, balance_sd_m: f64::NAN };
+//! let html = page(&ReportInput {
+//!     title: "An empty palm",
+//!     log: &log,
+//!     reconstruction: &reconstruction,
+//!     truth: None,
+//!     seconds: 0.1,
+//!     command: None,
+//!     version: env!("CARGO_PKG_VERSION"),
+//! });
+//! assert!(html.starts_with("<!doctype html>"));
+//! ```
+//!
+//! The page needs no network and no other file: styles, script and data are inside, and its content security policy
+//! forbids everything else. Lengths in it are millimetres and angles degrees, because people read it; the result files
+//! hold SI units. A log of more than [`MAX_SAMPLES_SHOWN`] samples is thinned for the plots (ends of pieces and the
+//! worst residuals stay); the figures and the histograms still come from all samples.
+//!
+//! Nothing here fails: a value that is not finite leaves a gap in its curve, and a result without samples gives a page
+//! that says so.
+#![forbid(unsafe_code)]
+
+mod data;
+mod figures;
+mod html;
+mod overlay;
+
+use palpate::{Log, Reconstruction, Truth};
+
+pub use data::MAX_SAMPLES_SHOWN;
+
+/// What the page is made from.
+#[derive(Clone, Copy, Debug)]
+pub struct ReportInput<'a> {
+    /// Heading of the page, such as the name of the log.
+    pub title: &'a str,
+    /// The log that was reconstructed.
+    pub log: &'a Log,
+    /// What came out.
+    pub reconstruction: &'a Reconstruction,
+    /// The truth, where it is known.
+    pub truth: Option<TruthOverlay<'a>>,
+    /// Wall-clock time the reconstruction took, seconds.
+    pub seconds: f64,
+    /// The command line that made the result, for the footer.
+    pub command: Option<&'a str>,
+    /// Version of the program, for the footer.
+    pub version: &'a str,
+}
+
+/// The true shape and motion, and how far the result is from them.
+#[derive(Clone, Copy, Debug)]
+pub struct TruthOverlay<'a> {
+    /// True shape and motion.
+    pub truth: &'a Truth,
+    /// RMS error of r over the felt boundary after the best rotation, metres.
+    pub rms_r_m: f64,
+    /// The same after the best rotation and translation, metres.
+    pub rms_form_m: f64,
+    /// Hausdorff distance between the two boundaries, metres.
+    pub hausdorff_m: f64,
+    /// RMS error of the orientation, radians.
+    pub rms_psi_rad: f64,
+    /// RMS error of the centre of mass, metres.
+    pub rms_com_m: f64,
+}
+
+/// The whole page as one HTML document.
+pub fn page(input: &ReportInput) -> String {
+    let json = data::json(input);
+    html::fill(include_str!("../assets/template.html"), |name| match name {
+        "title" => html::escape(input.title),
+        "style" => include_str!("../assets/style.css").to_owned(),
+        "script" => include_str!("../assets/report.js").to_owned(),
+        "verdict" => figures::verdict(input.reconstruction),
+        "figures" => figures::key_figures(input),
+        "errors" => figures::truth_errors(input.truth.as_ref()),
+        "thinned" => figures::thinned(input),
+        "command" => figures::command(input.command),
+        "version" => html::escape(input.version),
+        "data" => json.clone(),
+        _ => String::new(),
+    })
+}

@@ -1,0 +1,880 @@
+(() => {
+  "use strict";
+
+  // ---------------------------------------------------------------- data
+
+  const data = JSON.parse(document.getElementById("data").textContent);
+  const byId = (id) => document.getElementById(id);
+  const finite = Number.isFinite;
+  const RAD = Math.PI / 180;
+  const PIECES = 3;
+  const count = data.time.length;
+  const outline = data.outline;
+  const nodes = outline.theta.length;
+  const truth = data.truth;
+  const pieceClass = (piece) => `piece${piece % PIECES}`;
+  const cos = (deg) => Math.cos(deg * RAD), sin = (deg) => Math.sin(deg * RAD);
+
+  // Times that are missing or run backwards take the time before them, so that every search below is sound.
+  const time = [];
+  for (const t of data.time) time.push(Math.max(finite(t) ? t : -Infinity, time.length ? time[time.length - 1] : -Infinity));
+  const firstFinite = time.find(finite) ?? 0;
+  time.forEach((t, i) => { if (!finite(t)) time[i] = firstFinite; });
+  const start = count ? time[0] : 0, end = count ? time[count - 1] : 0;
+
+  const theta1 = (i) => data.phi1[i] - data.psi[i] - 90;
+  const theta2 = (i) => theta1(i) + data.phi2[i] - 180;
+  const base = (i) => (data.base ? data.base.map((column) => column[i] ?? 0) : [0, 0, 0, 0]);
+  // null - null is 0 in JavaScript: a missing value must not pass for a number.
+  const minus = (a, b) => (finite(a) && finite(b) ? a - b : NaN);
+
+  /** Index of the last sample at or before a time. */
+  function indexAt(t) {
+    let low = 0, high = count - 1;
+    while (low < high) {
+      const middle = (low + high + 1) >> 1;
+      if (time[middle] <= t) low = middle; else high = middle - 1;
+    }
+    return low;
+  }
+
+  /** The sample nearest to a time. */
+  function nearestAt(t) {
+    const i = indexAt(t);
+    return i + 1 < count && time[i + 1] - t < t - time[i] ? i + 1 : i;
+  }
+
+  /** A column between two samples; held where a jump or a gap lies between them. */
+  function between(column, i, t) {
+    const j = i + 1;
+    const a = column[i], b = column[j];
+    if (j >= count || !finite(a) || !finite(b) || data.piece[i] !== data.piece[j] || !(time[j] > time[i])) return a;
+    return a + (b - a) * (t - time[i]) / (time[j] - time[i]);
+  }
+
+  const spacing = nodes > 0 ? 360 / nodes : 360;
+  const nodeAt = (theta) => {
+    const place = Math.round((theta - (outline.theta[0] || 0)) / spacing);
+    return ((place % nodes) + nodes) % nodes;
+  };
+  const felt = outline.touches.map((touches) => touches > 0);
+
+  // When, and in which piece, each part of the boundary was first felt.
+  const firstFelt = new Array(nodes).fill(Infinity);
+  const firstPiece = new Array(nodes).fill(0);
+  {
+    const mark = (node, i) => {
+      if (felt[node] && time[i] < firstFelt[node]) { firstFelt[node] = time[i]; firstPiece[node] = data.piece[i]; }
+    };
+    for (const [angle, seen] of [[theta1, data.s1], [theta2, data.s2]]) {
+      for (let i = 0; nodes && i < count; i++) {
+        const here = angle(i);
+        if (!finite(here) || !finite(data.psi[i]) || !finite(seen[i])) continue;
+        mark(nodeAt(here), i);
+        const before = i && data.piece[i - 1] === data.piece[i] && finite(seen[i - 1]) ? angle(i - 1) : NaN;
+        const steps = Math.abs(here - before) / spacing;
+        if (steps < 120 / spacing) for (let k = 1; k < steps; k++) mark(nodeAt(before + (here - before) * k / steps), i);
+      }
+    }
+    // What the log felt only just, at the edge of a node, appears with its neighbour.
+    for (let node = 0; node < nodes; node++) {
+      for (let reach = 1; felt[node] && !finite(firstFelt[node]) && reach <= 6; reach++) {
+        for (const near of [(node + reach) % nodes, (node + nodes - reach) % nodes]) {
+          if (finite(firstFelt[near])) { firstFelt[node] = firstFelt[near]; firstPiece[node] = firstPiece[near]; }
+        }
+      }
+      if (felt[node] && !finite(firstFelt[node])) { firstFelt[node] = end; firstPiece[node] = data.piece[count - 1] ?? 0; }
+    }
+  }
+
+  // ---------------------------------------------------------------- small tools
+
+  const SVG = "http://www.w3.org/2000/svg";
+  function draw(parent, tag, attributes = {}, text) {
+    const element = document.createElementNS(SVG, tag);
+    for (const name in attributes) element.setAttribute(name, attributes[name]);
+    if (text !== undefined) element.textContent = text;
+    parent.appendChild(element);
+    return element;
+  }
+
+  const px = (value) => Math.round(value * 10) / 10;
+  const crisp = (value) => Math.round(value) + 0.5;
+
+  /** Path through points, broken where one is missing. */
+  function path(points) {
+    let d = "", pen = false;
+    for (const [x, y] of points) {
+      if (!finite(x) || !finite(y)) { pen = false; continue; }
+      d += `${pen ? "L" : "M"}${px(x)} ${px(y)}`;
+      pen = true;
+    }
+    return d;
+  }
+
+  function extent(columns, keep = () => true) {
+    let low = Infinity, high = -Infinity;
+    for (const column of columns) column.forEach((value, i) => {
+      if (finite(value) && keep(i)) { low = Math.min(low, value); high = Math.max(high, value); }
+    });
+    return low <= high ? [low, high] : [0, 1];
+  }
+
+  function quantile(values, q) {
+    const sorted = values.filter(finite).sort((a, b) => a - b);
+    return sorted.length ? sorted[Math.min(sorted.length - 1, Math.floor(q * sorted.length))] : NaN;
+  }
+
+  /** A round step that cuts `span` into at most about `pieces`. */
+  function roundStep(span, pieces) {
+    if (!(span > 0) || !finite(span)) return 1;
+    const raw = span / Math.max(1, pieces), power = 10 ** Math.floor(Math.log10(raw));
+    return [1, 2, 2.5, 5, 10].map((m) => m * power).find((step) => step >= raw * 0.999) || raw;
+  }
+
+  function ticks(low, high, pieces, step = roundStep(high - low, pieces)) {
+    const values = [];
+    for (let k = Math.ceil(low / step - 1e-9); k * step <= high + step * 1e-9 && values.length < 50; k++) values.push(k * step);
+    return values;
+  }
+
+  const tidy = (text) => text.replace(/^-(0(\.0*)?)$/, "$1").replace("-", "\u2212");
+  function fixed(value, decimals) {
+    if (!finite(value)) return "–";
+    return Math.abs(value) >= 1e7 ? tidy(value.toExponential(2)) : tidy(value.toFixed(decimals));
+  }
+  /** Three significant digits. */
+  function short(value) {
+    if (!finite(value)) return "–";
+    const size = Math.abs(value);
+    if (size >= 1e7 || (size > 0 && size < 1e-4)) return tidy(value.toExponential(1));
+    return fixed(value, size === 0 ? 0 : Math.max(0, Math.min(6, 2 - Math.floor(Math.log10(size)))));
+  }
+  const tickLabel = (value, step) => fixed(value, Math.max(0, Math.min(6, -Math.floor(Math.log10(step) + 1e-9)
+    + (/^[^1-9]*25/.test(step.toExponential()) || /^2\.5/.test(step.toExponential()) ? 1 : 0))));
+
+  /** A length in mm for a read-out, in µm where that reads better. */
+  const lengthText = (mm) => (finite(mm) && Math.abs(mm) < 0.1 ? `${short(mm * 1e3)} µm` : `${short(mm)} mm`);
+
+  /** Read-out: pairs of label and value; only numbers and fixed words come in here. */
+  function readout(id, parts) {
+    byId(id).innerHTML = parts.map(([label, value]) => `<span>${label} <b>${value}</b></span>`).join("");
+  }
+
+  /** Keeps a drawing at the width of its box; the height is set before, so that nothing moves. */
+  function figure(host, height, render) {
+    let width = 0;
+    const refresh = () => {
+      const now = Math.floor(host.clientWidth);
+      if (now < 40 || now === width) return;
+      width = now;
+      const high = height(width);
+      host.style.height = `${high}px`;
+      host.replaceChildren();
+      const svg = draw(host, "svg", { viewBox: `0 0 ${width} ${high}`, role: "img" });
+      render(svg, width, high);
+    };
+    refresh();
+    new ResizeObserver(refresh).observe(host);
+  }
+
+  function empty(host, text) {
+    host.style.height = "10rem";
+    const note = document.createElement("div");
+    note.className = "empty";
+    note.textContent = text;
+    host.replaceChildren(note);
+  }
+
+  // ---------------------------------------------------------------- what is shown at the moment
+
+  /** Views that follow the time; each gets (time, index). */
+  const timeViews = [];
+  /** Views that follow a hovered time (null: back to the time of the stage). */
+  const hoverViews = [];
+  /** Views that follow a hovered place on the boundary (null: none). */
+  const nodeViews = [];
+  let now = end, hovered = null;
+
+  function setTime(t) {
+    now = Math.min(end, Math.max(start, t));
+    const i = count ? indexAt(now) : 0;
+    for (const view of timeViews) view(now, i);
+    if (hovered === null) for (const view of hoverViews) view(now, count ? nearestAt(now) : 0, false);
+  }
+  function hover(t) {
+    hovered = t;
+    const shown = t ?? now;
+    for (const view of hoverViews) view(shown, count ? nearestAt(shown) : 0, t !== null);
+  }
+  function hoverNode(node) { for (const view of nodeViews) view(node); }
+
+  // ---------------------------------------------------------------- charts
+
+  /**
+   * A chart over time or θ with an optional lane below for band and error.
+   * spec: { host, x, xUnit, xDomain, xTicks, height, unit, y, paint(layer, X, Y), ends, lane, right, jumps, onMove, onLeave, onPress }
+   */
+  function chart(spec) {
+    const host = byId(spec.host);
+    host.classList.add("scrub");
+    const laneHeight = spec.lane ? 62 : 0, gap = spec.lane ? 24 : 0, bottom = 22, top = 12;
+    const cursors = { play: null, hover: null, X: null };
+    figure(host, () => spec.height + laneHeight + gap + bottom + top, (svg, width, high) => {
+      const left = 46, right = width - (spec.right || 14);
+      const yTop = top, yBottom = top + spec.height;
+      const [x0, x1] = spec.xDomain, span = x1 > x0 ? x1 - x0 : 1;
+      const X = (value) => (finite(value) ? left + (value - x0) / span * (right - left) : NaN);
+      let [low, high2] = spec.y;
+      if (!(high2 > low)) { low -= 0.5 * Math.max(1e-6, Math.abs(low)); high2 += 0.5 * Math.max(1e-6, Math.abs(high2)); }
+      const Y = (value) => (finite(value) ? yBottom - (value - low) / (high2 - low) * spec.height : NaN);
+
+      const clip = `clip-${spec.host}`;
+      const defs = draw(svg, "defs");
+      draw(draw(defs, "clipPath", { id: clip }), "rect", { x: left - 2, y: yTop - 6, width: right - left + 4, height: spec.height + 12 });
+
+      // Grid: horizontal lines with the unit at the uppermost, time along the bottom.
+      const step = spec.yStep ? spec.yStep(low, high2) : roundStep(high2 - low, Math.max(2, spec.height / 42));
+      const levels = ticks(low, high2, 0, step);
+      levels.forEach((value, k) => {
+        const y = crisp(Y(value));
+        draw(svg, "path", { class: value === 0 ? "zero" : "grid", d: `M${left} ${y}H${right}` });
+        draw(svg, "text", { x: left - 8, y: y + 4, "text-anchor": "end" }, tickLabel(value, step));
+        if (k === levels.length - 1) draw(svg, "text", { x: left + 4, y: y - 4, class: "halo" }, spec.unit);
+      });
+      const laneTop = yBottom + gap, laneBottom = laneTop + laneHeight;
+      const floor = spec.lane ? laneBottom : yBottom;
+      const xStep = spec.xTicks || roundStep(span, Math.max(2, (right - left) / 84));
+      const times = ticks(x0, x0 + span, 0, xStep);
+      times.forEach((value, k) => {
+        const x = crisp(X(value));
+        draw(svg, "path", { class: "rule", d: `M${x} ${floor}v4` });
+        const last = k === times.length - 1;
+        draw(svg, "text", { x, y: floor + 17, "text-anchor": "middle" }, tickLabel(value, xStep) + (last ? spec.xUnit : ""));
+      });
+      draw(svg, "path", { class: "rule", d: `M${left} ${crisp(floor)}H${right}` });
+
+      if (spec.jumps) for (const jump of data.jumps) {
+        if (jump >= x0 && jump <= x1) draw(svg, "path", { class: "jump", d: `M${crisp(X(jump))} ${yTop - 6}V${floor}` });
+      }
+
+      const layer = draw(svg, "g", { "clip-path": `url(#${clip})` });
+      spec.paint(layer, X, Y, { left, right, top: yTop, bottom: yBottom, svg });
+      if (spec.lane) paintLane(svg, spec, X, left, right, laneTop, laneBottom);
+
+      const cursor = (name) => draw(svg, "path", { class: name, d: `M0.5 ${yTop - 6}V${floor}`, visibility: "hidden" });
+      cursors.play = cursor("play-cursor");
+      cursors.hover = cursor("hover-cursor");
+      cursors.X = X;
+      cursors.value = (clientX) => {
+        const box = host.getBoundingClientRect();
+        const place = (clientX - box.left) * (width / (box.width || width));
+        return Math.min(x1, Math.max(x0, x0 + (place - left) / (right - left) * span));
+      };
+      if (spec.rendered) spec.rendered({ svg, X, Y });
+      setTime(now);
+    });
+
+    const place = (line, value) => {
+      if (!line) return;
+      const x = value === null ? NaN : cursors.X(value);
+      line.setAttribute("visibility", finite(x) ? "visible" : "hidden");
+      if (finite(x)) line.setAttribute("transform", `translate(${Math.round(x)} 0)`);
+    };
+    const move = (event) => { if (cursors.value) spec.onMove(cursors.value(event.clientX)); };
+    let pressed = false;
+    host.addEventListener("pointermove", (event) => { move(event); if (pressed && spec.onPress) spec.onPress(cursors.value(event.clientX)); });
+    host.addEventListener("pointerdown", (event) => {
+      if (!cursors.value) return;
+      pressed = true;
+      if (host.setPointerCapture) try { host.setPointerCapture(event.pointerId); } catch { /* not a live pointer */ }
+      if (spec.onPress) spec.onPress(cursors.value(event.clientX));
+    });
+    const release = () => { pressed = false; };
+    host.addEventListener("pointerup", release);
+    host.addEventListener("pointercancel", () => { release(); spec.onLeave(); });
+    host.addEventListener("pointerleave", () => { if (!pressed) spec.onLeave(); });
+    return { play: (value) => place(cursors.play, value), hover: (value) => place(cursors.hover, value) };
+  }
+
+  /** The strip below a chart: symmetrical 95 % band, and error lines where the truth is known. */
+  function paintLane(svg, spec, X, left, right, top, bottom) {
+    const lane = spec.lane, middle = (top + bottom) / 2, half = (bottom - top) / 2;
+    const bands = lane.band.map((value, i) => (!lane.keep || lane.keep(i) ? value : NaN));
+    const errors = lane.errors.flatMap((error) => error.values.filter((value, i) => finite(value) && (!lane.keep || lane.keep(i))).map(Math.abs));
+    const most = Math.max(1.25 * (quantile(bands, 0.98) || 0), 1.1 * (quantile(errors, 0.98) || 0)) || 1;
+    const micro = lane.unit === "mm" && most < 0.2;
+    const factor = micro ? 1e3 : 1, unit = micro ? "µm" : lane.unit;
+    const step = roundStep(most * factor, 1.4) / factor;
+    const level = step <= most ? step : step / 2;
+    const Y = (value) => (finite(value) ? middle - value / most * half : NaN);
+    const clip = `clip-lane-${spec.host}`;
+    draw(draw(svg, "clipPath", { id: clip }), "rect", { x: left - 1, y: top, width: right - left + 2, height: bottom - top });
+    for (const value of [level, 0, -level]) {
+      const y = crisp(Y(value));
+      draw(svg, "path", { class: value === 0 ? "zero" : "grid", d: `M${left} ${y}H${right}` });
+      const text = tickLabel(Math.abs(value) * factor, step * factor);
+      draw(svg, "text", { x: left - 8, y: y + 4, "text-anchor": "end" }, value === 0 ? "0" : value > 0 ? `+${text}` : `\u2212${text}`);
+    }
+    const layer = draw(svg, "g", { "clip-path": `url(#${clip})` });
+    const clamp = (value) => Math.max(-2 * most, Math.min(2 * most, value));
+    let run = [];
+    const flush = () => {
+      if (run.length) {
+        const upper = run.map(([x, w]) => [x, Y(clamp(w))]), lower = run.map(([x, w]) => [x, Y(clamp(-w))]).reverse();
+        draw(layer, "path", { class: "band lane", d: `${path(upper.concat(lower))}Z` });
+      }
+      run = [];
+    };
+    lane.band.forEach((value, i) => {
+      if (i && lane.breaks && lane.breaks(i)) flush();
+      if (finite(value) && finite(spec.x[i])) run.push([X(spec.x[i]), value]); else flush();
+    });
+    flush();
+    for (const error of lane.errors) draw(layer, "path", { class: `error ${error.class || ""}`, d: path(error.values.map((value, i) => [X(spec.x[i]), Y(clamp(finite(value) ? value : NaN))])) });
+    const words = lane.errors.length ? `95 % band and ${lane.errorWords || "actual error"}, ${unit}` : `95 % band, ${unit}`;
+    draw(svg, "text", { x: left + 4, y: top - 6 }, words);
+  }
+
+  const newPiece = (i) => data.piece[i] !== data.piece[i - 1];
+  /** A line over time, one path per piece. */
+  function paintPieces(layer, column, X, Y) {
+    let from = 0;
+    for (let i = 1; i <= count; i++) {
+      if (i < count && !newPiece(i)) continue;
+      const points = [];
+      for (let k = from; k < i; k++) points.push([X(time[k]), Y(column[k])]);
+      if (points.length === 1) points.push(points[0]);
+      draw(layer, "path", { class: `line ${pieceClass(data.piece[from])}`, d: path(points) });
+      from = i;
+    }
+  }
+  /** The truth over time, broken where the estimate jumps. */
+  function paintTruth(layer, column, X, Y) {
+    draw(layer, "path", { class: "truth", d: path(column.flatMap((value, i) => (i && newPiece(i) ? [[NaN, NaN]] : []).concat([[X(time[i]), Y(value)]]))) });
+  }
+  const overTime = { x: time, xUnit: " s", xDomain: [start, end], jumps: true, onMove: hover, onLeave: () => hover(null), onPress: (t) => { stop(); setTime(t); } };
+  const padded = ([low, high], share = 0.06) => { const pad = (high - low) * share || 0.5; return [low - pad, high + pad]; };
+  function follow(view, read) {
+    timeViews.push((t) => view.play(t));
+    hoverViews.push((t, i, active) => { view.hover(active ? t : null); if (read) read(i); });
+  }
+  const clock = (t) => `${fixed(t, end - start < 20 ? 2 : end - start < 2000 ? 1 : 0)} s`;
+
+  const degreeStep = (low, high) => {
+    const raw = (high - low) / 4;
+    return [15, 30, 45, 90, 180, 360].find((step) => raw > 7.5 && step >= raw) || roundStep(high - low, 4);
+  };
+
+  // ---------------------------------------------------------------- ψ, centre of mass, residuals
+
+  function timeCharts() {
+    const trueShown = truth && truth.psi.some(finite);
+    const truePsi = trueShown ? data.psi.map((value, i) => minus(value, truth.psiError[i])) : null;
+    const end1 = (layer, box, text, x, y) => draw(box.svg, "text", { x, y: y + 4, class: "strong halo" }, text);
+
+    const psi = chart({
+      ...overTime, host: "psi", height: 190, unit: "°", yStep: degreeStep,
+      y: padded(extent([data.psi])),
+      paint(layer, X, Y) {
+        paintPieces(layer, data.psi, X, Y);
+        if (truePsi) paintTruth(layer, truePsi, X, Y);
+      },
+      lane: { unit: "°", band: data.psiBand, breaks: newPiece, errors: trueShown ? [{ values: truth.psiError }] : [] },
+    });
+    follow(psi, (i) => readout("psi-readout", [
+      ["t", clock(time[i])],
+      ["ψ", `${fixed(data.psi[i], 2)}° ± ${short(data.psiBand[i])}°`],
+      ...(trueShown ? [["error", `${short(truth.psiError[i])}°`]] : []),
+    ]));
+
+    const com = chart({
+      ...overTime, host: "com", height: 190, unit: "mm", right: 28,
+      y: padded(extent([data.x, data.y])),
+      paint(layer, X, Y, box) {
+        for (const [column, name, trueColumn] of [[data.x, "x", truth && truth.x], [data.y, "y", truth && truth.y]]) {
+          paintPieces(layer, column, X, Y);
+          if (trueShown) paintTruth(layer, trueColumn, X, Y);
+          const y = Y(column[count - 1]);
+          if (finite(y)) end1(layer, box, name, box.right + 8, y);
+        }
+      },
+      lane: {
+        unit: "mm", band: data.comBand, breaks: newPiece, errorWords: "errors in x (dark) and y (amber)",
+        errors: trueShown ? [{ values: truth.xError }, { values: truth.yError, class: "second" }] : [],
+      },
+    });
+    follow(com, (i) => readout("com-readout", [
+      ["x", `${fixed(data.x[i], 2)}`],
+      ["y", `${fixed(data.y[i], 2)} mm ± ${lengthText(data.comBand[i])}`],
+      ...(trueShown ? [["error", `${lengthText(Math.hypot(truth.xError[i] ?? NaN, truth.yError[i] ?? NaN))}`]] : []),
+    ]));
+
+    data.residuals.forEach((sensor, k) => {
+      const sd = finite(data.sensorSd) && data.sensorSd > 0 ? data.sensorSd : sensor.rms;
+      const worst = Math.max(...extent([sensor.values]).map(Math.abs));
+      const reach = Math.max(finite(sd) && sd > 0 ? 4 * sd : 0, Math.min(worst * 1.05, finite(sd) && sd > 0 ? 10 * sd : Infinity)) || 1;
+      const word = ["one", "two"][k];
+      const view = chart({
+        ...overTime, host: `residual${k + 1}`, height: 112, unit: `mm, palm ${k + 1}`, right: 118,
+        y: [-reach, reach], yStep: (low, high) => roundStep(high - low, 3),
+        paint(layer, X, Y, box) {
+          const dots = sensor.values.map((value, i) => {
+            const x = X(time[i]), y = Y(finite(value) ? Math.max(-reach, Math.min(reach, value)) : NaN);
+            return finite(x) && finite(y) ? `M${px(x)} ${px(y)}h0` : "";
+          }).join("");
+          draw(layer, "path", { class: `cloud ${word}`, d: dots });
+          for (const level of [-2 * sd, 2 * sd]) if (finite(Y(level))) draw(layer, "path", { class: "sigma", d: `M${box.left} ${crisp(Y(level))}H${box.right}` });
+          // Histogram on the same vertical axis, with the bell curve that the noise promises.
+          const bins = sensor.histogram.length, tall = sensor.reach * 2 / bins;
+          const peak = Math.max(...sensor.histogram, sensor.count * tall / (sd * 2.5066) || 0, 1);
+          const wide = 62, x0 = box.right + 10;
+          const bars = draw(box.svg, "g", { class: `bars ${word}` });
+          sensor.histogram.forEach((n, bin) => {
+            const from = Y(-sensor.reach + bin * tall), to = Y(-sensor.reach + (bin + 1) * tall);
+            if (n && finite(from)) draw(bars, "rect", { x: x0, y: px(to), width: px(n / peak * wide), height: px(Math.max(0.5, from - to - 0.4)) });
+          });
+          const bell = [];
+          for (let u = -4; u <= 4.001; u += 0.125) bell.push([x0 + wide * sensor.count * tall / (sd * 2.5066) * Math.exp(-u * u / 2) / peak, Y(u * sd)]);
+          draw(box.svg, "path", { class: "bell", d: path(bell) });
+          draw(box.svg, "path", { class: "rule", d: `M${crisp(x0 - 1)} ${box.top}V${box.bottom}` });
+          if (finite(Y(2 * sd))) draw(box.svg, "text", { x: x0 + wide + 6, y: Y(2 * sd) + 4 }, "+2\u03c3");
+          if (finite(Y(-2 * sd))) draw(box.svg, "text", { x: x0 + wide + 6, y: Y(-2 * sd) + 4 }, "\u22122\u03c3");
+        },
+      });
+      follow(view, null);
+    });
+    const share = (sensor) => (sensor.count ? `${fixed(100 * sensor.beyond2 / sensor.count, 1)} % beyond 2σ` : "no contact seen");
+    hoverViews.push((t, i, active) => readout("residual-readout", active
+      ? [["t", clock(time[i])], ["palm 1", lengthText(data.residuals[0].values[i])], ["palm 2", lengthText(data.residuals[1].values[i])]]
+      : data.residuals.map((sensor, k) => [`palm ${k + 1} RMS`, `${lengthText(sensor.rms)}</b>, ${share(sensor)}<b>`])));
+  }
+
+  // ---------------------------------------------------------------- shape
+
+  /** Runs of consecutive nodes of one kind on the circle, as [kind, first, last]; neighbours share their end. */
+  function runs(kind) {
+    const found = [];
+    let from = 0;
+    for (let node = 1; node <= nodes; node++) {
+      if (node < nodes && kind(node) === kind(from)) continue;
+      found.push([kind(from), from, node]);
+      from = node;
+    }
+    return found;
+  }
+  function runPath(first, last, place) {
+    const points = [];
+    for (let node = first; node <= last; node++) points.push(place(node % nodes));
+    return path(points);
+  }
+
+  const ring = (place) => `${path([...Array(nodes).keys()].map(place))}Z`;
+
+  /** How much wider the band is drawn, so that it can be seen: 1, 2, 5, 10 ... */
+  const radius = finite(data.meanRadius) && data.meanRadius > 0 ? data.meanRadius : 1;
+  const exaggeration = (() => {
+    const wide = quantile(outline.band.filter((_, node) => felt[node]), 0.9);
+    if (!(wide > 0)) return 1;
+    let factor = 1;
+    for (const next of [2, 5, 10, 20, 50, 100, 200, 500, 1000]) if (wide * next <= 0.07 * radius) factor = next;
+    return factor;
+  })();
+  const drawnBand = (node) => Math.min(0.22 * radius, (outline.band[node] ?? NaN) * exaggeration);
+
+  function comMark(parent, x, y, size = 7) {
+    const mark = draw(parent, "g", { transform: `translate(${px(x)} ${px(y)})` });
+    draw(mark, "circle", { class: "com-disc", r: size });
+    draw(mark, "path", { class: "com-quarter", d: `M0 0V${-size}A${size} ${size} 0 0 1 ${size} 0ZM0 0V${size}A${size} ${size} 0 0 1 ${-size} 0Z` });
+    return mark;
+  }
+  const CENTROID = "M-5.5 0H5.5M0 -5.5V5.5";
+
+  function scaleBar(svg, scale, right, bottom) {
+    const mm = [1, 2, 5].flatMap((m) => [-3, -2, -1, 0, 1, 2, 3, 4].map((e) => m * 10 ** e)).sort((a, b) => b - a).find((length) => length * scale <= 96);
+    if (!mm) return;
+    const x = Math.round(right - mm * scale) + 0.5, y = Math.round(bottom) + 0.5;
+    draw(svg, "path", { class: "scale", d: `M${x} ${y - 4}V${y}H${Math.round(right) + 0.5}V${y - 4}` });
+    draw(svg, "text", { x: (x + right) / 2, y: y - 7, "text-anchor": "middle", class: "strong" }, `${mm} mm`);
+  }
+
+  function shapePanel() {
+    const host = byId("shape");
+    const usable = nodes >= 3 && outline.x.some(finite) && outline.y.some(finite);
+    if (!usable) { empty(host, "No boundary was reconstructed."); return; }
+    let mark = null, place = null;
+    figure(host, (width) => Math.round(Math.min(470, Math.max(280, width * 0.92))), (svg, width, high) => {
+      const band = outline.band.map((_, node) => drawnBand(node) || 0);
+      const [x0, x1] = extent([outline.x.map((x, n) => x - band[n]), outline.x.map((x, n) => x + band[n])].map((column) => column.map((v, n) => (finite(outline.x[n]) ? v : NaN))));
+      const [y0, y1] = extent([outline.y.map((y, n) => y - band[n]), outline.y.map((y, n) => y + band[n])].map((column) => column.map((v, n) => (finite(outline.y[n]) ? v : NaN))));
+      const scale = Math.min((width - 84) / Math.max(1e-9, x1 - x0), (high - 84) / Math.max(1e-9, y1 - y0));
+      const cx = width / 2 - scale * (x0 + x1) / 2, cy = (high - 18) / 2 + scale * (y0 + y1) / 2;
+      const at = (x, y) => (finite(x) && finite(y) ? [cx + x * scale, cy - y * scale] : [NaN, NaN]);
+      place = (node) => at(outline.x[node], outline.y[node]);
+      const shifted = (node, by) => {
+        const [x, y] = place(node), theta = outline.theta[node];
+        return [x + by * scale * cos(theta), y - by * scale * sin(theta)];
+      };
+      draw(svg, "path", { class: "body", d: ring(place) });
+      draw(svg, "path", { class: "band", "fill-rule": "evenodd", d: ring((n) => shifted(n, drawnBand(n))) + ring((n) => shifted(n, -drawnBand(n))) });
+      for (const [kind, first, last] of runs((node) => felt[node])) {
+        draw(svg, "path", { class: kind ? "felt" : "unfelt", d: runPath(first, last, place) });
+      }
+      if (truth && truth.aligned.length) draw(svg, "path", { class: "truth", d: `${path(truth.aligned.map(([x, y]) => at(x, y)))}Z` });
+      // Where the outward normal points along the axes.
+      for (const degrees of [0, 90, 180, 270]) {
+        const node = nodeAt(degrees), out = drawnBand(node) || 0;
+        const [ax, ay] = shifted(node, out + 4 / scale), [bx, by] = shifted(node, out + 11 / scale), [tx, ty] = shifted(node, out + 18 / scale);
+        if (!finite(ax) || !finite(tx)) continue;
+        draw(svg, "path", { class: "faint", d: path([[ax, ay], [bx, by]]) });
+        const anchor = degrees === 0 ? "start" : degrees === 180 ? "end" : "middle";
+        draw(svg, "text", { x: px(tx), y: px(ty + (degrees === 90 ? 2 : degrees === 270 ? 7 : 4)), "text-anchor": anchor, class: "halo" }, degrees === 0 ? "θ = 0°" : `${degrees}°`);
+      }
+      const [gx, gy] = at(data.centroid[0], data.centroid[1]);
+      const [ox, oy] = at(0, 0);
+      comMark(svg, ox, oy);
+      if (finite(gx)) draw(draw(svg, "g", { transform: `translate(${px(gx)} ${px(gy)})` }), "path", { class: "centroid", d: CENTROID });
+      scaleBar(svg, scale, width - 4, high - 6);
+      mark = draw(svg, "circle", { class: "dot", r: 5, fill: "var(--ink)", visibility: "hidden" });
+    });
+
+    const item = (glyph, text) => {
+      const entry = document.createElement("li");
+      const svg = draw(entry, "svg", { viewBox: "0 0 26 14", "aria-hidden": "true" });
+      glyph(svg);
+      entry.append(text);
+      byId("shape-legend").appendChild(entry);
+    };
+    item((svg) => draw(svg, "path", { class: "felt", d: "M1 7H25" }), "felt");
+    if (felt.some((yes) => !yes)) item((svg) => draw(svg, "path", { class: "unfelt", d: "M1 7H25" }), "never felt");
+    item((svg) => draw(svg, "rect", { class: "band", x: 0, y: 2, width: 26, height: 10 }), exaggeration > 1 ? `95 % band × ${exaggeration}` : "95 % band");
+    if (truth && truth.aligned.length) item((svg) => draw(svg, "path", { class: "truth", d: "M1 7H25" }), "truth");
+    item((svg) => comMark(svg, 13, 7, 6), "centre of mass");
+    item((svg) => draw(draw(svg, "g", { transform: "translate(13 7)" }), "path", { class: "centroid", d: CENTROID }), "centroid of the area");
+
+    host.addEventListener("pointermove", (event) => {
+      if (!place) return;
+      const box = host.getBoundingClientRect(), x = event.clientX - box.left, y = event.clientY - box.top;
+      let best = null, least = 44 ** 2;
+      for (let node = 0; node < nodes; node++) {
+        const [a, b] = place(node), far = (a - x) ** 2 + (b - y) ** 2;
+        if (far < least) { least = far; best = node; }
+      }
+      hoverNode(best);
+    });
+    host.addEventListener("pointerleave", () => hoverNode(null));
+    nodeViews.push((node) => {
+      const at = node === null || !place ? [NaN, NaN] : place(node);
+      if (mark) {
+        mark.setAttribute("visibility", finite(at[0]) ? "visible" : "hidden");
+        if (finite(at[0])) { mark.setAttribute("cx", px(at[0])); mark.setAttribute("cy", px(at[1])); }
+      }
+      if (node === null) readout("shape-readout", [["in the frame of the object; point at the outline for details", ""]]);
+      else readout("shape-readout", boundaryWords(node));
+    });
+  }
+
+  function boundaryWords(node) {
+    const touches = outline.touches[node];
+    return [
+      ["θ", `${fixed(outline.theta[node], 1)}°`],
+      ["r", `${fixed(outline.r[node], 3)} mm ± ${lengthText(outline.band[node])}`],
+      ["curvature radius", `${fixed(outline.v[node], 1)} mm`],
+      ["felt", touches === 0 ? "never" : touches === 1 ? "once" : `${touches} times`],
+    ];
+  }
+
+  function supportChart() {
+    if (nodes < 3) { empty(byId("support"), "No boundary was reconstructed."); return; }
+    const theta = outline.theta;
+    const [low, high] = padded(extent([outline.r]), 0.1);
+    let dots = null, scales = null;
+    const trueShown = truth && truth.rError.some(finite);
+    const view = chart({
+      host: "support", x: theta, xUnit: "°", xDomain: [0, 360], xTicks: window.innerWidth < 560 ? 90 : 45, height: 190, unit: "mm", y: [low, high],
+      onMove: (value) => hoverNode(nodeAt(value)), onLeave: () => hoverNode(null),
+      paint(layer, X, Y) {
+        const place = (node) => [X(theta[node]), Y(outline.r[node])];
+        for (const [kind, first, last] of runs((node) => felt[node])) {
+          draw(layer, "path", { class: kind ? "felt" : "unfelt", d: runPath(first, Math.min(last, nodes - 1), place) });
+        }
+        if (trueShown) draw(layer, "path", { class: "truth", d: path(theta.map((angle, node) => [X(angle), Y(minus(outline.r[node], truth.rError[node]))])) });
+      },
+      lane: { unit: "mm", band: outline.band, keep: (node) => felt[node], errors: trueShown ? [{ values: truth.rError }] : [] },
+      rendered({ svg, X, Y }) {
+        scales = { X, Y };
+        dots = [1, 2].map((palm) => {
+          const dot = draw(svg, "g", { visibility: "hidden" });
+          draw(dot, "circle", { class: `dot contact${palm}`, r: 5.5 });
+          draw(dot, "text", { y: -10, "text-anchor": "middle", class: "strong halo" }, String(palm));
+          return dot;
+        });
+      },
+    });
+    timeViews.push((t, i) => {
+      if (!dots || !count) return;
+      const psi = between(data.psi, i, t), phi1 = between(data.phi1, i, t), phi2 = between(data.phi2, i, t);
+      [phi1 - psi - 90, phi1 - psi + phi2 - 270].forEach((angle, k) => {
+        const seen = finite([data.s1, data.s2][k][i]) && finite(psi) && finite(angle);
+        const node = seen ? nodeAt(angle) : 0;
+        const x = seen ? scales.X(theta[node]) : NaN, y = seen ? scales.Y(outline.r[node]) : NaN;
+        dots[k].setAttribute("visibility", finite(x) && finite(y) ? "visible" : "hidden");
+        if (finite(x) && finite(y)) dots[k].setAttribute("transform", `translate(${px(x)} ${px(y)})`);
+      });
+    });
+    nodeViews.push((node) => {
+      view.hover(node === null ? null : theta[node]);
+      readout("support-readout", node === null ? [["point at the curve for details; 1 and 2 are the contacts at the time shown", ""]] : boundaryWords(node));
+    });
+  }
+
+  // ---------------------------------------------------------------- the stage
+
+  function stage() {
+    const host = byId("stage");
+    if (!count || nodes < 3 || !data.psi.some(finite)) { empty(host, "No motion was reconstructed."); byId("stage-legend").remove(); return; }
+    const longest = [data.s1, data.s2].map((s) => 1.1 * Math.max(0, ...[quantile(s, 1)].filter(finite)) || 3 * radius);
+    const reach = Math.max(...extent([outline.x.map((x, n) => Math.hypot(x, outline.y[n]))]).map(Math.abs)) || radius;
+    // Everything that will ever be in view.
+    const xs = [], ys = [];
+    const stride = Math.max(1, Math.floor(count / 1500));
+    for (let i = 0; i < count; i += stride) {
+      const [b1x, b1y, b2x, b2y] = base(i), phi12 = data.phi1[i] + data.phi2[i];
+      if (finite(data.phi1[i]) && finite(phi12)) {
+        xs.push(b1x, b2x, b1x + longest[0] * cos(data.phi1[i]), b2x + longest[1] * cos(phi12));
+        ys.push(b1y, b2y, b1y + longest[0] * sin(data.phi1[i]), b2y + longest[1] * sin(phi12));
+      }
+      if (finite(data.x[i]) && finite(data.y[i])) { xs.push(data.x[i] - reach, data.x[i] + reach); ys.push(data.y[i] - reach, data.y[i] + reach); }
+    }
+    const [x0, x1] = extent([xs]), [y0, y1] = extent([ys]);
+    let parts = null;
+
+    figure(host, (width) => Math.round(Math.min(470, Math.max(280, width * 0.66))), (svg, width, high) => {
+      const scale = Math.min((width - 28) / Math.max(1e-9, x1 - x0), (high - 40) / Math.max(1e-9, y1 - y0));
+      const cx = width / 2 - scale * (x0 + x1) / 2, cy = 14 + (high - 40) / 2 + scale * (y0 + y1) / 2;
+      const at = (x, y) => (finite(x) && finite(y) ? [cx + x * scale, cy - y * scale] : [NaN, NaN]);
+      const own = (node) => { const x = outline.x[node], y = outline.y[node]; return finite(x) && finite(y) ? [x * scale, -y * scale] : [NaN, NaN]; };
+
+      const trail = draw(svg, "g");
+      let from = 0;
+      for (let i = 1; i <= count; i++) {
+        if (i < count && !newPiece(i)) continue;
+        const points = [];
+        for (let k = from; k < i; k++) points.push(at(data.x[k], data.y[k]));
+        draw(trail, "path", { class: "trail", d: path(points) });
+        from = i;
+      }
+      const palms = [1, 2].map((palm) => {
+        const group = draw(svg, "g");
+        const long = longest[palm - 1] * scale, thick = 9;
+        draw(group, "rect", { class: "palm", x: 0, y: palm === 1 ? 0 : -thick, width: px(long), height: thick, rx: 2 });
+        draw(group, "path", { class: "face", d: `M0 0H${px(long)}` });
+        return group;
+      });
+      const object = draw(svg, "g", { id: "object" });
+      draw(object, "path", { class: "body", d: ring(own) });
+      draw(object, "path", { class: "faint", d: ring(own) });
+      const filled = [...Array(PIECES).keys()].map((piece) => draw(object, "path", { class: `felt piece${piece}` }));
+      let ghost = null;
+      if (truth && truth.own.length && truth.psi.some(finite)) {
+        ghost = draw(svg, "path", { class: "truth", d: `${path(truth.own.map(([x, y]) => (finite(x) && finite(y) ? [x * scale, -y * scale] : [NaN, NaN])))}Z` });
+      }
+      const pull = draw(svg, "g");
+      const arrow = Math.max(24, 0.55 * radius * scale);
+      draw(pull, "path", { class: "gravity", d: `M0 0V${px(arrow)}m-4.5 -6.5l4.5 6.5l4.5 -6.5` });
+      comMark(pull, 0, 0, 6);
+      const hinges = [draw(svg, "circle", { class: "hinge", r: 3.5 }), draw(svg, "circle", { class: "hinge", r: 3.5 })];
+      const contacts = [1, 2].map((palm) => {
+        const dot = draw(svg, "g", { visibility: "hidden" });
+        draw(dot, "circle", { class: `dot contact${palm}`, r: 6 });
+        const text = draw(dot, "text", { y: 4, "text-anchor": "middle", class: "strong halo" }, String(palm));
+        return { dot, text };
+      });
+      scaleBar(svg, scale, width - 4, high - 6);
+      parts = { at, own, palms, object, filled, ghost, pull, hinges, contacts };
+      setTime(now);
+    });
+
+    const show = (element, yes) => element.setAttribute("visibility", yes ? "visible" : "hidden");
+    const move = (element, x, y, rest = "") => {
+      show(element, finite(x) && finite(y));
+      if (finite(x) && finite(y)) element.setAttribute("transform", `translate(${x.toFixed(2)} ${y.toFixed(2)})${rest}`);
+    };
+    timeViews.push((t, i) => {
+      if (!parts) return;
+      const psi = between(data.psi, i, t), phi1 = between(data.phi1, i, t), phi12 = phi1 + between(data.phi2, i, t);
+      const bases = data.base ? data.base.map((column) => between(column, i, t)) : [0, 0, 0, 0];
+      const [x, y] = parts.at(between(data.x, i, t), between(data.y, i, t));
+      const turned = finite(psi) ? ` rotate(${(-psi).toFixed(3)})` : "";
+      move(parts.object, x, finite(psi) ? y : NaN, turned);
+      move(parts.pull, x, y);
+      [[phi1, data.s1], [phi12, data.s2]].forEach(([phi, s], k) => {
+        const bx = bases[2 * k], by = bases[2 * k + 1], length = between(s, i, t);
+        const [hx, hy] = parts.at(bx, by);
+        move(parts.palms[k], hx, finite(phi) ? hy : NaN, finite(phi) ? ` rotate(${(-phi).toFixed(3)})` : "");
+        move(parts.hinges[k], hx, hy);
+        const seen = finite(length) && finite(phi);
+        const [px1, py1] = seen ? parts.at(bx + length * cos(phi), by + length * sin(phi)) : [NaN, NaN];
+        move(parts.contacts[k].dot, px1, py1);
+        if (seen) {
+          // The number stands on the far side of the palm.
+          const side = k === 0 ? 1 : -1;
+          parts.contacts[k].text.setAttribute("x", px(side * 20 * sin(phi)));
+          parts.contacts[k].text.setAttribute("y", px(side * 20 * cos(phi) + 4));
+        }
+      });
+      if (parts.ghost) {
+        const [gx, gy] = parts.at(truth.x[i], truth.y[i]);
+        move(parts.ghost, gx, finite(truth.psi[i]) ? gy : NaN, ` rotate(${(-(truth.psi[i] || 0)).toFixed(3)})`);
+        // The truth is known at samples only; between two of them it would lag behind.
+        if (playing) show(parts.ghost, false);
+      }
+      const d = new Array(PIECES).fill("");
+      for (const [kind, first, last] of runs((node) => (firstFelt[node] <= t ? firstPiece[node] % PIECES : -1))) {
+        if (kind >= 0) d[kind] += runPath(first, last, parts.own);
+      }
+      parts.filled.forEach((line, piece) => line.setAttribute("d", d[piece]));
+    });
+
+    const pieces = [...new Set(data.piece)];
+    hoverViews.push((t, i) => {
+      const share = nodes ? firstFelt.filter((first) => first <= t).length / nodes : 0;
+      readout("stage-readout", [
+        ["t", clock(t)], ["ψ", `${fixed(data.psi[i], 1)}°`], ["felt so far", `${fixed(100 * share, 0)} %`],
+        ...(pieces.length > 1 ? [["piece", `${pieces.indexOf(data.piece[i]) + 1} of ${pieces.length}`]] : []),
+      ]);
+    });
+
+    const entry = (glyph, text) => {
+      const item = document.createElement("li");
+      glyph(draw(item, "svg", { viewBox: "0 0 26 14", "aria-hidden": "true" }));
+      item.append(text);
+      byId("stage-legend").appendChild(item);
+    };
+    entry((svg) => {
+      const shown = Math.min(pieces.length, PIECES);
+      for (let k = 0; k < shown; k++) draw(svg, "path", { class: `felt piece${k}`, "stroke-linecap": "butt", d: `M${1 + 24 * k / shown} 7H${1 + 24 * (k + 1) / shown}` });
+    }, pieces.length > 1 ? "felt so far, by piece" : "felt so far");
+    entry((svg) => draw(svg, "path", { class: "faint", d: "M1 7H25" }), "not felt yet");
+    entry((svg) => { draw(svg, "circle", { class: "contact1", cx: 7, cy: 7, r: 5 }); draw(svg, "circle", { class: "contact2", cx: 20, cy: 7, r: 5 }); }, "contacts on palms 1, 2");
+    entry((svg) => comMark(svg, 13, 7, 6), "centre of mass and its track");
+    if (truth && truth.own.length) entry((svg) => draw(svg, "path", { class: "truth", d: "M1 7H25" }), "truth");
+    if (data.jumps.length) entry((svg) => draw(svg, "path", { class: "jump", d: "M13 0V14" }), "jump");
+  }
+
+  // ---------------------------------------------------------------- time control
+
+  const play = byId("play"), slider = byId("time"), speed = byId("speed");
+  let playing = false, last = 0;
+  function stop() {
+    const was = playing;
+    playing = false;
+    play.classList.remove("playing");
+    play.setAttribute("aria-label", "Play");
+    if (was) setTime(now);
+  }
+  function step(stamp) {
+    if (!playing) return;
+    const passed = Math.min(0.1, Math.max(0, (stamp - last) / 1000));
+    last = stamp;
+    const next = now + passed * Number(speed.value);
+    setTime(next);
+    if (next >= end) stop(); else requestAnimationFrame(step);
+  }
+  function toggle() {
+    if (play.disabled) return;
+    if (playing) { stop(); return; }
+    playing = true;
+    play.classList.add("playing");
+    play.setAttribute("aria-label", "Pause");
+    if (now >= end) setTime(start);
+    last = performance.now();
+    requestAnimationFrame(step);
+  }
+
+  function controls() {
+    const span = end - start;
+    if (!(span > 0)) { play.disabled = slider.disabled = speed.disabled = true; return; }
+    slider.min = String(start);
+    slider.max = String(end);
+    slider.step = "any";
+    slider.addEventListener("input", () => { stop(); setTime(Number(slider.value)); });
+    timeViews.push((t) => { slider.value = String(t); slider.setAttribute("aria-valuetext", clock(t)); });
+    play.addEventListener("click", toggle);
+
+    // Real time if that is watchable, else the speed that takes about 15 seconds.
+    const speeds = [0.1, 0.25, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000];
+    const best = span >= 4 && span <= 30 ? 1 : speeds.reduce((a, b) => (Math.abs(Math.log(span / b / 15)) < Math.abs(Math.log(span / a / 15)) ? b : a));
+    const middle = speeds.indexOf(best);
+    for (const value of speeds.slice(Math.max(0, middle - 3), middle + 4)) {
+      const option = document.createElement("option");
+      option.value = String(value);
+      option.textContent = `${value}×`;
+      option.selected = value === best;
+      speed.appendChild(option);
+    }
+
+    const marks = byId("marks");
+    const share = (t) => `${100 * (t - start) / span}%`;
+    let from = 0;
+    for (let i = 1; i <= count; i++) {
+      if (i < count && !newPiece(i)) continue;
+      const bar = document.createElement("i");
+      bar.className = pieceClass(data.piece[from]);
+      bar.style.left = share(time[from]);
+      bar.style.right = `${100 - 100 * ((i < count ? time[i] : end) - start) / span}%`;
+      marks.appendChild(bar);
+      from = i;
+    }
+    for (const jump of data.jumps) {
+      if (!(jump >= start && jump <= end)) continue;
+      const line = document.createElement("u");
+      line.style.left = share(jump);
+      marks.appendChild(line);
+    }
+
+    document.addEventListener("keydown", (event) => {
+      const target = event.target instanceof Element ? event.target : document.body;
+      if (event.ctrlKey || event.metaKey || event.altKey || target.closest("select, summary, a")) return;
+      const direction = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
+      if (event.key === " " && !target.closest("button")) toggle();
+      else if (direction) { stop(); setTime(time[Math.min(count - 1, Math.max(0, nearestAt(now) + direction * (event.shiftKey ? 10 : 1)))]); }
+      else return;
+      event.preventDefault();
+    });
+  }
+
+  // ---------------------------------------------------------------- theme and tips
+
+  function theme() {
+    const root = document.documentElement, key = "palpate-theme";
+    // Storage can be forbidden for files; the page then follows the system each time.
+    const remembered = () => { try { return localStorage.getItem(key); } catch { return null; } };
+    const remember = (value) => { try { localStorage.setItem(key, value); } catch { /* see above */ } };
+    const stored = remembered();
+    if (stored === "light" || stored === "dark") root.dataset.theme = stored;
+    byId("theme").addEventListener("click", () => {
+      const dark = root.dataset.theme ? root.dataset.theme === "dark" : matchMedia("(prefers-color-scheme: dark)").matches;
+      root.dataset.theme = dark ? "light" : "dark";
+      remember(root.dataset.theme);
+    });
+    for (const box of document.querySelectorAll(".figure")) {
+      const place = () => box.classList.toggle("flip", box.getBoundingClientRect().left + 290 > document.documentElement.clientWidth);
+      box.addEventListener("pointerenter", place);
+      box.addEventListener("focus", place);
+    }
+  }
+
+  // ---------------------------------------------------------------- go
+
+  theme();
+  byId("card-errors").hidden = !truth;
+  controls();
+  shapePanel();
+  stage();
+  if (count) timeCharts();
+  else for (const id of ["psi", "com", "residual1"]) empty(byId(id), "No samples.");
+  supportChart();
+  hoverNode(null);
+  setTime(end);
+})();

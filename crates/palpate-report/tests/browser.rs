@@ -1,0 +1,197 @@
+//! Opens the report in a real browser: nothing may go wrong on its console, nothing may be fetched, and play, slider,
+//! keys and theme must do what they say.
+//!
+//! Looks for Chromium in `PALPATE_CHROMIUM` and on the search path. Without one the test is skipped with a note, unless
+//! `PALPATE_REQUIRE_CHROMIUM=1`. With `PALPATE_SCREENSHOTS=DIR` it also leaves pictures there.
+#![cfg(unix)]
+
+mod devtools;
+mod fixture;
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use devtools::Browser;
+use fixture::fixture;
+use palpate_report::{ReportInput, TruthOverlay, page};
+use serde_json::json;
+
+/// Runs `look` on a page in a browser, or skips with a note.
+fn in_browser(html: &str, look: impl FnOnce(&mut Browser, &Path)) {
+    let Some(chromium) = devtools::find_chromium() else {
+        let required = std::env::var("PALPATE_REQUIRE_CHROMIUM").is_ok_and(|value| value == "1");
+        assert!(!required, "PALPATE_REQUIRE_CHROMIUM=1, but there is no Chromium (set PALPATE_CHROMIUM)");
+        eprintln!("skipped: no Chromium found (set PALPATE_CHROMIUM to test the page)");
+        return;
+    };
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let file = folder.path().join("report.html");
+    std::fs::write(&file, html).expect("a place for the page");
+    let mut browser = Browser::start(&chromium, &folder.path().join("profile"));
+    browser.window(1400, 900, "light");
+    let url = browser.open(&file);
+    look(&mut browser, &file);
+    assert_eq!(browser.complaints(), Vec::<String>::new(), "the console complains");
+    assert!(browser.requests().iter().all(|asked| *asked == url), "the page fetched {:?}", browser.requests());
+}
+
+fn picture(browser: &mut Browser, name: &str) {
+    if let Some(folder) = std::env::var_os("PALPATE_SCREENSHOTS") {
+        browser.screenshot(&PathBuf::from(folder).join(name));
+    }
+}
+
+fn transform(browser: &mut Browser) -> String {
+    let value = browser.evaluate("document.getElementById('object').getAttribute('transform')");
+    value.as_str().expect("the object has a transform").to_owned()
+}
+
+fn time(browser: &mut Browser) -> f64 {
+    browser.evaluate("Number(document.getElementById('time').value)").as_f64().expect("a time")
+}
+
+fn egg_page() -> String {
+    let egg = fixture(800, 12.0, 1.0);
+    page(&ReportInput {
+        title: "egg_full_turn.csv",
+        log: &egg.log,
+        reconstruction: &egg.reconstruction,
+        truth: Some(TruthOverlay {
+            truth: &egg.truth,
+            rms_r_m: 7.4e-6,
+            rms_form_m: 5.1e-6,
+            hausdorff_m: 2.3e-5,
+            rms_psi_rad: 0.0016,
+            rms_com_m: 4.2e-6,
+        }),
+        seconds: 3.21,
+        command: Some("palpate reconstruct egg_full_turn.csv -o egg --truth egg_full_turn.truth"),
+        version: "0.1.0",
+    })
+}
+
+#[test]
+fn the_page_plays_scrubs_and_changes_theme() {
+    in_browser(&egg_page(), |browser, _| {
+        // Play: the object moves by itself, and the boundary fills in.
+        let at_rest = transform(browser);
+        browser.click("#play");
+        std::thread::sleep(Duration::from_millis(600));
+        let rolling = transform(browser);
+        assert_ne!(at_rest, rolling, "play did not move the object");
+        std::thread::sleep(Duration::from_millis(600));
+        assert_ne!(rolling, transform(browser), "the object stopped while playing");
+        let drawn =
+            "[...document.querySelectorAll('#object .felt')].reduce((n, p) => n + p.getAttribute('d').length, 0)";
+        let early = browser.evaluate(drawn).as_f64().expect("a length");
+
+        // Pause: it stays where it is.
+        browser.click("#play");
+        let paused = transform(browser);
+        std::thread::sleep(Duration::from_millis(300));
+        assert_eq!(paused, transform(browser), "pause did not stop the object");
+
+        // The slider: a click at three quarters of it goes there.
+        browser.evaluate("document.getElementById('time').scrollIntoView({block: 'center'})");
+        let (x, y) = browser.middle("#time");
+        let width = browser.evaluate("document.getElementById('time').clientWidth").as_f64().expect("a width");
+        browser.click_at((x + 0.25 * width, y));
+        let there = time(browser);
+        assert!((there - 9.0).abs() < 0.4, "the slider went to {there} s instead of 9 s");
+        assert_ne!(paused, transform(browser), "the slider did not move the object");
+        let late = browser.evaluate(drawn).as_f64().expect("a length");
+        assert!(late > early, "the boundary did not fill in: {early} -> {late}");
+
+        // Keys: an arrow steps by one sample of 12 s / 799.
+        browser.press("ArrowRight");
+        let stepped = time(browser) - there;
+        assert!(stepped > 0.0 && stepped < 0.031, "an arrow key stepped by {stepped} s");
+
+        // Theme: the background changes, and stays changed.
+        let background = "getComputedStyle(document.body).backgroundColor";
+        let light = browser.evaluate(background);
+        browser.click("#theme");
+        assert_ne!(light, browser.evaluate(background), "the theme did not change");
+        browser.click("#theme");
+        assert_eq!(light, browser.evaluate(background), "the theme did not change back");
+
+        // A click on a chart over time goes to that time.
+        let psi = browser.middle("#psi");
+        browser.click_at(psi);
+        assert!((time(browser) - 6.0).abs() < 0.5, "the chart went to {} s", time(browser));
+    });
+}
+
+#[test]
+fn the_page_fits_every_screen_in_both_themes() {
+    in_browser(&egg_page(), |browser, file| {
+        for (width, height) in [(1400, 900), (820, 1100), (390, 844)] {
+            for scheme in ["light", "dark"] {
+                browser.window(width, height, scheme);
+                browser.open(file);
+                browser.evaluate("document.getElementById('time').value = 7; document.getElementById('time').dispatchEvent(new Event('input'))");
+                let overflow = "document.documentElement.scrollWidth - document.documentElement.clientWidth";
+                assert_eq!(browser.evaluate(overflow), json!(0), "the page is wider than a window of {width} px");
+                picture(browser, &format!("egg-{width}-{scheme}.png"));
+            }
+        }
+    });
+}
+
+#[test]
+fn a_poor_result_is_drawn_without_complaint() {
+    let mut egg = fixture(300, 9.0, 1.4);
+    egg.reconstruction.certified = false;
+    egg.reconstruction.com_certified = false;
+    egg.reconstruction.alternatives = 3;
+    egg.reconstruction.chi2_per_dof = f64::NAN;
+    egg.reconstruction.sensor_sd_m = f64::NAN;
+    egg.reconstruction.reason = "3 arrangements of the pieces fit equally well <script>alert(1)</script>".to_owned();
+    for (i, pose) in egg.reconstruction.motion.iter_mut().enumerate() {
+        if (100..140).contains(&i) {
+            (pose.psi_rad, pose.com_x_m, pose.residual1_m) = (f64::NAN, f64::INFINITY, None);
+            egg.log.samples[i].s1_m = None;
+        }
+    }
+    egg.reconstruction.outline[5].r_sd_m = f64::NAN;
+    egg.reconstruction.outline[300].x_m = f64::NAN;
+    let input = ReportInput {
+        title: "</title><script>alert(1)</script> & friends",
+        log: &egg.log,
+        reconstruction: &egg.reconstruction,
+        truth: None,
+        seconds: f64::NAN,
+        command: None,
+        version: "0.1.0",
+    };
+    in_browser(&page(&input), |browser, _| {
+        assert!(!transform(browser).contains("NaN"));
+        browser.click("#play");
+        std::thread::sleep(Duration::from_millis(300));
+        let broken = "[...document.querySelectorAll('svg *')].some((e) => [...e.attributes].some((a) => /NaN|Infinity/.test(a.value)))";
+        assert_eq!(browser.evaluate(broken), json!(false), "NaN reached the drawing");
+        picture(browser, "poor.png");
+    });
+}
+
+#[test]
+fn an_empty_result_is_drawn_without_complaint() {
+    let nothing = fixture(0, 0.0, 1.0);
+    let mut reconstruction = nothing.reconstruction.clone();
+    reconstruction.outline.clear();
+    reconstruction.certified = false;
+    reconstruction.reason = "the log has no samples".to_owned();
+    let input = ReportInput {
+        title: "empty.csv",
+        log: &nothing.log,
+        reconstruction: &reconstruction,
+        truth: None,
+        seconds: 0.0,
+        command: None,
+        version: "0.1.0",
+    };
+    in_browser(&page(&input), |browser, _| {
+        assert_eq!(browser.evaluate("document.getElementById('play').disabled"), json!(true));
+        picture(browser, "empty.png");
+    });
+}

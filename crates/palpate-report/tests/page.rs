@@ -1,0 +1,149 @@
+//! What must hold for every page, without a browser.
+
+mod fixture;
+
+use fixture::{Fixture, fixture};
+use palpate::{Log, Reconstruction};
+use palpate_report::{ReportInput, TruthOverlay, page};
+use proptest::prelude::*;
+
+fn input<'a>(log: &'a Log, reconstruction: &'a Reconstruction) -> ReportInput<'a> {
+    ReportInput { title: "a log", log, reconstruction, truth: None, seconds: 1.0, command: None, version: "0.1.0" }
+}
+
+fn with_truth(egg: &Fixture) -> String {
+    let overlay = TruthOverlay {
+        truth: &egg.truth,
+        rms_r_m: 1e-5,
+        rms_form_m: 1e-5,
+        hausdorff_m: 1e-5,
+        rms_psi_rad: 1e-3,
+        rms_com_m: 1e-5,
+    };
+    page(&ReportInput { truth: Some(overlay), ..input(&egg.log, &egg.reconstruction) })
+}
+
+fn data(html: &str) -> serde_json::Value {
+    let (_, rest) = html.split_once("id=\"data\">").expect("data in the page");
+    let (json, _) = rest.split_once("</script>").expect("an end of the data");
+    serde_json::from_str(json).expect("valid JSON")
+}
+
+#[test]
+fn the_size_of_the_page_is_bounded() {
+    let usual = with_truth(&fixture(2000, 60.0, 1.0)).len();
+    assert!(usual < 1_500_000, "2000 samples give {usual} bytes");
+    let huge = with_truth(&fixture(100_000, 3000.0, 1.0)).len();
+    assert!(huge < 5_000_000, "100000 samples give {huge} bytes");
+}
+
+#[test]
+fn nothing_is_fetched_from_elsewhere() {
+    let html = with_truth(&fixture(50, 1.0, 1.0));
+    let (before, rest) = html.split_once("<link rel=\"icon\"").expect("an icon");
+    let (_, after) = rest.split_once('>').expect("an end of the icon");
+    for forbidden in ["src=", "@import", "url(http", "href=", "<link", "fetch("] {
+        assert!(!before.contains(forbidden) && !after.contains(forbidden), "{forbidden}");
+    }
+}
+
+#[test]
+fn a_thinned_log_keeps_ends_of_pieces_and_the_worst_residual() {
+    let mut egg = fixture(20_000, 100.0, 1.0);
+    egg.reconstruction.motion[12_345].residual1_m = Some(0.005);
+    let html = with_truth(&egg);
+    assert!(html.contains("of 20000 samples"));
+    let data = data(&html);
+    let shown = data["time"].as_array().expect("times").len();
+    assert!(shown <= palpate_report::MAX_SAMPLES_SHOWN, "{shown}");
+    let worst = data["residuals"][0]["values"].as_array().expect("residuals").iter().any(|r| r.as_f64() == Some(5.0));
+    assert!(worst, "the worst residual is not drawn");
+    for jump in data["jumps"].as_array().expect("jumps") {
+        assert!(data["time"].as_array().expect("times").contains(jump), "no sample at the jump {jump}");
+    }
+}
+
+#[test]
+fn the_truth_is_laid_over_the_estimate() {
+    // The true frame is turned against that of the estimate; once aligned, only the small errors are left.
+    let data = data(&with_truth(&fixture(500, 10.0, 1.0)));
+    let largest = |column: &serde_json::Value| {
+        let values = column.as_array().expect("a column").iter().map(|v| v.as_f64().expect("a number").abs());
+        values.fold(0.0, f64::max)
+    };
+    let truth = &data["truth"];
+    assert!(largest(&truth["psiError"]) < 0.3, "psi: {} degrees", largest(&truth["psiError"]));
+    assert!(largest(&truth["rError"]) < 0.05, "r: {} mm", largest(&truth["rError"]));
+}
+
+#[test]
+fn text_is_escaped() {
+    let egg = fixture(20, 1.0, 1.0);
+    let mut result = egg.reconstruction.clone();
+    result.certified = false;
+    result.reason = "</script><script>evil()".to_owned();
+    let html =
+        page(&ReportInput { title: "{{data}}<b>", command: Some("palpate '<img src=x>'"), ..input(&egg.log, &result) });
+    assert!(!html.contains("<script>evil") && !html.contains("<img") && !html.contains("<b></h1>"));
+    assert!(html.contains("{{data}}&lt;b&gt;"));
+}
+
+#[test]
+fn verdicts_are_told_apart() {
+    let egg = fixture(20, 1.0, 1.0);
+    let mut result = egg.reconstruction.clone();
+    for (certified, com_certified, badge) in
+        [(true, true, ">Certified<"), (true, false, "centre of mass not"), (false, false, "Not certified")]
+    {
+        (result.certified, result.com_certified) = (certified, com_certified);
+        let html = page(&input(&egg.log, &result));
+        let badges = [">Certified<", "certified, centre of mass not", "Not certified"];
+        let found: Vec<_> = badges.iter().filter(|text| html.contains(**text)).collect();
+        assert!(found.len() == 1 && found[0].contains(badge), "{found:?} instead of {badge}");
+    }
+}
+
+/// Any number a computer can hold.
+fn any_number() -> impl Strategy<Value = f64> {
+    prop_oneof![
+        Just(f64::NAN),
+        Just(f64::INFINITY),
+        Just(f64::NEG_INFINITY),
+        Just(0.0),
+        Just(f64::MAX),
+        Just(f64::MIN_POSITIVE),
+        any::<f64>(),
+        -1.0..1.0_f64
+    ]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 64, ..ProptestConfig::default() })]
+
+    #[test]
+    fn no_number_stops_the_page(numbers in prop::collection::vec(any_number(), 24), samples in 0_usize..40, motion in 0_usize..40) {
+        let mut egg = fixture(samples, 1.0, 1.0);
+        let at = |i: usize| numbers[i % numbers.len()];
+        for (i, sample) in egg.log.samples.iter_mut().enumerate() {
+            (sample.time_s, sample.palms.phi1_rad, sample.palms.base1_m[0]) = (at(i), at(i + 1), at(i + 2));
+            sample.s1_m = Some(at(i + 3));
+        }
+        for (i, pose) in egg.reconstruction.motion.iter_mut().enumerate() {
+            (pose.psi_rad, pose.psi_sd_rad, pose.com_x_m, pose.com_sd_m) = (at(i + 4), at(i + 5), at(i + 6), at(i + 7));
+            (pose.residual1_m, pose.residual2_m, pose.piece) = (Some(at(i + 8)), None, i as u32 / 3);
+        }
+        for (i, point) in egg.reconstruction.outline.iter_mut().enumerate() {
+            (point.theta_rad, point.r_m, point.r_sd_m, point.x_m) = (at(i), at(i + 1), at(i + 2), at(i + 3));
+        }
+        for (i, pose) in egg.truth.motion.iter_mut().enumerate() {
+            (pose.psi_rad, pose.com_x_m) = (at(i + 9), at(i + 10));
+        }
+        egg.truth.support.truncate(motion);
+        egg.reconstruction.motion.truncate(motion);
+        egg.reconstruction.sensor_sd_m = at(11);
+        egg.reconstruction.coverage = at(12);
+        egg.reconstruction.jumps_s = numbers.clone();
+        egg.reconstruction.shape = palpate::shape::SupportFunction::new(at(13), vec![[at(14), at(15)]]);
+        data(&with_truth(&egg));
+    }
+}
