@@ -4,7 +4,10 @@
 pub mod log;
 pub mod palms;
 pub mod reconstruct;
+pub mod sensor;
 pub mod shape;
+pub mod simulate;
+pub mod statics;
 pub mod truth;
 
 pub use log::{Log, Sample};

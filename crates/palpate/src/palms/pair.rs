@@ -29,10 +29,31 @@ pub enum Palm {
     Two,
 }
 
+impl std::fmt::Display for Palm {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        formatter.write_str(match self {
+            Self::One => "1",
+            Self::Two => "2",
+        })
+    }
+}
+
 impl PalmPair {
     /// Two palms that share a hinge at the origin.
     pub fn hinged(phi1_rad: f64, phi2_rad: f64) -> Self {
         Self { phi1_rad, phi2_rad, base1_m: [0.0; 2], base2_m: [0.0; 2] }
+    }
+
+    /// The pair on the straight way (in angles and base points) from this one to `other`; `fraction` 0 to 1.
+    pub fn towards(&self, other: &Self, fraction: f64) -> Self {
+        let between = |a: f64, b: f64| a + (b - a) * fraction;
+        let point = |a: [f64; 2], b: [f64; 2]| [between(a[0], b[0]), between(a[1], b[1])];
+        Self {
+            phi1_rad: between(self.phi1_rad, other.phi1_rad),
+            phi2_rad: between(self.phi2_rad, other.phi2_rad),
+            base1_m: point(self.base1_m, other.base1_m),
+            base2_m: point(self.base2_m, other.base2_m),
+        }
     }
 
     /// φ₁₂ = φ₁ + φ₂, the angle of palm 2 against the X axis.

@@ -1,5 +1,11 @@
 //! What is felt: smooth convex planar objects, described by their support function about the centre of mass.
 
+mod fit;
+mod named;
+mod random;
 mod support_function;
 
+pub use fit::ShapeError;
+pub use named::{NamedShape, ellipse, rounded_polygon};
+pub use random::{RandomShape, random_shape};
 pub use support_function::{BoundaryPoint, ContactSupport, SupportFunction};

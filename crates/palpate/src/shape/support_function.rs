@@ -60,6 +60,11 @@ impl SupportFunction {
         &self.harmonics_m
     }
 
+    /// Whether a coefficient is infinite or not a number.
+    pub fn has_nonfinite(&self) -> bool {
+        !self.mean_m.is_finite() || self.harmonics_m.iter().flatten().any(|value| !value.is_finite())
+    }
+
     /// r, d and v at the normal angle `theta_rad`.
     pub fn at(&self, theta_rad: f64) -> ContactSupport {
         let (sin, cos) = theta_rad.sin_cos();

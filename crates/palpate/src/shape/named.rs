@@ -1,0 +1,177 @@
+//! Shapes by name.
+
+use std::f64::consts::{PI, TAU};
+use std::fmt;
+use std::str::FromStr;
+
+use thiserror::Error;
+
+use super::{RandomShape, ShapeError, SupportFunction, random_shape};
+
+/// A shape known by its name; [`NamedShape::shape`] makes it in the size asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NamedShape {
+    /// A circle about its centre of mass. It never turns: the palms feel its outline and no motion.
+    Circle,
+    /// A disc with its mass off the centre by 0.25 radii.
+    Disc,
+    /// An ellipse with axes 1.4 : 1 and its mass off the centre.
+    Ellipse,
+    /// An egg of even mass.
+    Egg,
+    /// A triangle with rounded corners, of even mass.
+    Triangle,
+    /// A square with rounded corners, its mass off the centre.
+    Square,
+    /// One random smooth shape, always the same.
+    Pebble,
+    /// Another, with its mass far off the centre.
+    Stone,
+    /// A random smooth shape with this seed (`random:SEED`).
+    Random(u64),
+}
+
+/// The name is not the name of a shape.
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+#[error("no shape is named \"{name}\"; known are {}", NamedShape::NAMES.join(", "))]
+pub struct UnknownShape {
+    /// What was asked for.
+    pub name: String,
+}
+
+impl NamedShape {
+    /// All names, for help texts.
+    pub const NAMES: [&'static str; 9] =
+        ["circle", "disc", "ellipse", "egg", "triangle", "square", "pebble", "stone", "random:SEED"];
+
+    /// The shape with this mean radius (perimeter / 2π) in metres.
+    ///
+    /// # Errors
+    /// When the mean radius is not positive and finite.
+    pub fn shape(self, mean_radius_m: f64) -> Result<SupportFunction, ShapeError> {
+        if !(mean_radius_m > 0.0 && mean_radius_m.is_finite()) {
+            return Err(ShapeError::OutOfRange { what: "the mean radius" });
+        }
+        let random = |seed, kind: RandomShape| random_shape(&RandomShape { mean_radius_m, ..kind }, seed);
+        let unit = match self {
+            Self::Circle => SupportFunction::new(1.0, Vec::new()),
+            Self::Disc => SupportFunction::new(1.0, vec![[0.25, 0.0]]),
+            Self::Ellipse => ellipse(1.4, 1.0)?.translated(0.15, 0.1),
+            Self::Egg => about_centroid(&SupportFunction::new(1.0, vec![[0.0, 0.0], [0.07, 0.0], [0.03, 0.0]])),
+            Self::Triangle => rounded_polygon(3, 0.35, 0.2)?,
+            Self::Square => rounded_polygon(4, 0.35, 0.2)?.translated(0.12, 0.05),
+            Self::Pebble => return random(4, RandomShape { mass_offset: 0.05, ..RandomShape::default() }),
+            Self::Stone => return random(11, RandomShape { mass_offset: 0.15, ..RandomShape::default() }),
+            Self::Random(seed) => return random(seed, RandomShape::default()),
+        };
+        Ok(scaled(&unit, mean_radius_m / unit.mean_radius_m()))
+    }
+}
+
+impl FromStr for NamedShape {
+    type Err = UnknownShape;
+
+    fn from_str(name: &str) -> Result<Self, UnknownShape> {
+        let lower = name.trim().to_ascii_lowercase();
+        Ok(match lower.as_str() {
+            "circle" => Self::Circle,
+            "disc" => Self::Disc,
+            "ellipse" => Self::Ellipse,
+            "egg" => Self::Egg,
+            "triangle" => Self::Triangle,
+            "square" => Self::Square,
+            "pebble" => Self::Pebble,
+            "stone" => Self::Stone,
+            other => match other.strip_prefix("random:").and_then(|seed| seed.parse().ok()) {
+                Some(seed) => Self::Random(seed),
+                None => return Err(UnknownShape { name: name.to_owned() }),
+            },
+        })
+    }
+}
+
+impl fmt::Display for NamedShape {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let name = match self {
+            Self::Circle => "circle",
+            Self::Disc => "disc",
+            Self::Ellipse => "ellipse",
+            Self::Egg => "egg",
+            Self::Triangle => "triangle",
+            Self::Square => "square",
+            Self::Pebble => "pebble",
+            Self::Stone => "stone",
+            Self::Random(seed) => return write!(formatter, "random:{seed}"),
+        };
+        formatter.write_str(name)
+    }
+}
+
+/// An ellipse about its middle with the semi-axes `a_m` along x and `b_m` along y, metres: r = √(a² cos²θ + b² sin²θ),
+/// expanded until what is left out is below 10⁻¹³ of the size (at most 256 harmonics, enough for axes 10 : 1).
+///
+/// # Errors
+/// When an axis is not positive and finite.
+pub fn ellipse(a_m: f64, b_m: f64) -> Result<SupportFunction, ShapeError> {
+    if !(a_m > 0.0 && b_m > 0.0 && a_m.is_finite() && b_m.is_finite()) {
+        return Err(ShapeError::OutOfRange { what: "the axes of an ellipse" });
+    }
+    const NODES: usize = 2048;
+    const MOST: usize = 256;
+    let r: Vec<(f64, f64)> = (0..NODES)
+        .map(|node| TAU * node as f64 / NODES as f64)
+        .map(|theta| (theta, (a_m * theta.cos()).hypot(b_m * theta.sin())))
+        .collect();
+    let mean = r.iter().map(|(_, r)| r).sum::<f64>() / NODES as f64;
+    let mut harmonics = Vec::with_capacity(MOST);
+    for k in 1..=MOST {
+        // Symmetric about both axes: even cosines only.
+        let a = if k % 2 == 0 {
+            r.iter().map(|(theta, r)| 2.0 * r * (k as f64 * theta).cos()).sum::<f64>() / NODES as f64
+        } else {
+            0.0
+        };
+        harmonics.push([a, 0.0]);
+    }
+    let wanted = harmonics.iter().rposition(|[a, _]| a.abs() > 1e-14 * mean).map_or(0, |last| last + 1);
+    harmonics.truncate(wanted);
+    Ok(SupportFunction::new(mean, harmonics))
+}
+
+/// A regular polygon with `corners` rounded corners, about its middle, of mean radius 1 m.
+///
+/// Its radius of curvature v is `corner_radius` (0 to 1) plus, at each side, a normal distribution of the width
+/// `smoothness_rad` (radians, at least 0.02) that makes up the rest: r_k = v_k / (1 − k²). Convex by construction.
+///
+/// # Errors
+/// When a number is out of range.
+pub fn rounded_polygon(corners: u32, corner_radius: f64, smoothness_rad: f64) -> Result<SupportFunction, ShapeError> {
+    if !(2..=64).contains(&corners) {
+        return Err(ShapeError::OutOfRange { what: "the number of corners (2 to 64)" });
+    }
+    if !(corner_radius > 0.0 && corner_radius <= 1.0 && (0.02..=PI).contains(&smoothness_rad)) {
+        return Err(ShapeError::OutOfRange { what: "the corner radius (up to 1) and smoothness (0.02 to pi rad)" });
+    }
+    let mut harmonics = Vec::new();
+    for k in 1..=512_u32 {
+        let order = f64::from(k);
+        let spread = (-0.5 * order * order * smoothness_rad * smoothness_rad).exp();
+        if spread < 1e-15 {
+            break;
+        }
+        let curvature = if k % corners == 0 { 2.0 * (1.0 - corner_radius) * spread } else { 0.0 };
+        harmonics.push([curvature / (1.0 - order * order).min(-1.0), 0.0]);
+    }
+    Ok(SupportFunction::new(1.0, harmonics))
+}
+
+/// The shape moved so that its origin is the centroid of its area (an even mass).
+fn about_centroid(shape: &SupportFunction) -> SupportFunction {
+    let centroid = shape.centroid();
+    shape.translated(-centroid.x_m, -centroid.y_m)
+}
+
+fn scaled(shape: &SupportFunction, factor: f64) -> SupportFunction {
+    let harmonics = shape.harmonics_m().iter().map(|[a, b]| [a * factor, b * factor]);
+    SupportFunction::new(shape.mean_radius_m() * factor, harmonics.collect())
+}

@@ -1,0 +1,7 @@
+//! A known shape between two moving palms: what the touchpads would say, and what is true.
+
+mod error;
+mod quasistatic;
+
+pub use error::SimulateError;
+pub use quasistatic::{SimulateOptions, Simulation, TimedJump, simulate};

@@ -1,0 +1,211 @@
+//! The exact quasistatic simulation: at every instant the object rests in a minimum of its potential energy, and what the
+//! palms feel follows from eq. (3) of Moll & Erdmann 2001.
+
+use std::f64::consts::{PI, TAU};
+
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+use super::SimulateError;
+use crate::log::{Log, Sample};
+use crate::palms::{Palm, PalmPair};
+use crate::sensor::{PadContact, Touchpad};
+use crate::shape::SupportFunction;
+use crate::statics::{STANDARD_GRAVITY_M_PER_S2, contact_forces_n, follow};
+use crate::truth::{TruePose, Truth};
+
+/// Points of the true support function that a [`Truth`] gets.
+const TRUTH_POINTS: usize = 1440;
+
+/// What a simulation needs besides shape and motion. All have a default: an [ideal](Touchpad::ideal) touchpad, seed 0, the
+/// rest pose reached from ψ = 0, 0.1 kg, no forces.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SimulateOptions {
+    /// The touchpads. Their rate plays no part here: the motion is sampled already.
+    pub touchpad: Touchpad,
+    /// Seed of noise and drop-outs. The same seed gives the same log.
+    pub seed: u64,
+    /// The object is let go at this orientation (radians) before the palms begin to move.
+    pub start_psi_rad: f64,
+    /// Mass in kilograms, positive; of consequence for the forces and for the energy of jumps only.
+    pub mass_kg: f64,
+    /// Whether to report the normal forces.
+    pub with_forces: bool,
+    /// Whether the log states the standard deviation of its readings.
+    pub with_stated_noise: bool,
+}
+
+impl Default for SimulateOptions {
+    fn default() -> Self {
+        Self {
+            touchpad: Touchpad::ideal(),
+            seed: 0,
+            start_psi_rad: 0.0,
+            mass_kg: 0.1,
+            with_forces: false,
+            with_stated_noise: false,
+        }
+    }
+}
+
+/// What the robot would know, what is true, and where the object jumped.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Simulation {
+    /// The palm log.
+    pub log: Log,
+    /// True shape and motion, one pose per sample of the log; ψ is unwrapped.
+    pub truth: Truth,
+    /// The jumps in order of time.
+    pub jumps: Vec<TimedJump>,
+}
+
+/// A jump of the object from one resting pose to another.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TimedJump {
+    /// When, seconds.
+    pub time_s: f64,
+    /// Orientation before, radians.
+    pub psi_before_rad: f64,
+    /// Orientation after, radians, unwrapped.
+    pub psi_after_rad: f64,
+    /// Potential energy before, joules, 0 at the height of the origin.
+    pub energy_before_j: f64,
+    /// Potential energy after, joules; lower.
+    pub energy_after_j: f64,
+}
+
+/// Simulates the palm log of `shape` while the palms run through `motion`, given as (time in seconds, palms).
+///
+/// Between two samples the palms move evenly. Poses are exact to about 10⁻¹² of the size of the object; a pose is followed
+/// as long as it exists, and a jump ends in the next minimum of the energy downhill (see [`follow`]).
+///
+/// # Errors
+/// When the shape is not convex, the motion is faulty or closes or crosses the palms, or the object leaves a palm. The
+/// error names the time at which it happens.
+pub fn simulate(
+    shape: &SupportFunction,
+    motion: &[(f64, PalmPair)],
+    options: &SimulateOptions,
+) -> Result<Simulation, SimulateError> {
+    check(shape, motion, options)?;
+    let pad = &options.touchpad;
+    let mut rng = ChaCha8Rng::seed_from_u64(options.seed);
+    let mut simulation = Simulation { log: Log::default(), truth: Truth::default(), jumps: Vec::new() };
+    simulation.truth.support = (0..TRUTH_POINTS)
+        .map(|point| TAU * point as f64 / TRUTH_POINTS as f64)
+        .map(|theta| (theta, shape.at(theta).r))
+        .collect();
+    let Some(&first) = motion.first() else { return Err(SimulateError::NoMotion) };
+    let (mut before, mut psi) = (first, options.start_psi_rad);
+    for &(time_s, palms) in motion {
+        let (start_s, start) = before;
+        let time_at = |fraction: f64| start_s + (time_s - start_s) * fraction;
+        let (now, jumps) = follow(shape, &start, &palms, psi, |fraction, palms, psi| {
+            check_contact(shape, palms, psi, time_at(fraction), pad.length_m)
+        })?;
+        let weight_n = options.mass_kg * STANDARD_GRAVITY_M_PER_S2;
+        simulation.jumps.extend(jumps.into_iter().map(|jump| TimedJump {
+            time_s: time_at(jump.fraction),
+            psi_before_rad: jump.psi_before_rad,
+            psi_after_rad: jump.psi_after_rad,
+            energy_before_j: weight_n * jump.height_before_m,
+            energy_after_j: weight_n * jump.height_after_m,
+        }));
+        (before, psi) = ((time_s, palms), now);
+        simulation.log.samples.push(sample(shape, time_s, &palms, psi, options, &mut rng));
+        simulation.truth.motion.push(pose(shape, time_s, &palms, psi));
+    }
+    Ok(simulation)
+}
+
+fn sample(
+    shape: &SupportFunction,
+    time_s: f64,
+    palms: &PalmPair,
+    psi: f64,
+    options: &SimulateOptions,
+    rng: &mut ChaCha8Rng,
+) -> Sample {
+    let pad = &options.touchpad;
+    let (s1, s2) = palms.contact_positions_m(shape, psi);
+    let (force1, force2) = contact_forces_n(palms, options.mass_kg);
+    let reading1 = pad.read(&[PadContact { position_m: s1, force_n: force1 }], rng);
+    let reading2 = pad.read(&[PadContact { position_m: s2, force_n: force2 }], rng);
+    let (phi1_rad, phi2_rad) = pad.read_angles(palms.phi1_rad, palms.phi2_rad, rng);
+    let stated = Some(pad.position_sd_m()).filter(|sd| options.with_stated_noise && *sd > 0.0);
+    let force = |force_n: f64| Some(force_n).filter(|_| options.with_forces);
+    Sample {
+        time_s,
+        palms: PalmPair { phi1_rad, phi2_rad, ..*palms },
+        s1_m: reading1.map(|reading| reading.position_m),
+        s2_m: reading2.map(|reading| reading.position_m),
+        s1_sd_m: stated,
+        s2_sd_m: stated,
+        force1_n: reading1.and_then(|reading| force(reading.force_n)),
+        force2_n: reading2.and_then(|reading| force(reading.force_n)),
+    }
+}
+
+fn pose(shape: &SupportFunction, time_s: f64, palms: &PalmPair, psi_rad: f64) -> TruePose {
+    let (theta1, theta2) = palms.contact_angles(psi_rad);
+    let [com_x_m, com_y_m] = palms.center_of_mass_m(shape.at(theta1), shape.at(theta2));
+    TruePose { time_s, psi_rad, com_x_m, com_y_m }
+}
+
+fn check(shape: &SupportFunction, motion: &[(f64, PalmPair)], options: &SimulateOptions) -> Result<(), SimulateError> {
+    let finite = |palms: &PalmPair| {
+        [[palms.phi1_rad, palms.phi2_rad], palms.base1_m, palms.base2_m].iter().flatten().all(|value| value.is_finite())
+    };
+    let smallest_m = shape.min_curvature_radius_m();
+    if shape.has_nonfinite() || shape.mean_radius_m() <= 0.0 || smallest_m < 0.0 {
+        return Err(SimulateError::NotConvex { smallest_m: if shape.has_nonfinite() { f64::NAN } else { smallest_m } });
+    }
+    if let Some(what) = options.touchpad.fault() {
+        return Err(SimulateError::OutOfRange { what });
+    }
+    if !(options.mass_kg > 0.0 && options.mass_kg.is_finite()) {
+        return Err(SimulateError::OutOfRange { what: "mass (kg), must be positive" });
+    }
+    if !options.start_psi_rad.is_finite() {
+        return Err(SimulateError::OutOfRange { what: "starting orientation (rad), must be finite" });
+    }
+    let mut last_s = f64::NEG_INFINITY;
+    for (sample, (time_s, palms)) in motion.iter().enumerate() {
+        if !time_s.is_finite() || *time_s < last_s || !finite(palms) {
+            return Err(SimulateError::FaultyMotion { sample });
+        }
+        last_s = *time_s;
+        check_palms(palms, *time_s)?;
+    }
+    Ok(())
+}
+
+/// Palms between which an object can rest: neither parallel nor crossed, and both pushing (f₁, f₂ ≥ 0).
+fn check_palms(palms: &PalmPair, time_s: f64) -> Result<(), SimulateError> {
+    let phi2_rad = palms.phi2_rad;
+    if phi2_rad <= crate::palms::SMALLEST_OPENING_RAD || phi2_rad >= PI - crate::palms::SMALLEST_OPENING_RAD {
+        return Err(SimulateError::Parallel { time_s, phi2_rad });
+    }
+    let (force1, force2) = contact_forces_n(palms, 1.0);
+    if force1 < 0.0 || force2 < 0.0 {
+        let palm = if force1 < 0.0 { Palm::One } else { Palm::Two };
+        return Err(SimulateError::LeavesPalm { time_s, palm });
+    }
+    Ok(())
+}
+
+fn check_contact(
+    shape: &SupportFunction,
+    palms: &PalmPair,
+    psi: f64,
+    time_s: f64,
+    length_m: f64,
+) -> Result<(), SimulateError> {
+    let (s1, s2) = palms.contact_positions_m(shape, psi);
+    for (palm, position_m) in [(Palm::One, s1), (Palm::Two, s2)] {
+        if !(0.0..=length_m).contains(&position_m) {
+            return Err(SimulateError::RunsOff { time_s, palm, position_m, length_m });
+        }
+    }
+    Ok(())
+}

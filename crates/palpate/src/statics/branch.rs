@@ -1,0 +1,108 @@
+//! A stable pose followed while the palms move, and the jump where it vanishes.
+//!
+//! The pose is a branch ψ(φ₁, φ₂) of g = 0 with g' > 0. It ends in a fold, g' = 0 (section 6 of Moll & Erdmann 2001: "a
+//! discrete change in orientation"); there the object goes downhill to the next minimum of its energy. A step is taken only
+//! when Newton and Kantorovich's condition proves, both forward and backward, that the poses at its two ends are the
+//! same branch; otherwise it is halved. Near a fold such a step covers a fixed part of the way that is left, so the fold is
+//! met to [`SMALLEST_STEP_RAD`] after a few dozen steps.
+
+use super::EnergyLandscape;
+use crate::palms::PalmPair;
+use crate::shape::SupportFunction;
+
+/// Palm rotation to which a fold is located, radians.
+pub const SMALLEST_STEP_RAD: f64 = 1e-11;
+
+/// Largest palm rotation in one step, radians.
+const LARGEST_STEP_RAD: f64 = 0.02;
+
+/// Rotation of the object beyond which the passage of a fold is a jump, radians; a pose that goes on through a nearly
+/// vanishing stability moves by some 1e-5 in the step over it.
+const SMALLEST_JUMP_RAD: f64 = 1e-3;
+
+/// A pose vanished and the object went downhill to another, at practically one instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Jump {
+    /// When, as a fraction (0 to 1) of the movement that was followed.
+    pub fraction: f64,
+    /// Palms at that instant.
+    pub palms: PalmPair,
+    /// Orientation before, radians.
+    pub psi_before_rad: f64,
+    /// Orientation after, radians, unwrapped: the difference says which way the object turned.
+    pub psi_after_rad: f64,
+    /// Height of the centre of mass before, metres.
+    pub height_before_m: f64,
+    /// Height of the centre of mass after, metres; always lower.
+    pub height_after_m: f64,
+}
+
+/// Follows the stable pose `psi_rad` of `shape` while the palms move evenly from `from` to `to`.
+///
+/// `psi_rad` should be stable at `from`; if it is not, the object first goes downhill. `visit` is called with the fraction
+/// of the movement, the palms and ψ after each step and each jump, and may stop the pursuit with an error. Returns ψ at the
+/// end (unwrapped) and the jumps on the way.
+///
+/// # Errors
+/// Those of `visit`.
+pub fn follow<E>(
+    shape: &SupportFunction,
+    from: &PalmPair,
+    to: &PalmPair,
+    psi_rad: f64,
+    mut visit: impl FnMut(f64, &PalmPair, f64) -> Result<(), E>,
+) -> Result<(f64, Vec<Jump>), E> {
+    let mut jumps = Vec::new();
+    let mut landscape = EnergyLandscape::new(shape, from);
+    let mut psi = landscape.continued(psi_rad).unwrap_or_else(|| landscape.descend(psi_rad));
+    let turn = (to.phi1_rad - from.phi1_rad).abs().max((to.phi12_rad() - from.phi12_rad()).abs());
+    if turn == 0.0 || landscape.is_flat() {
+        visit(1.0, to, psi)?;
+        return Ok((psi, jumps));
+    }
+    let largest = (LARGEST_STEP_RAD / turn).min(1.0);
+    let smallest = (SMALLEST_STEP_RAD / turn).max(4.0 * f64::EPSILON);
+    let mut forced = smallest;
+    let (mut done, mut step) = (0.0, largest);
+    while done < 1.0 {
+        let next = if done + step >= 1.0 { 1.0 } else { done + step };
+        let palms = from.towards(to, next);
+        let ahead = EnergyLandscape::new(shape, &palms);
+        let same_branch = ahead.continued(psi).filter(|&new| {
+            landscape.continued(new).is_some_and(|back| (back - psi).abs() <= 1e-9) && ahead.balance_slope_m(new) > 0.0
+        });
+        if let Some(new) = same_branch {
+            (psi, landscape, done) = (new, ahead, next);
+            step = (2.0 * step).min(largest);
+            forced = smallest;
+            visit(done, &palms, psi)?;
+            continue;
+        }
+        if step > forced {
+            step = (0.5 * step).max(forced);
+            continue;
+        }
+        // At a fold, or at a pose of hardly any stability: step over it and let the object go downhill.
+        let over = (done + 10.0 * forced).min(1.0);
+        let palms = from.towards(to, over);
+        let beyond = EnergyLandscape::new(shape, &palms);
+        let landed = beyond.descend(psi);
+        if (landed - psi).abs() > SMALLEST_JUMP_RAD {
+            jumps.push(Jump {
+                fraction: done,
+                palms,
+                psi_before_rad: psi,
+                psi_after_rad: landed,
+                height_before_m: beyond.height_m(psi),
+                height_after_m: beyond.height_m(landed),
+            });
+            forced = smallest;
+        } else {
+            forced *= 2.0;
+        }
+        (psi, landscape, done) = (landed, beyond, over);
+        step = forced;
+        visit(done, &palms, psi)?;
+    }
+    Ok((psi, jumps))
+}

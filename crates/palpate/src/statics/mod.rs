@@ -1,0 +1,9 @@
+//! Where the object rests: potential energy, balance, stability and jumps.
+
+mod branch;
+mod landscape;
+mod weight;
+
+pub use branch::{Jump, follow};
+pub use landscape::{EnergyLandscape, RestPose};
+pub use weight::{STANDARD_GRAVITY_M_PER_S2, contact_forces_n};
