@@ -8,7 +8,7 @@ fuzz_target!(|bytes: &[u8]| {
         Ok(file) => assert!(file.log.samples.len() >= palpate_io::MIN_SAMPLES),
         Err(error) => {
             let message = error.to_string();
-            assert!(message.starts_with("log.csv") && message.len() < 1500, "{message:?}");
+            assert!(message.starts_with("log.csv") && message.chars().count() < 1500, "{message:?}");
             assert!(!message.chars().any(char::is_control), "{message:?}");
         }
     }

@@ -19,7 +19,7 @@ pub struct ReadError {
     pub problem: Box<ReadProblem>,
 }
 
-/// What is wrong with a file. Text taken from the file has its control characters escaped and is cut after 40 characters.
+/// What is wrong with a file. Text taken from the file has its control characters escaped and is cut after 40 characters, as shown.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReadProblem {

@@ -1,13 +1,20 @@
 //! Foreign text made fit to print: a broken file must not break the terminal that tells of it.
 
-/// Characters of a cell or column name that a message repeats.
+/// Characters of a cell or column name that a message repeats, counted as shown: an escape is several.
 const MAX_QUOTED: usize = 40;
 
 /// A cell or column name as messages show it: control characters escaped, long text cut.
 pub(crate) fn quoted(text: &str) -> String {
-    let mut shown = printable(text.chars().take(MAX_QUOTED));
-    if text.chars().nth(MAX_QUOTED).is_some() {
-        shown.push('…');
+    let mut shown = String::new();
+    let mut length = 0;
+    for character in text.chars() {
+        let piece = printable([character].into_iter());
+        length += piece.chars().count();
+        if length > MAX_QUOTED {
+            shown.push('…');
+            break;
+        }
+        shown += &piece;
     }
     shown
 }
@@ -52,5 +59,7 @@ mod tests {
         assert_eq!(quoted("a\u{202e}b"), "a\\u{202e}b");
         assert_eq!(quoted(&"x".repeat(41)), format!("{}…", "x".repeat(40)));
         assert_eq!(quoted("größe"), "größe");
+        // Found by fuzzing: forty control characters are two hundred to read.
+        assert_eq!(quoted(&"\u{f}".repeat(40)), format!("{}…", "\\u{f}".repeat(8)));
     }
 }

@@ -160,7 +160,8 @@ fn check(bytes: &[u8]) -> Result<(), TestCaseError> {
         Err(error) => {
             let message = error.to_string();
             prop_assert!(message.starts_with("dir/log.csv"), "{message:?}");
-            prop_assert!(message.len() > "dir/log.csv: ".len() && message.len() < 1500, "{message:?}");
+            let length = message.chars().count();
+            prop_assert!(length > "dir/log.csv: ".len() && length < 1500, "{message:?}");
             prop_assert!(!message.chars().any(char::is_control), "{message:?}");
             prop_assert!(error.line.is_none_or(|line| line >= 1));
         }
