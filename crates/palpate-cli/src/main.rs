@@ -1,2 +1,52 @@
-//! The palpate program.
-fn main() {}
+//! The `palpate` program: what is between two tactile palms, from a log of what they felt.
+//!
+//! One file per command, and [`terminal`] for what is printed and how the program ends.
+#![forbid(unsafe_code)]
+
+mod demo;
+mod reconstruct;
+mod simulate;
+mod terminal;
+mod values;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+use crate::terminal::Terminal;
+
+const AFTER_HELP: &str = "\
+Examples:
+  palpate demo                                     see it work: simulate, reconstruct, report
+  palpate reconstruct trial.csv -o trial           your own log -> trial/report.html, shape.csv, motion.csv, summary.json
+  palpate simulate --shape egg -o egg.csv          a log to try things on, with the truth beside it
+  palpate reconstruct egg.csv -o egg --truth egg.truth
+
+Exit codes: 0 success, for `reconstruct`: certified;  3 a result that is not certified;  2 bad input or usage;  1 anything else.";
+
+/// Shape, motion and centre of mass of an unknown object from what two tactile palms feel.
+///
+/// The object lies between two straight palms and slides as they turn. From the palm angles and the contact positions alone,
+/// palpate finds its shape, its motion and its centre of mass, with error bars and a verdict on whether to believe them.
+#[derive(Parser)]
+#[command(name = "palpate", version, after_help = AFTER_HELP)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    Demo(demo::Arguments),
+    Simulate(simulate::Arguments),
+    Reconstruct(reconstruct::Arguments),
+}
+
+fn main() -> ExitCode {
+    let ending = match Arguments::parse().command {
+        Command::Demo(arguments) => demo::run(&arguments),
+        Command::Simulate(arguments) => simulate::run(&arguments),
+        Command::Reconstruct(arguments) => reconstruct::run(&arguments),
+    };
+    Terminal::end(ending)
+}

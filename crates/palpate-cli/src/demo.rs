@@ -1,0 +1,67 @@
+//! `palpate demo`: the whole way from an object to the report about it, without any input.
+
+use std::path::PathBuf;
+
+use palpate::reconstruct::ReconstructOptions;
+use palpate::sensor::Touchpad;
+use palpate::shape::NamedShape;
+use palpate::simulate::{SimulateOptions, simulate};
+use palpate_io::LogFile;
+
+use crate::reconstruct::{Job, solve, told};
+use crate::simulate::planned_turn;
+use crate::terminal::{Ending, Failure, Terminal};
+
+/// Mean radius of the object, metres.
+const RADIUS_M: f64 = 0.03;
+/// Duration of the palm motion, seconds.
+const DURATION_S: f64 = 90.0;
+/// Samples per second.
+const RATE_HZ: f64 = 20.0;
+
+const AFTER_HELP: &str = "\
+A pebble of 30 mm mean radius lies between two palms that carry it round once. Their touchpads are those of Moll & Erdmann (2001):
+readings in steps of 0.127 mm, with 0.1 mm of noise. The log is reconstructed from nothing, and compared with the truth afterwards.
+
+Example:
+  palpate demo -o /tmp/demo";
+
+/// Simulate an object, reconstruct it from what the palms felt, and report; no input needed
+#[derive(clap::Args)]
+#[command(after_help = AFTER_HELP)]
+pub struct Arguments {
+    /// Folder for the result, made if missing
+    #[arg(short, long = "out", value_name = "DIR", default_value = "palpate-demo")]
+    out: PathBuf,
+    /// Print nothing but errors
+    #[arg(short, long)]
+    quiet: bool,
+}
+
+/// Simulates, reconstructs, and says where the report is.
+pub fn run(arguments: &Arguments) -> Result<Ending, Failure> {
+    let terminal = Terminal::new(arguments.quiet);
+    palpate_io::check_result_target(&arguments.out)?;
+    let shape = NamedShape::Pebble.shape(RADIUS_M)?;
+    let motion = planned_turn(&shape, DURATION_S, RATE_HZ)?;
+    // The pads are longer than the original ones, so that the object has room to roll.
+    let touchpad = Touchpad { length_m: 0.15, noise_sd_m: 1e-4, ..Touchpad::interlink() };
+    let simulation = simulate(&shape, &motion, &SimulateOptions { touchpad, seed: 1, ..SimulateOptions::default() })?;
+    terminal.say(&format!(
+        "simulated: a pebble between two palms, {} samples in {DURATION_S:.0} s, contacts felt to {:.2} mm",
+        simulation.log.samples.len(),
+        1e3 * touchpad.position_sd_m()
+    ))?;
+    let file = LogFile { log: simulation.log, ..LogFile::default() };
+    let job = Job {
+        file: &file,
+        name: None,
+        title: "Demo: a pebble between two palms",
+        truth: Some(&simulation.truth),
+        options: ReconstructOptions::default(),
+        out: &arguments.out,
+    };
+    let summary = solve(&job, &terminal)?;
+    terminal.say(&told(&summary, &arguments.out))?;
+    Ok(Ending::Success)
+}

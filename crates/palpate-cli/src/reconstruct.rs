@@ -1,0 +1,212 @@
+//! `palpate reconstruct`: a palm log in, a result folder out.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use palpate::reconstruct::ReconstructOptions;
+use palpate::{Reconstruction, Truth};
+use palpate_io::{LogFile, Summary, TruthSummary};
+use palpate_report::{ReportInput, TruthOverlay};
+
+use crate::terminal::{Ending, Failure, Terminal, print};
+use crate::values;
+
+const AFTER_HELP: &str = "\
+The log is a CSV file with the columns time_s, phi1_rad, phi2_rad, s1_m and s2_m, in any order and in other units if the names
+say so (s1_mm, phi1_deg, time_ms). An empty cell in s1 or s2 means that no contact was seen. Optional: s1_sd_m and s2_sd_m
+(standard deviations), base1_x_m, base1_y_m, base2_x_m and base2_y_m (base points of the palms; default: both in the origin),
+force1_n and force2_n.
+
+DIR receives report.html (open it first), shape.csv, motion.csv and summary.json. An earlier result there is replaced; a folder
+that holds anything else is left alone.
+
+Examples:
+  palpate reconstruct trial.csv                          writes trial.palpate/
+  palpate reconstruct trial.csv -o out/trial
+  palpate reconstruct trial.csv --json | jq .certified
+  palpate reconstruct egg.csv -o egg --truth egg.truth   compares with what is known, after the fact
+
+Exit codes: 0 certified;  3 a result that is not certified (summary.json and the report say why);  2 bad input or usage, nothing
+written;  1 anything else.";
+
+/// Find shape, motion and centre of mass from a palm log
+#[derive(clap::Args)]
+#[command(after_help = AFTER_HELP)]
+pub struct Arguments {
+    /// The palm log, a CSV file
+    #[arg(value_name = "LOG.csv")]
+    log: PathBuf,
+    /// Folder for the result, made if missing [default: the log's name with .palpate instead of .csv]
+    #[arg(short, long = "out", value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Folder with the true shape.csv and motion.csv, to measure the errors of the result. The reconstruction does not see it
+    #[arg(long, value_name = "DIR")]
+    truth: Option<PathBuf>,
+    /// Number of harmonics of the support function, 2 to 64 [default: chosen by the data]
+    #[arg(long, value_name = "K", value_parser = values::harmonics)]
+    harmonics: Option<usize>,
+    /// Standard deviation of the contact positions, mm [default: what the log states, else estimated from it]
+    #[arg(long, value_name = "MM", value_parser = values::positive)]
+    sensor_sd_mm: Option<f64>,
+    /// Threads to work with [default: as many as there are processors]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
+    /// Print summary.json on standard output instead of a few lines of text
+    #[arg(long)]
+    json: bool,
+    /// Print nothing but errors
+    #[arg(short, long, conflicts_with = "json")]
+    quiet: bool,
+}
+
+/// Reads, reconstructs, writes, and says how it went.
+pub fn run(arguments: &Arguments) -> Result<Ending, Failure> {
+    let terminal = Terminal::new(arguments.quiet);
+    let out = arguments.out.clone().unwrap_or_else(|| arguments.log.with_extension("palpate"));
+    let file = palpate_io::read_log(&arguments.log)?;
+    let truth = arguments.truth.as_deref().map(|dir| read_truth(dir, &file)).transpose()?;
+    file.notes.iter().for_each(|note| terminal.note(note));
+    if let Some(threads) = arguments.threads {
+        rayon::ThreadPoolBuilder::new()
+            .num_threads(threads.into())
+            .build_global()
+            .map_err(|error| Failure::Other(format!("{threads} threads cannot be started: {error}")))?;
+    }
+    let name = arguments.log.file_name().unwrap_or(arguments.log.as_os_str()).to_string_lossy();
+    let job = Job {
+        file: &file,
+        name: Some(&name),
+        title: &name,
+        truth: truth.as_ref(),
+        options: ReconstructOptions {
+            harmonics: arguments.harmonics,
+            sensor_sd_m: arguments.sensor_sd_mm.map(|sd| 1e-3 * sd),
+        },
+        out: &out,
+    };
+    let summary = solve(&job, &terminal)?;
+    if arguments.json {
+        let json = summary.to_json().map_err(|error| Failure::Other(format!("summary.json: {error}")))?;
+        print(json.trim_end())?;
+    } else {
+        terminal.say(&told(&summary, &out))?;
+    }
+    Ok(if summary.certified { Ending::Success } else { Ending::NotCertified })
+}
+
+/// A truth with as many poses as the log has samples.
+fn read_truth(dir: &Path, file: &LogFile) -> Result<Truth, Failure> {
+    let truth = palpate_io::read_truth(dir)?;
+    let (poses, samples) = (truth.motion.len(), file.log.samples.len());
+    if poses != samples {
+        return Err(Failure::Input(format!(
+            "{}: motion.csv and the log differ in length ({poses} against {samples} rows); give the truth of this log",
+            dir.display()
+        )));
+    }
+    Ok(truth)
+}
+
+/// A log to be reconstructed, and where to.
+pub struct Job<'a> {
+    /// The log as it was read.
+    pub file: &'a LogFile,
+    /// File name of the log, where it has one.
+    pub name: Option<&'a str>,
+    /// Heading of the report.
+    pub title: &'a str,
+    /// What is known of the object, to compare with when all is done.
+    pub truth: Option<&'a Truth>,
+    /// How to reconstruct.
+    pub options: ReconstructOptions,
+    /// The result folder.
+    pub out: &'a Path,
+}
+
+/// Reconstructs and writes the result folder.
+pub fn solve(job: &Job, terminal: &Terminal) -> Result<Summary, Failure> {
+    palpate_io::check_result_target(job.out)?;
+    let started = Instant::now();
+    let progress = terminal.progress();
+    let reconstruction = palpate::reconstruct::reconstruct(&job.file.log, &job.options, &|step| progress.update(step))?;
+    drop(progress);
+    let mut summary = Summary::new(&reconstruction, started.elapsed().as_secs_f64());
+    summary.log = job.name.map(str::to_owned);
+    summary.notes = job.file.notes.clone();
+    summary.truth = job.truth.map(|truth| errors(&reconstruction, truth));
+    let report = report(job, &reconstruction, &summary);
+    palpate_io::write_result(job.out, &reconstruction, &summary, &report)?;
+    Ok(summary)
+}
+
+/// The summary in a few lines.
+pub fn told(summary: &Summary, out: &Path) -> String {
+    let verdict = match (summary.certified, summary.com_certified) {
+        (true, true) => "certified: shape, motion and centre of mass".to_string(),
+        (true, false) => format!("certified: shape and motion\nnot the centre of mass: {}", summary.reason),
+        _ => format!("NOT certified: {}", summary.reason),
+    };
+    let mut lines = vec![verdict];
+    let jumps = match summary.jumps.len() {
+        0 => String::new(),
+        1 => ", 1 jump".to_string(),
+        count => format!(", {count} jumps"),
+    };
+    lines.push(format!(
+        "  felt    {:.0} % of the boundary in {} samples{jumps}; contacts good to {:.3} mm",
+        100.0 * summary.coverage,
+        summary.samples,
+        1e3 * summary.sensor_sd_m
+    ));
+    if let Some(truth) = &summary.truth {
+        lines.push(format!(
+            "  errors  shape {:.4} mm, orientation {:.3} deg, centre of mass {:.4} mm (root mean square)",
+            1e3 * truth.rms_r_m,
+            truth.rms_psi_rad.to_degrees(),
+            1e3 * truth.rms_com_m
+        ));
+    }
+    lines.push(format!("  report  {}", out.join("report.html").display()));
+    lines.join("\n")
+}
+
+fn errors(_reconstruction: &Reconstruction, _truth: &Truth) -> TruthSummary {
+    TruthSummary {
+        rms_r_m: f64::NAN,
+        rms_form_m: f64::NAN,
+        hausdorff_m: f64::NAN,
+        rms_psi_rad: f64::NAN,
+        rms_com_m: f64::NAN,
+    }
+}
+
+/// The report page.
+fn report(job: &Job, reconstruction: &Reconstruction, summary: &Summary) -> String {
+    let overlay = job.truth.zip(summary.truth).map(|(truth, errors)| TruthOverlay {
+        truth,
+        rms_r_m: errors.rms_r_m,
+        rms_form_m: errors.rms_form_m,
+        hausdorff_m: errors.hausdorff_m,
+        rms_psi_rad: errors.rms_psi_rad,
+        rms_com_m: errors.rms_com_m,
+    });
+    palpate_report::page(&ReportInput {
+        title: job.title,
+        log: &job.file.log,
+        reconstruction,
+        truth: overlay,
+        seconds: summary.seconds,
+        command: Some(&command_line()),
+        version: &summary.version,
+    })
+}
+
+/// What was typed, with the program's plain name.
+fn command_line() -> String {
+    let quoted = |argument: std::ffi::OsString| {
+        let text = argument.to_string_lossy().into_owned();
+        let plain = |c: char| c.is_alphanumeric() || "-_./=,:+".contains(c);
+        if !text.is_empty() && text.chars().all(plain) { text } else { format!("'{}'", text.replace('\'', "'\\''")) }
+    };
+    std::env::args_os().skip(1).fold("palpate".to_string(), |line, argument| line + " " + &quoted(argument))
+}

@@ -1,0 +1,198 @@
+//! `palpate simulate`: a known object under a chosen motion, as a palm log with the truth beside it.
+
+use std::path::PathBuf;
+
+use clap::ValueEnum;
+use palpate::palms::{MotionError, PalmMotion, PalmPair};
+use palpate::sensor::Touchpad;
+use palpate::shape::{NamedShape, ShapeError, SupportFunction};
+use palpate::simulate::{SimulateError, SimulateOptions, Simulation};
+
+use crate::terminal::{Ending, Failure, Terminal};
+use crate::values;
+
+const AFTER_HELP: &str = "\
+Shapes: circle, disc, ellipse, egg, triangle and square (with rounded corners), pebble, stone, and random:SEED for any number SEED.
+
+LOG.csv is what a robot would know; LOG.truth/ beside it holds what only the simulator knows (shape.csv, motion.csv).
+
+Examples:
+  palpate simulate -o egg.csv
+  palpate simulate --shape random:7 --noise-mm 0.3 --angle-noise-deg 0.1 -o seven.csv
+  palpate simulate --pad interlink --radius-mm 11 -o pad.csv       as in the experiment of Moll & Erdmann (2001)
+  palpate simulate --motion zigzag --duration-s 120 -o jumps.csv   a motion that knows nothing of the object: it will jump
+  palpate reconstruct egg.csv -o egg --truth egg.truth";
+
+/// Make a palm log of a known object
+#[derive(clap::Args)]
+#[command(after_help = AFTER_HELP)]
+pub struct Arguments {
+    /// The log to write; the truth goes into LOG.truth beside it
+    #[arg(short, long = "out", value_name = "LOG.csv")]
+    out: PathBuf,
+    /// The object, see below
+    #[arg(long, value_name = "NAME", default_value = "egg")]
+    shape: NamedShape,
+    /// Mean radius of the object (perimeter / 2 pi), mm
+    #[arg(long, value_name = "MM", default_value = "30", value_parser = values::positive)]
+    radius_mm: f64,
+    /// Moves the centre of mass from where the shape has it, in the frame of the object, mm
+    #[arg(long, value_name = "X,Y", default_value = "0,0", value_parser = values::pair, allow_hyphen_values = true)]
+    com_offset_mm: [f64; 2],
+    /// How the palms move
+    #[arg(long, value_enum, default_value = "turn")]
+    motion: Motion,
+    /// Duration of the motion, s
+    #[arg(long, value_name = "S", default_value = "100", value_parser = values::positive)]
+    duration_s: f64,
+    /// Samples per second, Hz
+    #[arg(long, value_name = "HZ", default_value = "20", value_parser = values::positive)]
+    rate_hz: f64,
+    /// Distance between the base points of the palms, mm; 0 for a common hinge
+    #[arg(long, value_name = "MM", default_value = "0", value_parser = values::not_negative)]
+    finger_gap_mm: f64,
+    /// What the touch sensors are like, before the options below
+    #[arg(long, value_enum, default_value = "ideal")]
+    pad: Pad,
+    /// Length of the palms, mm [default: endless for --pad ideal, 55.5 for --pad interlink]
+    #[arg(long, value_name = "MM", value_parser = values::positive)]
+    palm_length_mm: Option<f64>,
+    /// Standard deviation of Gaussian noise on the contact positions, mm
+    #[arg(long, value_name = "MM", default_value = "0.1", value_parser = values::not_negative)]
+    noise_mm: f64,
+    /// Steps per inch that contact positions are rounded to [default: none for --pad ideal, 200 for --pad interlink]
+    #[arg(long, value_name = "N", value_parser = values::positive)]
+    counts_per_inch: Option<f64>,
+    /// Standard deviation of Gaussian noise on the two palm angles, degrees
+    #[arg(long, value_name = "DEG", default_value = "0", value_parser = values::not_negative)]
+    angle_noise_deg: f64,
+    /// Share of the readings of each pad that are missing, 0 to 1
+    #[arg(long, value_name = "SHARE", default_value = "0", value_parser = values::share)]
+    dropout: f64,
+    /// Write the normal forces too (columns force1_n, force2_n), for an object of this mass, grams
+    #[arg(long, value_name = "GRAMS", value_parser = values::positive)]
+    mass_g: Option<f64>,
+    /// Write the standard deviation of the contact positions too (columns s1_sd_m, s2_sd_m)
+    #[arg(long)]
+    state_noise: bool,
+    /// Seed of the noise and of --motion random
+    #[arg(long, value_name = "N", default_value = "1")]
+    seed: u64,
+    /// Print nothing but errors
+    #[arg(short, long)]
+    quiet: bool,
+}
+
+/// How the palms move.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Motion {
+    /// Planned for the object: a full turn without a jump, where there is one
+    Turn,
+    /// Squeezes, rotations and openings of one palm, there and back, as in the paper; knows nothing of the object
+    Zigzag,
+    /// A random smooth motion; knows nothing of the object
+    Random,
+}
+
+/// What the touch sensors are like.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Pad {
+    /// Endless, no rounding
+    Ideal,
+    /// The pad of the paper: 55.5 mm long, 200 counts per inch, 128 levels of pressure; use --radius-mm 11 or less
+    Interlink,
+}
+
+/// Simulates and writes the log and the truth.
+pub fn run(arguments: &Arguments) -> Result<Ending, Failure> {
+    let terminal = Terminal::new(arguments.quiet);
+    if arguments.out.is_dir() {
+        return Err(Failure::Input(format!("{}: this is a folder; give the file to write", arguments.out.display())));
+    }
+    let [x_mm, y_mm] = arguments.com_offset_mm;
+    let shape = arguments.shape.shape(1e-3 * arguments.radius_mm)?.translated(-1e-3 * x_mm, -1e-3 * y_mm);
+    let motion = motion(arguments, &shape)?;
+    let options = SimulateOptions {
+        touchpad: touchpad(arguments),
+        seed: arguments.seed,
+        mass_kg: arguments.mass_g.map_or(0.1, |grams| 1e-3 * grams),
+        with_forces: arguments.mass_g.is_some(),
+        with_stated_noise: arguments.state_noise,
+        ..SimulateOptions::default()
+    };
+    let simulation = palpate::simulate::simulate(&shape, &motion, &options)?;
+    let metadata = [
+        ("made by".to_string(), format!("palpate simulate {}", env!("CARGO_PKG_VERSION"))),
+        ("shape".to_string(), arguments.shape.to_string()),
+    ];
+    let truth_dir = palpate_io::truth_dir_of(&arguments.out);
+    palpate_io::write_truth(&truth_dir, &simulation.truth)?;
+    palpate_io::write_log(&arguments.out, &simulation.log, &metadata)?;
+    terminal.say(&told(arguments, &simulation))?;
+    Ok(Ending::Success)
+}
+
+fn touchpad(arguments: &Arguments) -> Touchpad {
+    let pad = match arguments.pad {
+        Pad::Ideal => Touchpad::ideal(),
+        Pad::Interlink => Touchpad::interlink(),
+    };
+    Touchpad {
+        length_m: arguments.palm_length_mm.map_or(pad.length_m, |length| 1e-3 * length),
+        counts_per_inch: arguments.counts_per_inch.or(pad.counts_per_inch),
+        noise_sd_m: 1e-3 * arguments.noise_mm,
+        angle_noise_sd_rad: arguments.angle_noise_deg.to_radians(),
+        dropout: arguments.dropout,
+        rate_hz: arguments.rate_hz,
+        ..pad
+    }
+}
+
+fn told(arguments: &Arguments, simulation: &Simulation) -> String {
+    let jumps = match simulation.jumps.len() {
+        0 => "no jump".to_string(),
+        1 => "1 jump".to_string(),
+        count => format!("{count} jumps"),
+    };
+    format!(
+        "{}: {} samples, {jumps}\n{}: the truth behind it",
+        arguments.out.display(),
+        simulation.log.samples.len(),
+        palpate_io::truth_dir_of(&arguments.out).display()
+    )
+}
+
+impl From<ShapeError> for Failure {
+    fn from(error: ShapeError) -> Self {
+        Self::Input(error.to_string())
+    }
+}
+
+impl From<MotionError> for Failure {
+    fn from(error: MotionError) -> Self {
+        Self::Input(error.to_string())
+    }
+}
+
+impl From<SimulateError> for Failure {
+    fn from(error: SimulateError) -> Self {
+        Self::Input(error.to_string())
+    }
+}
+
+/// The palms over time.
+fn motion(arguments: &Arguments, shape: &SupportFunction) -> Result<Vec<(f64, PalmPair)>, Failure> {
+    let Arguments { duration_s, rate_hz, .. } = *arguments;
+    let half = 0.5e-3 * arguments.finger_gap_mm;
+    let motion = match arguments.motion {
+        Motion::Turn => return planned_turn(shape, duration_s, rate_hz),
+        Motion::Zigzag => PalmMotion::squeeze_and_rotate(duration_s, 2)?,
+        Motion::Random => PalmMotion::random(arguments.seed, duration_s, 1.0)?,
+    };
+    Ok(motion.with_bases([half, 0.0], [-half, 0.0]).sample(rate_hz)?)
+}
+
+/// A motion that carries the object round once.
+pub fn planned_turn(_shape: &SupportFunction, duration_s: f64, rate_hz: f64) -> Result<Vec<(f64, PalmPair)>, Failure> {
+    Ok(PalmMotion::squeeze_and_rotate(duration_s, 1)?.sample(rate_hz)?)
+}
