@@ -166,7 +166,7 @@
     let width = 0;
     const refresh = () => {
       const now = Math.floor(host.clientWidth);
-      if (now < 40 || now === width) return;
+      if (now < 120 || now === width) return;
       width = now;
       const high = height(width);
       host.style.height = `${high}px`;
@@ -218,10 +218,10 @@
   function chart(spec) {
     const host = byId(spec.host);
     host.classList.add("scrub");
-    const laneHeight = spec.lane ? 62 : 0, gap = spec.lane ? 24 : 0, bottom = 22, top = 12;
+    const laneHeight = spec.lane ? 62 : 0, gap = spec.lane ? 24 : 0, bottom = 22, top = spec.caption ? 22 : 12;
     const cursors = { play: null, hover: null, X: null };
     figure(host, () => spec.height + laneHeight + gap + bottom + top, (svg, width, high) => {
-      const left = 46, right = width - (spec.right || 14);
+      const left = 46, right = Math.max(left + 40, width - (spec.right || 14));
       const yTop = top, yBottom = top + spec.height;
       const [x0, x1] = spec.xDomain, span = x1 > x0 ? x1 - x0 : 1;
       const X = (value) => (finite(value) ? left + (value - x0) / span * (right - left) : NaN);
@@ -236,11 +236,10 @@
       // Grid: horizontal lines with the unit at the uppermost, time along the bottom.
       const step = spec.yStep ? spec.yStep(low, high2) : roundStep(high2 - low, Math.max(2, spec.height / 42));
       const levels = ticks(low, high2, 0, step);
-      levels.forEach((value, k) => {
+      levels.forEach((value) => {
         const y = crisp(Y(value));
         draw(svg, "path", { class: value === 0 ? "zero" : "grid", d: `M${left} ${y}H${right}` });
         draw(svg, "text", { x: left - 8, y: y + 4, "text-anchor": "end" }, tickLabel(value, step));
-        if (k === levels.length - 1) draw(svg, "text", { x: left + 4, y: y - 4, class: "halo" }, spec.unit);
       });
       const laneTop = yBottom + gap, laneBottom = laneTop + laneHeight;
       const floor = spec.lane ? laneBottom : yBottom;
@@ -258,6 +257,7 @@
         if (jump >= x0 && jump <= x1) draw(svg, "path", { class: "jump", d: `M${crisp(X(jump))} ${yTop - 6}V${floor}` });
       }
 
+      if (spec.caption) draw(svg, "text", { x: left, y: 10, class: "strong" }, spec.caption);
       const layer = draw(svg, "g", { "clip-path": `url(#${clip})` });
       spec.paint(layer, X, Y, { left, right, top: yTop, bottom: yBottom, svg });
       if (spec.lane) paintLane(svg, spec, X, left, right, laneTop, laneBottom);
@@ -332,8 +332,9 @@
     });
     flush();
     for (const error of lane.errors) draw(layer, "path", { class: `error ${error.class || ""}`, d: path(error.values.map((value, i) => [X(spec.x[i]), Y(clamp(finite(value) ? value : NaN))])) });
-    const words = lane.errors.length ? `95 % band and ${lane.errorWords || "actual error"}, ${unit}` : `95 % band, ${unit}`;
-    draw(svg, "text", { x: left + 4, y: top - 6 }, words);
+    const words = draw(svg, "text", { x: left, y: top - 6 }, `95 % band${lane.errors.length ? " and actual error" : ""}${lane.errors.some((error) => error.name) ? " in" : ""}`);
+    for (const error of lane.errors) if (error.name) draw(words, "tspan", { class: `name ${error.class || ""}` }, ` ${error.name}`);
+    draw(words, "tspan", {}, `, ${unit}`);
   }
 
   const newPiece = (i) => data.piece[i] !== data.piece[i - 1];
@@ -362,7 +363,7 @@
   const clock = (t) => `${fixed(t, end - start < 20 ? 2 : end - start < 2000 ? 1 : 0)} s`;
 
   const degreeStep = (low, high) => {
-    const raw = (high - low) / 4;
+    const raw = (high - low) / 5;
     return [15, 30, 45, 90, 180, 360].find((step) => raw > 7.5 && step >= raw) || roundStep(high - low, 4);
   };
 
@@ -374,7 +375,7 @@
     const end1 = (layer, box, text, x, y) => draw(box.svg, "text", { x, y: y + 4, class: "strong halo" }, text);
 
     const psi = chart({
-      ...overTime, host: "psi", height: 190, unit: "°", yStep: degreeStep,
+      ...overTime, host: "psi", height: 190, yStep: degreeStep,
       y: padded(extent([data.psi])),
       paint(layer, X, Y) {
         paintPieces(layer, data.psi, X, Y);
@@ -389,7 +390,7 @@
     ]));
 
     const com = chart({
-      ...overTime, host: "com", height: 190, unit: "mm", right: 28,
+      ...overTime, host: "com", height: 190, right: 28,
       y: padded(extent([data.x, data.y])),
       paint(layer, X, Y, box) {
         for (const [column, name, trueColumn] of [[data.x, "x", truth && truth.x], [data.y, "y", truth && truth.y]]) {
@@ -400,8 +401,8 @@
         }
       },
       lane: {
-        unit: "mm", band: data.comBand, breaks: newPiece, errorWords: "errors in x (dark) and y (amber)",
-        errors: trueShown ? [{ values: truth.xError }, { values: truth.yError, class: "second" }] : [],
+        unit: "mm", band: data.comBand, breaks: newPiece,
+        errors: trueShown ? [{ values: truth.xError, name: "x" }, { values: truth.yError, name: "y", class: "second" }] : [],
       },
     });
     follow(com, (i) => readout("com-readout", [
@@ -410,14 +411,14 @@
       ...(trueShown ? [["error", `${lengthText(Math.hypot(truth.xError[i] ?? NaN, truth.yError[i] ?? NaN))}`]] : []),
     ]));
 
+    const worst = Math.max(...extent(data.residuals.map((sensor) => sensor.values)).map(Math.abs));
     data.residuals.forEach((sensor, k) => {
       const sd = finite(data.sensorSd) && data.sensorSd > 0 ? data.sensorSd : sensor.rms;
-      const worst = Math.max(...extent([sensor.values]).map(Math.abs));
       const reach = Math.max(finite(sd) && sd > 0 ? 4 * sd : 0, Math.min(worst * 1.05, finite(sd) && sd > 0 ? 10 * sd : Infinity)) || 1;
       const word = ["one", "two"][k];
       const view = chart({
-        ...overTime, host: `residual${k + 1}`, height: 112, unit: `mm, palm ${k + 1}`, right: 118,
-        y: [-reach, reach], yStep: (low, high) => roundStep(high - low, 3),
+        ...overTime, host: `residual${k + 1}`, height: 112, caption: `palm ${k + 1}`, right: 118,
+        y: [-reach, reach], yStep: (low, high) => roundStep(high - low, 5),
         paint(layer, X, Y, box) {
           const dots = sensor.values.map((value, i) => {
             const x = X(time[i]), y = Y(finite(value) ? Math.max(-reach, Math.min(reach, value)) : NaN);
@@ -469,7 +470,8 @@
     return path(points);
   }
 
-  const ring = (place) => `${path([...Array(nodes).keys()].map(place))}Z`;
+  const whole = ([x, y]) => finite(x) && finite(y);
+  const ring = (place) => `${path([...Array(nodes).keys()].map(place).filter(whole))}Z`;
 
   /** How much wider the band is drawn, so that it can be seen: 1, 2, 5, 10 ... */
   const radius = finite(data.meanRadius) && data.meanRadius > 0 ? data.meanRadius : 1;
@@ -480,7 +482,9 @@
     for (const next of [2, 5, 10, 20, 50, 100, 200, 500, 1000]) if (wide * next <= 0.07 * radius) factor = next;
     return factor;
   })();
-  const drawnBand = (node) => Math.min(0.22 * radius, (outline.band[node] ?? NaN) * exaggeration);
+  const widest = 0.2 * radius;
+  const drawnBand = (node) => Math.min(widest, (outline.band[node] ?? NaN) * exaggeration);
+  const cut = outline.band.some((band) => band * exaggeration > widest);
 
   function comMark(parent, x, y, size = 7) {
     const mark = draw(parent, "g", { transform: `translate(${px(x)} ${px(y)})` });
@@ -503,7 +507,7 @@
     const usable = nodes >= 3 && outline.x.some(finite) && outline.y.some(finite);
     if (!usable) { empty(host, "No boundary was reconstructed."); return; }
     let mark = null, place = null;
-    figure(host, (width) => Math.round(Math.min(470, Math.max(280, width * 0.92))), (svg, width, high) => {
+    figure(host, (width) => Math.round(Math.min(500, Math.max(280, width))), (svg, width, high) => {
       const band = outline.band.map((_, node) => drawnBand(node) || 0);
       const [x0, x1] = extent([outline.x.map((x, n) => x - band[n]), outline.x.map((x, n) => x + band[n])].map((column) => column.map((v, n) => (finite(outline.x[n]) ? v : NaN))));
       const [y0, y1] = extent([outline.y.map((y, n) => y - band[n]), outline.y.map((y, n) => y + band[n])].map((column) => column.map((v, n) => (finite(outline.y[n]) ? v : NaN))));
@@ -516,7 +520,12 @@
         return [x + by * scale * cos(theta), y - by * scale * sin(theta)];
       };
       draw(svg, "path", { class: "body", d: ring(place) });
-      draw(svg, "path", { class: "band", "fill-rule": "evenodd", d: ring((n) => shifted(n, drawnBand(n))) + ring((n) => shifted(n, -drawnBand(n))) });
+      for (const [kind, first, last] of runs((node) => (finite(drawnBand(node)) && finite(outline.x[node]) && finite(outline.y[node]) ? (felt[node] ? 2 : 1) : 0))) {
+        if (!kind) continue;
+        const run = Array.from({ length: last - first + 1 }, (_, k) => (first + k) % nodes).filter((n) => finite(drawnBand(n)) && whole(place(n)));
+        const edge = run.map((n) => shifted(n, drawnBand(n))).concat(run.map((n) => shifted(n, -drawnBand(n))).reverse());
+        draw(svg, "path", { class: kind === 2 ? "band" : "band guess", d: `${path(edge.filter(whole))}Z` });
+      }
       for (const [kind, first, last] of runs((node) => felt[node])) {
         draw(svg, "path", { class: kind ? "felt" : "unfelt", d: runPath(first, last, place) });
       }
@@ -547,7 +556,7 @@
     };
     item((svg) => draw(svg, "path", { class: "felt", d: "M1 7H25" }), "felt");
     if (felt.some((yes) => !yes)) item((svg) => draw(svg, "path", { class: "unfelt", d: "M1 7H25" }), "never felt");
-    item((svg) => draw(svg, "rect", { class: "band", x: 0, y: 2, width: 26, height: 10 }), exaggeration > 1 ? `95 % band × ${exaggeration}` : "95 % band");
+    item((svg) => draw(svg, "rect", { class: "band", x: 0, y: 2, width: 26, height: 10 }), `95 % band${exaggeration > 1 ? ` × ${exaggeration}` : ""}${cut ? ", cut off where wide" : ""}`);
     if (truth && truth.aligned.length) item((svg) => draw(svg, "path", { class: "truth", d: "M1 7H25" }), "truth");
     item((svg) => comMark(svg, 13, 7, 6), "centre of mass");
     item((svg) => draw(draw(svg, "g", { transform: "translate(13 7)" }), "path", { class: "centroid", d: CENTROID }), "centroid of the area");
@@ -569,7 +578,7 @@
         mark.setAttribute("visibility", finite(at[0]) ? "visible" : "hidden");
         if (finite(at[0])) { mark.setAttribute("cx", px(at[0])); mark.setAttribute("cy", px(at[1])); }
       }
-      if (node === null) readout("shape-readout", [["in the frame of the object; point at the outline for details", ""]]);
+      if (node === null) readout("shape-readout", [["point at the outline for details", ""]]);
       else readout("shape-readout", boundaryWords(node));
     });
   }
@@ -591,7 +600,7 @@
     let dots = null, scales = null;
     const trueShown = truth && truth.rError.some(finite);
     const view = chart({
-      host: "support", x: theta, xUnit: "°", xDomain: [0, 360], xTicks: window.innerWidth < 560 ? 90 : 45, height: 190, unit: "mm", y: [low, high],
+      host: "support", x: theta, xUnit: "°", xDomain: [0, 360], xTicks: window.innerWidth < 560 ? 90 : 45, height: 190, y: [low, high],
       onMove: (value) => hoverNode(nodeAt(value)), onLeave: () => hoverNode(null),
       paint(layer, X, Y) {
         const place = (node) => [X(theta[node]), Y(outline.r[node])];
@@ -624,7 +633,7 @@
     });
     nodeViews.push((node) => {
       view.hover(node === null ? null : theta[node]);
-      readout("support-readout", node === null ? [["point at the curve for details; 1 and 2 are the contacts at the time shown", ""]] : boundaryWords(node));
+      readout("support-readout", node === null ? [["point at the curve; 1, 2: contacts at the time shown", ""]] : boundaryWords(node));
     });
   }
 
@@ -649,7 +658,7 @@
     const [x0, x1] = extent([xs]), [y0, y1] = extent([ys]);
     let parts = null;
 
-    figure(host, (width) => Math.round(Math.min(470, Math.max(280, width * 0.66))), (svg, width, high) => {
+    figure(host, (width) => Math.round(Math.min(448, Math.max(280, width * 0.66))), (svg, width, high) => {
       const scale = Math.min((width - 28) / Math.max(1e-9, x1 - x0), (high - 40) / Math.max(1e-9, y1 - y0));
       const cx = width / 2 - scale * (x0 + x1) / 2, cy = 14 + (high - 40) / 2 + scale * (y0 + y1) / 2;
       const at = (x, y) => (finite(x) && finite(y) ? [cx + x * scale, cy - y * scale] : [NaN, NaN]);
@@ -724,10 +733,11 @@
         }
       });
       if (parts.ghost) {
-        const [gx, gy] = parts.at(truth.x[i], truth.y[i]);
-        move(parts.ghost, gx, finite(truth.psi[i]) ? gy : NaN, ` rotate(${(-(truth.psi[i] || 0)).toFixed(3)})`);
-        // The truth is known at samples only; between two of them it would lag behind.
-        if (playing) show(parts.ghost, false);
+        // The truth is known at samples only; between two of them its distance from the estimate is held.
+        const off = (estimate, actual) => minus(actual[i], estimate[i]);
+        const [gx, gy] = parts.at(between(data.x, i, t) + off(data.x, truth.x), between(data.y, i, t) + off(data.y, truth.y));
+        const turn = psi + off(data.psi, truth.psi);
+        move(parts.ghost, gx, finite(turn) ? gy : NaN, finite(turn) ? ` rotate(${(-turn).toFixed(3)})` : "");
       }
       const d = new Array(PIECES).fill("");
       for (const [kind, first, last] of runs((node) => (firstFelt[node] <= t ? firstPiece[node] % PIECES : -1))) {
@@ -868,7 +878,6 @@
   // ---------------------------------------------------------------- go
 
   theme();
-  byId("card-errors").hidden = !truth;
   controls();
   shapePanel();
   stage();

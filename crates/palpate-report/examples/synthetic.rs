@@ -10,7 +10,7 @@ fn main() -> std::io::Result<()> {
     let mut arguments = std::env::args().skip(1);
     let file = arguments.next().unwrap_or_else(|| "synthetic.html".to_owned());
     let samples = arguments.next().and_then(|text| text.parse().ok()).unwrap_or(800);
-    let egg = fixture::fixture(samples, 12.0, 1.0);
+    let egg = fixture::fixture(samples, 12.0, 1.4);
     let overlay = TruthOverlay {
         truth: &egg.truth,
         rms_r_m: 7.4e-6,

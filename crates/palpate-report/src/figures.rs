@@ -136,25 +136,28 @@ pub(crate) fn key_figures(input: &ReportInput) -> String {
         (result.alternatives.to_string(), ""),
         "Number of distinct ways to arrange the pieces that fit equally well. 1 means the answer is unique.",
     );
+    let times = || input.log.samples.iter().map(|sample| sample.time_s).filter(|time| time.is_finite());
+    let span = times().fold(f64::NAN, f64::max) - times().fold(f64::NAN, f64::min);
+    add("Log", (number(span), "s"), "Time from the first sample to the last.");
     add("Computing time", (number(input.seconds), "s"), "Wall-clock time of the reconstruction.");
     strip
 }
 
-/// The table of errors against the truth; empty without one.
+/// The card with the errors against the truth; empty without one.
 pub(crate) fn truth_errors(truth: Option<&TruthOverlay>) -> String {
     let Some(truth) = truth else { return String::new() };
     let rows = [
         ("Boundary, felt part", length_text(truth.rms_r_m), "RMS of r after the best rotation"),
-        ("Form alone", length_text(truth.rms_form_m), "RMS of r after the best rotation and translation"),
-        ("Largest gap", length_text(truth.hausdorff_m), "Hausdorff distance of the two boundaries"),
+        ("Form alone", length_text(truth.rms_form_m), "RMS of r after the best rotation and shift"),
+        ("Largest gap", length_text(truth.hausdorff_m), "Hausdorff distance of the boundaries"),
         ("Orientation", format!("{}°", number(truth.rms_psi_rad.to_degrees())), "RMS of ψ"),
         ("Centre of mass", length_text(truth.rms_com_m), "RMS of its position"),
     ];
     let rows: String = rows
         .iter()
-        .map(|(what, value, how)| format!("<tr><th scope=\"row\">{what}</th><td>{value}</td><td>{how}</td></tr>"))
+        .map(|(what, value, how)| format!("<div class=\"figure\"><dt>{what}</dt><dd>{value}</dd><p>{how}</p></div>"))
         .collect();
-    format!("<table><tbody>{rows}</tbody></table>")
+    include_str!("../assets/errors.html").replace("{{rows}}", &rows)
 }
 
 /// A note where the plots do not show every sample.

@@ -51,7 +51,7 @@ fn time(browser: &mut Browser) -> f64 {
 }
 
 fn egg_page() -> String {
-    let egg = fixture(800, 12.0, 1.0);
+    let egg = fixture(800, 12.0, 1.4);
     page(&ReportInput {
         title: "egg_full_turn.csv",
         log: &egg.log,
@@ -125,7 +125,7 @@ fn the_page_plays_scrubs_and_changes_theme() {
 #[test]
 fn the_page_fits_every_screen_in_both_themes() {
     in_browser(&egg_page(), |browser, file| {
-        for (width, height) in [(1400, 900), (820, 1100), (390, 844)] {
+        for (width, height) in [(1400, 900), (820, 1100), (390, 844), (320, 640)] {
             for scheme in ["light", "dark"] {
                 browser.window(width, height, scheme);
                 browser.open(file);
@@ -140,7 +140,7 @@ fn the_page_fits_every_screen_in_both_themes() {
 
 #[test]
 fn a_poor_result_is_drawn_without_complaint() {
-    let mut egg = fixture(300, 9.0, 1.4);
+    let mut egg = fixture(300, 9.0, 1.6);
     egg.reconstruction.certified = false;
     egg.reconstruction.com_certified = false;
     egg.reconstruction.alternatives = 3;
