@@ -1,6 +1,7 @@
 //! palpate
 #![forbid(unsafe_code)]
 
+pub mod compare;
 pub mod log;
 pub mod palms;
 pub mod reconstruct;

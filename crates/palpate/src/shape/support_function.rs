@@ -81,6 +81,18 @@ impl SupportFunction {
         ContactSupport { r, d, v }
     }
 
+    /// r alone at the normal angle `theta_rad`, metres.
+    pub fn radius_m(&self, theta_rad: f64) -> f64 {
+        let (sin, cos) = theta_rad.sin_cos();
+        let (mut c, mut s) = (1.0, 0.0);
+        let mut r = self.mean_m;
+        for &[a, b] in &self.harmonics_m {
+            (c, s) = (c * cos - s * sin, s * cos + c * sin);
+            r += a * c + b * s;
+        }
+        r
+    }
+
     /// The boundary point whose outward normal has the angle `theta_rad`: x = r n + d t.
     pub fn boundary_point(&self, theta_rad: f64) -> BoundaryPoint {
         let ContactSupport { r, d, .. } = self.at(theta_rad);

@@ -1,7 +1,11 @@
 //! A known shape between two moving palms: what the touchpads would say, and what is true.
 
+mod coverage;
 mod error;
+mod plan;
 mod quasistatic;
 
+pub use coverage::coverage;
 pub use error::SimulateError;
+pub use plan::{PalmLimits, PlanError, PlannedMotion, plan_jump_free, plan_turn};
 pub use quasistatic::{SimulateOptions, Simulation, TimedJump, simulate};
