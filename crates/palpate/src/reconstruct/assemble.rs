@@ -135,6 +135,17 @@ pub(super) fn assemble(
     })
 }
 
+/// The outline nodes that a motion feels.
+pub(super) fn felt_nodes(problem: &Problem, psi: &[f64]) -> impl Iterator<Item = usize> + use<> {
+    let mut unwrapped = psi.to_vec();
+    unwrap(&mut unwrapped);
+    let starts = jumps(&unwrapped);
+    let angles: Vec<(f64, f64)> =
+        problem.instants.iter().zip(&unwrapped).map(|(instant, psi)| contact_angles(instant, *psi)).collect();
+    let counts = touches(&tracks(problem, &angles, &starts));
+    (0..NODES).filter(move |&node| counts[node] > 0)
+}
+
 /// Turns the object frame so that ψ becomes ψ − `angle`.
 fn rotate(fit: &mut Fit, angle: f64) {
     let order = fit.order;

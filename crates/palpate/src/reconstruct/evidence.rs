@@ -3,6 +3,7 @@
 //! motion integrated out (Laplace's approximation); MacKay, *Bayesian interpolation*, 1992.
 
 use super::problem::Problem;
+use super::residuals::residuals;
 use super::smooth::{Effort, Estimate, Noise, Normal, Prior, Smoother};
 
 /// The optimum for one number of harmonics, with the noise and the prior that go with it.
@@ -27,12 +28,18 @@ pub(super) struct Freedom {
 /// Numbers of harmonics that are tried, in turn.
 pub(super) const ORDERS: [usize; 12] = [3, 4, 6, 8, 10, 12, 16, 20, 24, 32, 40, 48];
 
+/// Times that noise and prior follow the data in one fit.
+pub(super) const ROUNDS: usize = 4;
+
+/// Numbers of harmonics without gain after which no further ones are tried.
+const PATIENCE: usize = 2;
+
 /// The balance is never believed to be more exact than this share of the sensor noise.
 const STRICTEST_BALANCE: f64 = 0.1;
 
 /// Runs the smoother, lets noise and prior follow the data, and runs it again, `rounds` times.
 pub(super) fn fit(
-    problem: &Problem,
+    problem: &mut Problem,
     order: usize,
     start: Estimate,
     mut noise: Noise,
@@ -60,6 +67,7 @@ pub(super) fn fit(
         let settled =
             (next.sensor_m / noise.sensor_m).ln().abs() < 0.01 && (next.balance_m / noise.balance_m).ln().abs() < 0.05;
         noise = next;
+        weigh_balance(problem, &estimate, noise.balance_m);
         if settled {
             break;
         }
@@ -67,42 +75,59 @@ pub(super) fn fit(
     best
 }
 
-/// The number of harmonics with the largest evidence, found by climbing from few to many.
+/// The number of harmonics with the largest evidence: up from the number of the start while the evidence grows, then down
+/// from it. Every fit begins at the optimum of its neighbour, never at a shape with too few harmonics to hold the motion.
 pub(super) fn choose_order(
-    problem: &Problem,
+    problem: &mut Problem,
     start: Estimate,
     noise: Noise,
     prior: Prior,
     freedom: Freedom,
 ) -> Option<Fit> {
-    let mut best: Option<Fit> = None;
-    let mut worse = 0;
-    let (mut start, mut noise, mut prior) = (start, noise, prior);
-    for order in ORDERS {
-        let Some(fit) = fit(problem, order, start.clone(), noise, prior, freedom, 4) else { continue };
-        (start, noise, prior) = (fit.estimate.clone(), fit.noise, fit.prior);
-        match &best {
-            Some(champion) if fit.log_evidence <= champion.log_evidence => {
+    let here = start.coefficients.len() / 2;
+    let middle = ORDERS.iter().position(|&order| order >= here).unwrap_or(ORDERS.len() - 1);
+    let first = fit(problem, ORDERS[middle], start, noise, prior, freedom, ROUNDS)?;
+    let mut best = first.clone();
+    let climbs: [&mut dyn Iterator<Item = usize>; 2] =
+        [&mut ORDERS[middle + 1..].iter().copied(), &mut ORDERS[..middle].iter().rev().copied()];
+    for orders in climbs {
+        let mut from = first.clone();
+        let mut worse = 0;
+        for order in orders {
+            let Some(next) = fit(problem, order, from.estimate, from.noise, from.prior, freedom, ROUNDS) else { break };
+            from = next.clone();
+            if next.log_evidence > best.log_evidence {
+                best = next;
+                worse = 0;
+            } else {
                 worse += 1;
-                if worse == 2 {
+                if worse == PATIENCE {
                     break;
                 }
             }
-            _ => {
-                best = Some(fit);
-                worse = 0;
-            }
         }
     }
-    best
+    Some(best)
 }
+
+/// Balance is missed in bursts (ringing after a jump, a stick and a slip), so its errors follow Student's t, not a Gaussian:
+/// each sample weighs (ν + 1)/(ν + (g/σ_b)²).
+fn weigh_balance(problem: &mut Problem, estimate: &Estimate, balance_m: f64) {
+    for (instant, &psi) in problem.instants.iter_mut().zip(&estimate.psi) {
+        let g = residuals(instant, &estimate.coefficients, psi).value[2];
+        instant.balance_weight = ((STUDENT + 1.0) / (STUDENT + (g / balance_m).powi(2))).sqrt();
+    }
+}
+
+/// Degrees of freedom ν of the errors of the balance.
+const STUDENT: f64 = 3.0;
 
 fn log_evidence(smoother: &Smoother, estimate: &Estimate, normal: &Normal, half_log_determinant: f64) -> f64 {
     let mut sum = -0.5 * estimate.cost - half_log_determinant;
     sum -= smoother.prior.standard_deviations(smoother.order).iter().map(|sd| sd.ln()).sum::<f64>();
     for (index, instant) in smoother.problem.instants.iter().enumerate() {
         let seen = f64::from(instant.weight1 > 0.0) + f64::from(instant.weight2 > 0.0);
-        sum -= seen * smoother.noise.sensor_m.ln() + smoother.noise.balance_m.ln();
+        sum -= seen * smoother.noise.sensor_m.ln() + (smoother.noise.balance_m / instant.balance_weight).ln();
         sum -= 0.5 * (normal.psi_information(index) + 1.0).ln();
     }
     sum
@@ -113,8 +138,8 @@ fn updated_noise(smoother: &Smoother, estimate: &Estimate, variance: &[f64], fre
     let Noise { sensor_m, balance_m } = smoother.noise;
     let (mut squares, mut redundancy) = ([0.0; 2], [0.0; 2]);
     for (instant, &psi) in smoother.problem.instants.iter().zip(&estimate.psi) {
-        let at = super::residuals::residuals(instant, &estimate.coefficients, psi);
-        let weights = [instant.weight1 / sensor_m, instant.weight2 / sensor_m, 1.0 / balance_m];
+        let at = residuals(instant, &estimate.coefficients, psi);
+        let weights = smoother.weights(instant);
         let information: f64 = (0..3).map(|j| (weights[j] * at.by_psi[j]).powi(2)).sum();
         for j in 0..3 {
             if weights[j] > 0.0 {

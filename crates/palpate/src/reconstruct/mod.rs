@@ -5,27 +5,36 @@
 //! verdict (`certificate`).
 
 mod assemble;
+mod bound;
 mod certificate;
 mod evidence;
 mod felt;
+mod grow;
 mod jumps;
 mod noise;
 mod options;
+mod pieces;
 mod posterior;
 mod problem;
 mod quadrature;
 mod reconstruction;
+mod repair;
 mod residuals;
+mod search;
 mod smooth;
 mod start;
+mod windows;
 
+pub use bound::cramer_rao_bound_m;
 pub use options::{Progress, ReconstructError, ReconstructOptions};
 pub use reconstruction::{OutlinePoint, Pose, Reconstruction};
 
 use crate::log::Log;
+use crate::shape::SupportFunction;
 use assemble::{Expected, assemble};
-use evidence::{Fit, Freedom, choose_order, fit};
+use evidence::{Fit, Freedom, ROUNDS, choose_order, fit};
 use problem::Problem;
+use repair::repair;
 use smooth::{Effort, Estimate, Noise, Prior, Smoother};
 
 /// Fewest samples with both contacts seen that are tried.
@@ -34,14 +43,11 @@ pub const FEWEST_SAMPLES: usize = 12;
 /// Most harmonics that a user may ask for.
 pub const MOST_HARMONICS: usize = 64;
 
-/// Samples that the search for a start works on; a longer log is thinned to about this many.
-const SEARCH_SAMPLES: usize = 250;
+/// Times that badly placed samples are placed anew.
+const REPAIRS: usize = 3;
 
 /// Samples that the choice of the number of harmonics works on.
 const ORDER_SAMPLES: usize = 450;
-
-/// Harmonics of the search for a start.
-const SEARCH_ORDER: usize = 8;
 
 /// Reconstructs shape, motion and centre of mass from a palm log and nothing else.
 ///
@@ -57,51 +63,124 @@ pub fn reconstruct(
 ) -> Result<Reconstruction, ReconstructError> {
     let tell = |stage, fraction| progress(Progress { stage, fraction });
     check(log, options)?;
-    let stated_m = options.sensor_sd_m.or_else(|| stated_noise_m(log));
-    let problem = Problem::new(log, stated_m);
-    let scatter_m = noise::contact_scatter_m(&problem);
-    let size_m = problem.size_m();
-    let prior = Prior { size_m, scale_m: 0.5 * size_m };
-
+    let task = Task::new(log, options);
     tell("searching for a start", 0.0);
-    let thin = problem.thinned(SEARCH_SAMPLES);
-    let candidates = candidates(&thin, scatter_m, prior);
-    let best = candidates.first().ok_or_else(|| ReconstructError::NoStart {
+    let found = search::search(&task.problem, task.scatter_m, task.prior, &|share| {
+        tell("searching for a start", 0.5 * share);
+    })
+    .ok_or_else(|| ReconstructError::NoStart {
         advice: "check the units and signs of the palm angles and contact positions".to_owned(),
     })?;
-
-    tell("choosing the number of harmonics", 0.4);
-    let freedom = Freedom { sensor: true, floor_m: 1e-6 * size_m };
-    let medium = problem.thinned(ORDER_SAMPLES);
-    let start = Estimate {
-        coefficients: best.coefficients.clone(),
-        psi: interpolate(&thin, &best.psi, &medium),
-        cost: f64::INFINITY,
-    };
-    let noise = Noise { sensor_m: scatter_m.max(1e-3 * size_m), balance_m: scatter_m.max(1e-3 * size_m) };
-    let coarse = match options.harmonics {
-        Some(order) => fit(&medium, order, start, noise, prior, freedom, 4),
-        None => choose_order(&medium, start, noise, prior, freedom),
-    }
-    .ok_or(ReconstructError::NotSolvable)?;
-
-    tell("smoothing all samples", 0.7);
-    let start = Estimate {
-        coefficients: coarse.estimate.coefficients.clone(),
-        psi: interpolate(&medium, &coarse.estimate.psi, &problem),
-        cost: f64::INFINITY,
-    };
-    let noise = Noise { sensor_m: stated_m.unwrap_or(coarse.noise.sensor_m), ..coarse.noise };
-    let freedom = Freedom { sensor: stated_m.is_none(), ..freedom };
-    let fine =
-        fit(&problem, coarse.order, start, noise, coarse.prior, freedom, 4).ok_or(ReconstructError::NotSolvable)?;
-
+    tell("smoothing all samples", 0.5);
+    let refined = task.refine(&found, 0)?;
     tell("weighing alternatives", 0.9);
-    let alternatives = count_alternatives(&thin, &candidates, &coarse);
-    let expected = Expected { stated_m, scatter_m };
-    let result = assemble(log, &problem, fine, expected, alternatives).ok_or(ReconstructError::NotSolvable)?;
+    let alternatives = count_alternatives(&found.thin, &found.estimates, &refined.coarse);
+    let result = task.assemble(refined, alternatives)?;
     tell("done", 1.0);
     Ok(result)
+}
+
+/// The same from a known start, one orientation per sample (radians) and a shape: nothing is searched for. For a log that
+/// was solved before, or to see what the estimator could reach.
+///
+/// # Errors
+/// As [`reconstruct`]; also when `psi_rad` is not as long as the log.
+pub fn reconstruct_from(
+    log: &Log,
+    shape: &SupportFunction,
+    psi_rad: &[f64],
+    options: &ReconstructOptions,
+) -> Result<Reconstruction, ReconstructError> {
+    check(log, options)?;
+    if psi_rad.len() != log.samples.len() {
+        let text = format!("{} orientations were given for {} samples", psi_rad.len(), log.samples.len());
+        return Err(ReconstructError::BadOption(text));
+    }
+    let task = Task::new(log, options);
+    let ranges = pieces::pieces(&task.problem, task.scatter_m);
+    let mut coefficients = vec![shape.mean_radius_m()];
+    let harmonics = shape.harmonics_m();
+    coefficients.extend(harmonics.iter().map(|pair| pair[0]).chain(harmonics.iter().map(|pair| pair[1])));
+    smooth::coefficients_to_order(&mut coefficients, START_ORDER);
+    let estimate = Estimate { coefficients, psi: psi_rad.to_vec(), cost: 0.0 };
+    let found = search::Found { thin: task.problem.clone(), ranges, estimates: vec![estimate] };
+    let refined = task.refine(&found, 0)?;
+    task.assemble(refined, 1)
+}
+
+/// Harmonics that a given start is cut to before the number is chosen.
+const START_ORDER: usize = 8;
+
+/// A log made ready, with what is known of its noise.
+struct Task<'a> {
+    log: &'a Log,
+    options: &'a ReconstructOptions,
+    problem: Problem,
+    stated_m: Option<f64>,
+    scatter_m: f64,
+    prior: Prior,
+}
+
+/// An arrangement smoothed to the end.
+struct Refined {
+    /// On the thinned log, where the number of harmonics was chosen.
+    coarse: Fit,
+    /// On all samples.
+    fine: Fit,
+    /// All samples, with the weight that the balance has at each.
+    problem: Problem,
+}
+
+impl<'a> Task<'a> {
+    fn new(log: &'a Log, options: &'a ReconstructOptions) -> Self {
+        let stated_m = options.sensor_sd_m.or_else(|| stated_noise_m(log));
+        let problem = Problem::new(log, stated_m);
+        let scatter_m = noise::contact_scatter_m(&problem);
+        let size_m = problem.size_m();
+        Self { log, options, problem, stated_m, scatter_m, prior: Prior { size_m, scale_m: 0.5 * size_m } }
+    }
+
+    /// Takes one arrangement of the search to the optimum over all samples.
+    fn refine(&self, found: &search::Found, arrangement: usize) -> Result<Refined, ReconstructError> {
+        let size_m = self.prior.size_m;
+        let start = found.estimates.get(arrangement).ok_or(ReconstructError::NotSolvable)?;
+        let freedom = Freedom { sensor: true, floor_m: 1e-6 * size_m };
+        let mut medium = search::thinned_in_ranges(&self.problem, &found.ranges, ORDER_SAMPLES);
+        let psi = search::carry_over(&found.thin, &start.psi, &start.coefficients, &medium, &found.ranges);
+        let start = Estimate { coefficients: start.coefficients.clone(), psi, cost: f64::INFINITY };
+        let sd = self.scatter_m.max(1e-3 * size_m);
+        let noise = Noise { sensor_m: sd, balance_m: sd };
+        let coarse = match self.options.harmonics {
+            Some(order) => fit(&mut medium, order, start, noise, self.prior, freedom, ROUNDS),
+            None => choose_order(&mut medium, start, noise, self.prior, freedom),
+        }
+        .ok_or(ReconstructError::NotSolvable)?;
+
+        let mut problem = self.problem.clone();
+        let coefficients = coarse.estimate.coefficients.clone();
+        let psi = search::carry_over(&medium, &coarse.estimate.psi, &coefficients, &problem, &found.ranges);
+        let start = Estimate { coefficients, psi, cost: f64::INFINITY };
+        let noise = Noise { sensor_m: self.stated_m.unwrap_or(coarse.noise.sensor_m), ..coarse.noise };
+        let freedom = Freedom { sensor: self.stated_m.is_none(), ..freedom };
+        let mut smoothed = |start, prior| {
+            let fine = fit(&mut problem, coarse.order, start, noise, prior, freedom, ROUNDS);
+            fine.ok_or(ReconstructError::NotSolvable)
+        };
+        let mut fine = smoothed(start, coarse.prior)?;
+        for _ in 0..REPAIRS {
+            if repair(&self.problem, &mut fine, self.scatter_m) == 0 {
+                break;
+            }
+            let Fit { estimate, prior, .. } = fine;
+            fine = smoothed(estimate, prior)?;
+        }
+        Ok(Refined { coarse, fine, problem })
+    }
+
+    fn assemble(&self, refined: Refined, alternatives: usize) -> Result<Reconstruction, ReconstructError> {
+        let expected = Expected { stated_m: self.stated_m, scatter_m: self.scatter_m };
+        assemble(self.log, &refined.problem, refined.fine, expected, alternatives).ok_or(ReconstructError::NotSolvable)
+    }
 }
 
 fn check(log: &Log, options: &ReconstructOptions) -> Result<(), ReconstructError> {
@@ -158,53 +237,6 @@ fn stated_noise_m(log: &Log) -> Option<f64> {
     (!stated.is_empty()).then(|| noise::median(&mut stated))
 }
 
-/// Optima on the thinned log, best first: each start is smoothed while the noise that is believed in shrinks, so that
-/// no start is trapped by the sharp valley of the exact problem.
-fn candidates(thin: &Problem, scatter_m: f64, prior: Prior) -> Vec<Estimate> {
-    use rayon::prelude::*;
-    let loose = |share: f64| {
-        let sd = (share * prior.size_m).max(scatter_m);
-        Noise { sensor_m: sd, balance_m: sd }
-    };
-    let starts = start::from_heights(thin, loose(0.01), prior, SEARCH_ORDER);
-    let mut polished: Vec<Estimate> = starts
-        .into_iter()
-        .take(8)
-        .collect::<Vec<_>>()
-        .into_par_iter()
-        .map(|mut estimate| {
-            for share in [0.01, 0.003, 0.001] {
-                let smoother = Smoother::new(thin, SEARCH_ORDER + 2, loose(share), prior);
-                let effort = Effort { iterations: 30, tolerance: 1e-4 };
-                estimate = smoother.run(estimate.coefficients, estimate.psi, effort);
-            }
-            estimate
-        })
-        .filter(|estimate| estimate.cost.is_finite())
-        .collect();
-    polished.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-    polished
-}
-
-/// Orientations at the instants of `to` from those at the instants of `from`, by linear interpolation over the log.
-fn interpolate(from: &Problem, psi: &[f64], to: &Problem) -> Vec<f64> {
-    let places: Vec<f64> = from.instants.iter().map(|instant| instant.position).collect();
-    to.instants
-        .iter()
-        .map(|instant| {
-            let after = places.partition_point(|place| *place < instant.position);
-            if after == 0 || places.len() < 2 {
-                psi[0]
-            } else if after == places.len() {
-                psi[after - 1]
-            } else {
-                let share = (instant.position - places[after - 1]) / (places[after] - places[after - 1]);
-                psi[after - 1] + share * (psi[after] - psi[after - 1])
-            }
-        })
-        .collect()
-}
-
 /// How many distinct objects explain the thinned log as well as the chosen one (which counts too).
 fn count_alternatives(thin: &Problem, candidates: &[Estimate], chosen: &Fit) -> usize {
     let smoother = Smoother::new(thin, chosen.order, chosen.noise, chosen.prior);
@@ -216,12 +248,7 @@ fn count_alternatives(thin: &Problem, candidates: &[Estimate], chosen: &Fit) -> 
     let Some(best) = polished.iter().map(|estimate| estimate.cost).min_by(f64::total_cmp) else { return 1 };
     let mut distinct: Vec<&Estimate> = Vec::new();
     for estimate in polished.iter().filter(|estimate| estimate.cost < best + NEAR_EQUAL) {
-        let same = |other: &&Estimate| {
-            let turned = estimate.psi[0] - other.psi[0];
-            let apart = |(a, b): (&f64, &f64)| (a - b - turned).sin().abs();
-            estimate.psi.iter().zip(&other.psi).map(apart).fold(0.0, f64::max) < 0.1
-        };
-        if !distinct.iter().any(same) {
+        if !distinct.iter().any(|other| grow::same_motion(other, estimate)) {
             distinct.push(estimate);
         }
     }

@@ -27,6 +27,8 @@ pub(super) struct Instant {
     /// Weight of each contact: 1 / (its standard deviation relative to the common one), 0 where not seen.
     pub weight1: f64,
     pub weight2: f64,
+    /// Weight of the balance: 1, or less where it is missed by far more than elsewhere (see [`super::evidence`]).
+    pub balance_weight: f64,
 }
 
 impl Instant {
@@ -61,6 +63,7 @@ impl Instant {
             s2: sample.s2_m.map_or(0.0, |s| s + shift2),
             weight1: weight(sample.s1_m, sample.s1_sd_m),
             weight2: weight(sample.s2_m, sample.s2_sd_m),
+            balance_weight: 1.0,
         }
     }
 
@@ -111,8 +114,13 @@ impl Problem {
 
     /// The same motion at about `count` instants: means over runs of neighbours that saw both contacts.
     pub fn thinned(&self, count: usize) -> Self {
+        let seen = self.instants.iter().filter(|instant| instant.both_seen()).count();
+        self.thinned_by((seen / count.max(1)).max(1))
+    }
+
+    /// Means over runs of `run` neighbours that saw both contacts.
+    pub fn thinned_by(&self, run: usize) -> Self {
         let seen: Vec<&Instant> = self.instants.iter().filter(|instant| instant.both_seen()).collect();
-        let run = (seen.len() / count.max(1)).max(1);
         let instants = seen
             .chunks(run)
             .filter(|chunk| chunk.len() == run)
@@ -137,6 +145,7 @@ impl Problem {
                     s2: mean(|i| i.s2),
                     weight1: 1.0,
                     weight2: 1.0,
+                    balance_weight: 1.0,
                 }
             })
             .collect();

@@ -38,6 +38,27 @@ pub(super) fn relative_height(problem: &Problem) -> Vec<f64> {
     height
 }
 
+/// Range of heights h0 for which both palms support the object from below and it is no larger than palms could hold.
+pub(super) fn feasible_heights(problem: &Problem, relative: &[f64], size_m: f64) -> Option<(f64, f64)> {
+    let (mut low, mut high) = (f64::NEG_INFINITY, f64::INFINITY);
+    for (instant, rise) in problem.instants.iter().zip(relative) {
+        let x = instant.balance_x();
+        // 0 < r1 < 6 size and 0 < r2 < 6 size, each linear in h0.
+        for (slope, constant) in [
+            (instant.cos1, rise * instant.cos1 - x * instant.sin1),
+            (-instant.cos12, -rise * instant.cos12 + x * instant.sin12),
+        ] {
+            if slope.abs() < 1e-9 {
+                continue;
+            }
+            let (a, b) = (-constant / slope, (6.0 * size_m - constant) / slope);
+            low = low.max(a.min(b));
+            high = high.min(a.max(b));
+        }
+    }
+    (low < high && low.is_finite() && high.is_finite()).then_some((low, high))
+}
+
 /// Contact support functions and orientation for a trial height `h0` of the first instant. `relative` comes from
 /// [`relative_height`]; `noise_m` is the standard deviation of a contact position, `rate_sd` that of the change of the
 /// rotation from one step to the next, radians.

@@ -157,6 +157,13 @@ pub(super) struct Smoother<'a> {
     pub noise: Noise,
     pub prior: Prior,
     convexity: Convexity,
+    belief: Option<&'a Belief>,
+}
+
+/// What other samples told of the shape: a Gaussian that takes the place of the prior.
+pub(super) struct Belief {
+    pub information: DMatrix<f64>,
+    pub mean: DVector<f64>,
 }
 
 /// Keeps the radius of curvature positive: rows max(0, ε − v(θⱼ))/σ_v at nodes fine enough for K harmonics.
@@ -197,22 +204,37 @@ impl Convexity {
 
 impl<'a> Smoother<'a> {
     pub fn new(problem: &'a Problem, order: usize, noise: Noise, prior: Prior) -> Self {
-        Self { problem, order, noise, prior, convexity: Convexity::new(order, prior.size_m) }
+        Self { problem, order, noise, prior, convexity: Convexity::new(order, prior.size_m), belief: None }
     }
 
-    fn weights(&self, instant: &super::problem::Instant) -> [f64; 3] {
+    /// The same over further samples, with the belief that others left of the shape (of the same order).
+    pub fn with_belief(
+        problem: &'a Problem,
+        order: usize,
+        noise: Noise,
+        prior: Prior,
+        belief: &'a Belief,
+    ) -> Self {
+        Self { belief: Some(belief), ..Self::new(problem, order, noise, prior) }
+    }
+
+    /// Weights of the three residuals of an instant, 1/m.
+    pub fn weights(&self, instant: &super::problem::Instant) -> [f64; 3] {
         let inverse = 1.0 / self.noise.sensor_m;
-        [instant.weight1 * inverse, instant.weight2 * inverse, 1.0 / self.noise.balance_m]
+        [instant.weight1 * inverse, instant.weight2 * inverse, instant.balance_weight / self.noise.balance_m]
     }
 
     fn shape_cost(&self, coefficients: &[f64]) -> f64 {
-        let prior: f64 = self
-            .prior
-            .standard_deviations(self.order)
-            .iter()
-            .zip(coefficients)
-            .map(|(sd, value)| (value / sd).powi(2))
-            .sum();
+        let prior: f64 = match self.belief {
+            Some(belief) => {
+                let off = DVector::from_row_slice(coefficients) - &belief.mean;
+                (&belief.information * &off).dot(&off)
+            }
+            None => {
+                let sd = self.prior.standard_deviations(self.order);
+                sd.iter().zip(coefficients).map(|(sd, value)| (value / sd).powi(2)).sum()
+            }
+        };
         let convexity: f64 = self.convexity.violations(coefficients).map(|(residual, _)| residual * residual).sum();
         prior + convexity
     }
@@ -292,9 +314,17 @@ impl<'a> Smoother<'a> {
             sink.push(residual, row.iter().map(|value| -value / self.convexity.sd_m));
         }
         let (mut matrix, mut gradient) = sink.finish();
-        for (index, sd) in self.prior.standard_deviations(self.order).iter().enumerate() {
-            matrix[(index, index)] += 1.0 / (sd * sd);
-            gradient[index] += coefficients[index] / (sd * sd);
+        match self.belief {
+            Some(belief) => {
+                gradient += &belief.information * (DVector::from_row_slice(coefficients) - &belief.mean);
+                matrix += &belief.information;
+            }
+            None => {
+                for (index, sd) in self.prior.standard_deviations(self.order).iter().enumerate() {
+                    matrix[(index, index)] += 1.0 / (sd * sd);
+                    gradient[index] += coefficients[index] / (sd * sd);
+                }
+            }
         }
         Normal { matrix, gradient, psi_offset, psi_slope, psi_information }
     }

@@ -4,32 +4,11 @@
 use rayon::prelude::*;
 
 use super::problem::Problem;
-use super::quadrature::{Integrated, integrate, relative_height};
+use super::quadrature::{Integrated, feasible_heights, integrate, relative_height};
 use super::smooth::{Effort, Estimate, Noise, Prior, Smoother};
 
 /// Trial heights of the centre of mass at the first sample.
 const HEIGHTS: usize = 160;
-
-/// Range of heights h0 for which both palms support the object from below and it is no larger than palms could hold.
-fn feasible_heights(problem: &Problem, relative: &[f64], size_m: f64) -> Option<(f64, f64)> {
-    let (mut low, mut high) = (f64::NEG_INFINITY, f64::INFINITY);
-    for (instant, rise) in problem.instants.iter().zip(relative) {
-        let x = instant.balance_x();
-        // 0 < r1 < 6 size and 0 < r2 < 6 size, each linear in h0.
-        for (slope, constant) in [
-            (instant.cos1, rise * instant.cos1 - x * instant.sin1),
-            (-instant.cos12, -rise * instant.cos12 + x * instant.sin12),
-        ] {
-            if slope.abs() < 1e-9 {
-                continue;
-            }
-            let (a, b) = (-constant / slope, (6.0 * size_m - constant) / slope);
-            low = low.max(a.min(b));
-            high = high.min(a.max(b));
-        }
-    }
-    (low < high && low.is_finite() && high.is_finite()).then_some((low, high))
-}
 
 /// Candidates from the search over h0, best first: the local minima of the cost along h0, on a thinned log.
 pub(super) fn from_heights(thin: &Problem, noise: Noise, prior: Prior, order: usize) -> Vec<Estimate> {

@@ -1,0 +1,57 @@
+//! The Cramér-Rao bound: how well any unbiased estimator could know the shape from a log, were the true shape and motion
+//! those given.
+
+use std::f64::consts::TAU;
+
+use super::assemble::felt_nodes;
+use super::evidence::Fit;
+use super::felt::NODES;
+use super::posterior::Posterior;
+use super::problem::Problem;
+use super::smooth::{Estimate, Noise, Prior};
+use crate::log::Log;
+use crate::shape::SupportFunction;
+
+/// Root mean square over the felt boundary of the smallest possible standard deviation of r (metres), for contact
+/// positions of the standard deviation `sensor_sd_m` and exact balance; the common rotation, which cannot be known, is
+/// taken out. `psi_rad` holds the true orientation at each sample.
+///
+/// Harmonics of the true shape that together amount to less than a hundredth of the noise do not count as unknowns.
+///
+/// `None` when the log does not determine the shape, or when `psi_rad` is not as long as the log.
+pub fn cramer_rao_bound_m(log: &Log, shape: &SupportFunction, psi_rad: &[f64], sensor_sd_m: f64) -> Option<f64> {
+    if psi_rad.len() != log.samples.len() || !(sensor_sd_m > 0.0) {
+        return None;
+    }
+    let problem = Problem::new(log, None);
+    let harmonics = shape.harmonics_m();
+    let mut tail = 0.0;
+    let mut order = harmonics.len();
+    while order > 2 {
+        let [a, b] = harmonics[order - 1];
+        tail += 0.5 * (a * a + b * b);
+        if tail.sqrt() > 0.01 * sensor_sd_m {
+            break;
+        }
+        order -= 1;
+    }
+    let mut coefficients = vec![0.0; 2 * order + 1];
+    coefficients[0] = shape.mean_radius_m();
+    for k in 1..=order.min(harmonics.len()) {
+        [coefficients[k], coefficients[order + k]] = harmonics[k - 1];
+    }
+    let size_m = shape.mean_radius_m();
+    let fit = Fit {
+        estimate: Estimate { coefficients, psi: psi_rad.to_vec(), cost: 0.0 },
+        order,
+        noise: Noise { sensor_m: sensor_sd_m, balance_m: 1e-3 * sensor_sd_m },
+        // As good as none: the bound is the data's own.
+        prior: Prior { size_m: 1e3 * size_m, scale_m: 1e6 * size_m },
+        log_evidence: 0.0,
+    };
+    let felt: Vec<f64> =
+        felt_nodes(&problem, psi_rad).map(|node| TAU * node as f64 / NODES as f64).collect();
+    let posterior = Posterior::new(&problem, &fit, &felt, 1.0)?;
+    let mean: f64 = felt.iter().map(|&theta| posterior.r_sd_m(theta).powi(2)).sum::<f64>() / felt.len() as f64;
+    mean.is_finite().then(|| mean.sqrt())
+}

@@ -1,0 +1,359 @@
+//! From a seed to the whole log: a start from nothing that goes through jumps.
+//!
+//! A seed is a run of windows that the search over h0 explained alone. From there, windows are placed one by one against the
+//! belief that the placed ones leave of the shape (a Gaussian: the information matrix of the smoother):
+//!
+//! * a window joined to a placed one is *followed*: height and orientation carry over, the closed forms give its motion;
+//! * a window behind a jump is *searched*: every (h0, ψ0) of a grid is tried, the two unknowns of a piece.
+//!
+//! After each window every hypothesis is smoothed over everything it has placed, and ranked by the evidence, so that errors of
+//! linearisation cannot kill the right one. A window that none can explain (a jump hidden inside) is put off.
+
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+use std::f64::consts::TAU;
+use std::ops::Range;
+
+use super::problem::Problem;
+use super::quadrature::{integrate, relative_height};
+use super::residuals::{contact_angles, residuals, support};
+use super::smooth::{Belief, Effort, Estimate, Noise, Prior, Smoother, coefficients_to_order};
+use super::windows::{Window, heights};
+
+/// Trial heights for a window that is searched.
+const HEIGHTS: usize = 20;
+/// Trial orientations for a window that is searched.
+const ORIENTATIONS: usize = 48;
+/// Instants of a window on which the whole grid is tried.
+const SPARSE: usize = 12;
+/// Trials that are smoothed over the whole window.
+const FINALISTS: usize = 24;
+/// Placements of one window that each hypothesis may propose.
+const BRANCHES: usize = 4;
+/// Hypotheses kept.
+const BEAM: usize = 8;
+/// Hypotheses further than this from the best (−2 log evidence) are given up.
+const HOPELESS: f64 = 150.0;
+/// Squared residuals per instant (at the noise of the search) that still count as explained.
+pub(super) const EXPLAINED: f64 = 3.0;
+
+/// One way to arrange the windows placed so far.
+#[derive(Clone)]
+pub(super) struct Hypothesis {
+    pub estimate: Estimate,
+    /// −2 log evidence but for constants, over the windows placed so far.
+    pub score: f64,
+}
+
+/// What growing came to.
+pub(super) struct Grown {
+    /// Placed windows, in order of time.
+    pub windows: Vec<usize>,
+    /// Their thinned instants, in order of time.
+    pub thin: Problem,
+    /// Arrangements, best first, over the instants of `thin`.
+    pub hypotheses: Vec<Hypothesis>,
+}
+
+/// The noise that the search believes in: never less than a share of the size, so that no start is trapped.
+pub(super) fn loose(share: f64, scatter_m: f64, prior: Prior) -> Noise {
+    let sd = (share * prior.size_m).max(scatter_m);
+    Noise { sensor_m: sd, balance_m: sd }
+}
+
+/// The noise at which hypotheses are judged.
+pub(super) fn sharp(scatter_m: f64, prior: Prior) -> Noise {
+    loose(0.003, scatter_m, prior)
+}
+
+struct Growth<'a> {
+    windows: &'a [Window],
+    order: usize,
+    scatter_m: f64,
+    prior: Prior,
+    /// Windows placed, in the order of placing.
+    placed: Vec<usize>,
+    /// Where the instants of each window begin in `thin`.
+    offset: Vec<Option<usize>>,
+    put_off: Vec<bool>,
+    thin: Problem,
+    beam: Vec<Hypothesis>,
+}
+
+/// Grows `seeds`, candidates over the windows `seed`, over the whole log, with `order` harmonics.
+pub(super) fn grow(
+    windows: &[Window],
+    seed: Range<usize>,
+    seeds: Vec<Estimate>,
+    order: usize,
+    scatter_m: f64,
+    prior: Prior,
+) -> Grown {
+    let mut growth = Growth {
+        windows,
+        order,
+        scatter_m,
+        prior,
+        placed: Vec::new(),
+        offset: vec![None; windows.len()],
+        put_off: vec![false; windows.len()],
+        thin: Problem { instants: Vec::new() },
+        beam: Vec::new(),
+    };
+    for window in seed {
+        growth.admit(window);
+    }
+    growth.beam = growth.ranked(&growth.thin, seeds);
+    while let Some((window, neighbour)) = growth.next() {
+        growth.place(window, neighbour);
+    }
+    growth.in_order_of_time()
+}
+
+impl Growth<'_> {
+    fn admit(&mut self, window: usize) {
+        self.offset[window] = Some(self.thin.len());
+        self.placed.push(window);
+        self.thin.instants.extend(&self.windows[window].thin.instants);
+    }
+
+    /// The window to place next, with the placed one that it is joined to, if any.
+    fn next(&self) -> Option<(usize, Option<usize>)> {
+        let open = |window: usize| self.offset[window].is_none() && !self.put_off[window];
+        let count = self.windows.len();
+        let after = (1..count).find(|&w| open(w) && self.windows[w].joined && self.offset[w - 1].is_some());
+        if let Some(window) = after {
+            return Some((window, Some(window - 1)));
+        }
+        let before = (1..count).rev().find(|&w| open(w - 1) && self.windows[w].joined && self.offset[w].is_some());
+        if let Some(window) = before {
+            return Some((window - 1, Some(window)));
+        }
+        let telling = |w: &usize| self.windows[*w].telling_m;
+        (0..count).filter(|&w| open(w)).max_by(|a, b| telling(a).total_cmp(&telling(b))).map(|w| (w, None))
+    }
+
+    fn place(&mut self, window: usize, neighbour: Option<usize>) {
+        let piece = &self.windows[window];
+        let judged_at = sharp(self.scatter_m, self.prior);
+        let proposals: Vec<Estimate> = self
+            .beam
+            .par_iter()
+            .flat_map_iter(|hypothesis| {
+                let Some(belief) = self.belief(&hypothesis.estimate) else { return Vec::new() };
+                let followed = neighbour.and_then(|other| self.follow(window, other, &hypothesis.estimate, &belief));
+                let explained = followed.as_ref().is_some_and(|estimate| {
+                    misfit(&piece.thin, estimate, judged_at) < EXPLAINED * piece.thin.len() as f64
+                });
+                let mut placements: Vec<Estimate> = followed.into_iter().collect();
+                if !explained {
+                    placements.extend(self.search(piece, &hypothesis.estimate, &belief));
+                }
+                placements
+                    .into_iter()
+                    .map(|placement| {
+                        let mut estimate = hypothesis.estimate.clone();
+                        estimate.coefficients = placement.coefficients;
+                        estimate.psi.extend(placement.psi);
+                        estimate
+                    })
+                    .collect()
+            })
+            .collect();
+        let mut together = self.thin.clone();
+        together.instants.extend(&piece.thin.instants);
+        let beam = self.ranked(&together, proposals);
+        let explained = beam.first().is_some_and(|best| {
+            let psi = best.estimate.psi[self.thin.len()..].to_vec();
+            let estimate = Estimate { coefficients: best.estimate.coefficients.clone(), psi, cost: 0.0 };
+            misfit(&piece.thin, &estimate, judged_at) < 2.0 * EXPLAINED * piece.thin.len() as f64
+        });
+        if explained {
+            self.beam = beam;
+            self.admit(window);
+        } else {
+            self.put_off[window] = true;
+        }
+    }
+
+    /// What the placed windows tell of the shape: the Gaussian of the smoother, with its rotation held fast (turning the
+    /// shape would turn the placed windows with it).
+    fn belief(&self, known: &Estimate) -> Option<Belief> {
+        let smoother = Smoother::new(&self.thin, self.order, loose(0.01, self.scatter_m, self.prior), self.prior);
+        let mut information: DMatrix<f64> = smoother.linearise(&known.coefficients, &known.psi).matrix;
+        let order = self.order;
+        let mut coefficients = known.coefficients.clone();
+        coefficients_to_order(&mut coefficients, order);
+        let mean = DVector::from_vec(coefficients);
+        let mut rotation = DVector::zeros(mean.len());
+        for k in 1..=order {
+            rotation[k] = k as f64 * mean[order + k];
+            rotation[order + k] = -(k as f64) * mean[k];
+        }
+        let length = rotation.norm_squared();
+        if length > 0.0 {
+            information += &rotation * rotation.transpose() * (1e6 / (length * length));
+        }
+        information.iter().all(|value| value.is_finite()).then_some(Belief { information, mean })
+    }
+
+    /// Carries a hypothesis on from a placed window to the one before or after it.
+    fn follow(&self, window: usize, neighbour: usize, known: &Estimate, belief: &Belief) -> Option<Estimate> {
+        const OVERLAP: usize = 6;
+        let piece = &self.windows[window];
+        let offset = self.offset[neighbour]?;
+        let beside = &self.windows[neighbour].thin;
+        let overlap = OVERLAP.min(beside.len());
+        let forward = window > neighbour;
+        let (run, anchor, keep) = if forward {
+            let first = beside.len() - overlap;
+            let mut run = beside.instants[first..].to_vec();
+            run.extend(&piece.thin.instants);
+            (Problem { instants: run }, (overlap - 1, offset + beside.len() - 1), overlap..overlap + piece.thin.len())
+        } else {
+            let mut run = piece.thin.instants.clone();
+            run.extend(&beside.instants[..overlap]);
+            (Problem { instants: run }, (piece.thin.len(), offset), 0..piece.thin.len())
+        };
+        let (anchor, placed) = anchor;
+        let relative = relative_height(&run);
+        let (theta1, theta2) = contact_angles(&run.instants[anchor], known.psi[placed]);
+        let (one, two) = (support(&known.coefficients, theta1), support(&known.coefficients, theta2));
+        let at = &run.instants[anchor];
+        let h0 = (one.r * at.sin12 + two.r * at.sin1) / at.sin2 - relative[anchor];
+        let noise = loose(0.01, self.scatter_m, self.prior);
+        let smoother = Smoother::with_belief(&piece.thin, self.order, noise, self.prior, belief);
+        [0.003, 0.01, 0.04]
+            .into_iter()
+            .map(|rate_sd| {
+                let track = integrate(&run, &relative, h0, noise.sensor_m, rate_sd).psi;
+                let turn = known.psi[placed] - track[anchor];
+                let psi = track[keep.clone()].iter().map(|psi| psi + turn).collect();
+                smoother.run(known.coefficients.clone(), psi, Effort { iterations: 8, tolerance: 1e-3 })
+            })
+            .filter(|estimate| estimate.cost.is_finite())
+            .min_by(|a, b| a.cost.total_cmp(&b.cost))
+    }
+
+    /// Ways to place a window that hangs on nothing, best first.
+    fn search(&self, piece: &Window, known: &Estimate, belief: &Belief) -> Vec<Estimate> {
+        let noise = loose(0.01, self.scatter_m, self.prior);
+        let Some((relative, (low, high))) = heights(&piece.thin, self.prior.size_m) else { return Vec::new() };
+        let every = piece.thin.len().div_ceil(SPARSE);
+        let few = Problem { instants: piece.thin.instants.iter().step_by(every).copied().collect() };
+        let sparse = Smoother::with_belief(&few, self.order, noise, self.prior, belief);
+        let whole = Smoother::with_belief(&piece.thin, self.order, noise, self.prior, belief);
+        let tracks: Vec<Vec<f64>> = (0..HEIGHTS)
+            .map(|height| {
+                let h0 = low + (high - low) * (height as f64 + 0.5) / HEIGHTS as f64;
+                integrate(&piece.thin, &relative, h0, noise.sensor_m, 0.01).psi
+            })
+            .collect();
+        let mut trials: Vec<(f64, usize, f64)> = Vec::with_capacity(HEIGHTS * ORIENTATIONS);
+        for (height, track) in tracks.iter().enumerate() {
+            for orientation in 0..ORIENTATIONS {
+                let psi0 = TAU * orientation as f64 / ORIENTATIONS as f64;
+                let psi = track.iter().step_by(every).map(|psi| psi + psi0).collect();
+                let effort = Effort { iterations: 2, tolerance: 1e-2 };
+                let cost = sparse.run(known.coefficients.clone(), psi, effort).cost;
+                if cost.is_finite() {
+                    trials.push((cost, height, psi0));
+                }
+            }
+        }
+        trials.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut placements: Vec<Estimate> = trials
+            .into_iter()
+            .take(FINALISTS)
+            .map(|(_, height, psi0)| {
+                let psi = tracks[height].iter().map(|psi| psi + psi0).collect();
+                whole.run(known.coefficients.clone(), psi, Effort { iterations: 8, tolerance: 1e-3 })
+            })
+            .filter(|estimate| estimate.cost.is_finite())
+            .collect();
+        placements.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+        let mut kept: Vec<Estimate> = Vec::new();
+        for placement in placements {
+            let near = |other: &Estimate| {
+                let apart = |(a, b): (&f64, &f64)| 1.0 - (a - b).cos();
+                other.psi.iter().zip(&placement.psi).map(apart).sum::<f64>() < 4e-3 * placement.psi.len() as f64
+            };
+            if kept.len() < BRANCHES && !kept.iter().any(near) {
+                kept.push(placement);
+            }
+        }
+        kept
+    }
+
+    /// Smooths every proposal over everything placed, ranks them by evidence and keeps the best distinct ones.
+    fn ranked(&self, placed: &Problem, proposals: Vec<Estimate>) -> Vec<Hypothesis> {
+        let mut polished: Vec<Hypothesis> = proposals
+            .into_par_iter()
+            .filter_map(|mut estimate| {
+                for noise in [loose(0.01, self.scatter_m, self.prior), sharp(self.scatter_m, self.prior)] {
+                    let smoother = Smoother::new(placed, self.order, noise, self.prior);
+                    let effort = Effort { iterations: 12, tolerance: 1e-3 };
+                    estimate = smoother.run(estimate.coefficients, estimate.psi, effort);
+                }
+                let smoother = Smoother::new(placed, self.order, sharp(self.scatter_m, self.prior), self.prior);
+                let normal = smoother.linearise(&estimate.coefficients, &estimate.psi);
+                let factor = smoother.factor(&normal)?;
+                let log_determinant: f64 = factor.l_dirty().diagonal().iter().map(|value| 2.0 * value.ln()).sum();
+                let score = estimate.cost + log_determinant;
+                score.is_finite().then_some(Hypothesis { estimate, score })
+            })
+            .collect();
+        polished.sort_by(|a, b| a.score.total_cmp(&b.score));
+        let mut kept: Vec<Hypothesis> = Vec::new();
+        for hypothesis in polished {
+            let hopeless = kept.first().is_some_and(|best| hypothesis.score > best.score + HOPELESS);
+            let known = || kept.iter().any(|other| same_motion(&other.estimate, &hypothesis.estimate));
+            if kept.len() < BEAM && !hopeless && !known() {
+                kept.push(hypothesis);
+            }
+        }
+        kept
+    }
+
+    fn in_order_of_time(self) -> Grown {
+        let mut by_time: Vec<usize> = (0..self.thin.len()).collect();
+        let place = |index: &usize| self.thin.instants[*index].position;
+        by_time.sort_by(|a, b| place(a).total_cmp(&place(b)));
+        let thin = Problem { instants: by_time.iter().map(|&index| self.thin.instants[index]).collect() };
+        let hypotheses = self
+            .beam
+            .into_iter()
+            .map(|mut hypothesis| {
+                hypothesis.estimate.psi = by_time.iter().map(|&index| hypothesis.estimate.psi[index]).collect();
+                hypothesis
+            })
+            .collect();
+        let mut windows = self.placed;
+        windows.sort_unstable();
+        Grown { windows, thin, hypotheses }
+    }
+}
+
+/// Squared residuals of an estimate at a given noise, the shape's own terms left out.
+pub(super) fn misfit(problem: &Problem, estimate: &Estimate, noise: Noise) -> f64 {
+    let sds = [noise.sensor_m, noise.sensor_m, noise.balance_m];
+    let square = |(instant, psi): (&super::problem::Instant, &f64)| {
+        let value = residuals(instant, &estimate.coefficients, *psi).value;
+        value.iter().zip(sds).map(|(value, sd)| (value / sd).powi(2)).sum::<f64>()
+    };
+    problem.instants.iter().zip(&estimate.psi).map(square).sum()
+}
+
+/// Whether two estimates over the same instants are one motion, but for a common rotation.
+pub(super) fn same_motion(a: &Estimate, b: &Estimate) -> bool {
+    let (mut sin, mut cos) = (0.0, 0.0);
+    for (a, b) in a.psi.iter().zip(&b.psi) {
+        sin += (a - b).sin();
+        cos += (a - b).cos();
+    }
+    let turned = f64::atan2(sin, cos);
+    let apart = |(a, b): (&f64, &f64)| 1.0 - (a - b - turned).cos();
+    let mean = a.psi.iter().zip(&b.psi).map(apart).sum::<f64>() / a.psi.len().max(1) as f64;
+    // 1 − cos of 3 degrees.
+    mean < 1.4e-3
+}
