@@ -5,11 +5,10 @@ use std::path::PathBuf;
 use palpate::reconstruct::ReconstructOptions;
 use palpate::sensor::Touchpad;
 use palpate::shape::NamedShape;
-use palpate::simulate::{SimulateOptions, simulate};
+use palpate::simulate::{PalmLimits, SimulateOptions, plan_turn, simulate};
 use palpate_io::LogFile;
 
 use crate::reconstruct::{Job, solve, told};
-use crate::simulate::planned_turn;
 use crate::terminal::{Ending, Failure, Terminal};
 
 /// Mean radius of the object, metres.
@@ -43,10 +42,13 @@ pub fn run(arguments: &Arguments) -> Result<Ending, Failure> {
     let terminal = Terminal::new(arguments.quiet);
     palpate_io::check_result_target(&arguments.out)?;
     let shape = NamedShape::Pebble.shape(RADIUS_M)?;
-    let motion = planned_turn(&shape, DURATION_S, RATE_HZ)?;
     // The pads are longer than the original ones, so that the object has room to roll.
     let touchpad = Touchpad { length_m: 0.15, noise_sd_m: 1e-4, ..Touchpad::interlink() };
-    let simulation = simulate(&shape, &motion, &SimulateOptions { touchpad, seed: 1, ..SimulateOptions::default() })?;
+    let limits = PalmLimits { palm_length_m: touchpad.length_m, ..PalmLimits::default() };
+    let planned = plan_turn(&shape, &limits, DURATION_S)?;
+    let options =
+        SimulateOptions { touchpad, seed: 1, start_psi_rad: planned.start_psi_rad, ..SimulateOptions::default() };
+    let simulation = simulate(&shape, &planned.motion.sample(RATE_HZ)?, &options)?;
     terminal.say(&format!(
         "simulated: a pebble between two palms, {} samples in {DURATION_S:.0} s, contacts felt to {:.2} mm",
         simulation.log.samples.len(),

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use palpate::compare::{compare, true_support};
 use palpate::reconstruct::ReconstructOptions;
 use palpate::{Reconstruction, Truth};
 use palpate_io::{LogFile, Summary, TruthSummary};
@@ -24,14 +25,14 @@ Examples:
   palpate reconstruct trial.csv                          writes trial.palpate/
   palpate reconstruct trial.csv -o out/trial
   palpate reconstruct trial.csv --json | jq .certified
-  palpate reconstruct egg.csv -o egg --truth egg.truth   compares with what is known, after the fact
+  palpate reconstruct stone.csv --truth stone.truth      compares with what is known, after the fact
 
 Exit codes: 0 certified;  3 a result that is not certified (summary.json and the report say why);  2 bad input or usage, nothing
 written;  1 anything else.";
 
 /// Find shape, motion and centre of mass from a palm log
 #[derive(clap::Args)]
-#[command(after_help = AFTER_HELP)]
+#[command(after_help = AFTER_HELP, allow_negative_numbers = true)]
 pub struct Arguments {
     /// The palm log, a CSV file
     #[arg(value_name = "LOG.csv")]
@@ -104,6 +105,7 @@ fn read_truth(dir: &Path, file: &LogFile) -> Result<Truth, Failure> {
             dir.display()
         )));
     }
+    true_support(&truth).map_err(|error| Failure::Input(format!("{}: {error}", dir.join("shape.csv").display())))?;
     Ok(truth)
 }
 
@@ -133,7 +135,7 @@ pub fn solve(job: &Job, terminal: &Terminal) -> Result<Summary, Failure> {
     let mut summary = Summary::new(&reconstruction, started.elapsed().as_secs_f64());
     summary.log = job.name.map(str::to_owned);
     summary.notes = job.file.notes.clone();
-    summary.truth = job.truth.map(|truth| errors(&reconstruction, truth));
+    summary.truth = job.truth.and_then(|truth| errors(&reconstruction, truth, terminal));
     let report = report(job, &reconstruction, &summary);
     palpate_io::write_result(job.out, &reconstruction, &summary, &report)?;
     Ok(summary)
@@ -142,18 +144,21 @@ pub fn solve(job: &Job, terminal: &Terminal) -> Result<Summary, Failure> {
 /// The summary in a few lines.
 pub fn told(summary: &Summary, out: &Path) -> String {
     let verdict = match (summary.certified, summary.com_certified) {
-        (true, true) => "certified: shape, motion and centre of mass".to_string(),
-        (true, false) => format!("certified: shape and motion\nnot the centre of mass: {}", summary.reason),
-        _ => format!("NOT certified: {}", summary.reason),
+        (true, true) => "certified: shape, motion and centre of mass",
+        (true, false) => "certified: shape and motion, but not the centre of mass",
+        _ => "NOT certified",
     };
-    let mut lines = vec![verdict];
+    let mut lines = vec![verdict.to_string()];
+    lines.extend(
+        summary.reason.split("; ").filter(|reason| !reason.is_empty()).map(|reason| format!("  because {reason}")),
+    );
     let jumps = match summary.jumps.len() {
         0 => String::new(),
         1 => ", 1 jump".to_string(),
         count => format!(", {count} jumps"),
     };
     lines.push(format!(
-        "  felt    {:.0} % of the boundary in {} samples{jumps}; contacts good to {:.3} mm",
+        "  felt    {:.0} % of the boundary in {} samples{jumps}; sensor noise {:.3} mm",
         100.0 * summary.coverage,
         summary.samples,
         1e3 * summary.sensor_sd_m
@@ -170,13 +175,20 @@ pub fn told(summary: &Summary, out: &Path) -> String {
     lines.join("\n")
 }
 
-fn errors(_reconstruction: &Reconstruction, _truth: &Truth) -> TruthSummary {
-    TruthSummary {
-        rms_r_m: f64::NAN,
-        rms_form_m: f64::NAN,
-        hausdorff_m: f64::NAN,
-        rms_psi_rad: f64::NAN,
-        rms_com_m: f64::NAN,
+/// How far the result is from the truth; a note when that cannot be said.
+fn errors(reconstruction: &Reconstruction, truth: &Truth, terminal: &Terminal) -> Option<TruthSummary> {
+    match compare(reconstruction, truth) {
+        Ok(errors) => Some(TruthSummary {
+            rms_r_m: errors.rms_r_m,
+            rms_form_m: errors.rms_form_m,
+            hausdorff_m: errors.hausdorff_m,
+            rms_psi_rad: errors.rms_psi_rad,
+            rms_com_m: errors.rms_com_m,
+        }),
+        Err(error) => {
+            terminal.note(&error.to_string());
+            None
+        }
     }
 }
 

@@ -1,12 +1,13 @@
 //! `palpate simulate`: a known object under a chosen motion, as a palm log with the truth beside it.
 
+use std::f64::consts::TAU;
 use std::path::PathBuf;
 
 use clap::ValueEnum;
 use palpate::palms::{MotionError, PalmMotion, PalmPair};
 use palpate::sensor::Touchpad;
 use palpate::shape::{NamedShape, ShapeError, SupportFunction};
-use palpate::simulate::{SimulateError, SimulateOptions, Simulation};
+use palpate::simulate::{PalmLimits, PlanError, SimulateError, SimulateOptions, Simulation, plan_turn};
 
 use crate::terminal::{Ending, Failure, Terminal};
 use crate::values;
@@ -17,21 +18,21 @@ Shapes: circle, disc, ellipse, egg, triangle and square (with rounded corners), 
 LOG.csv is what a robot would know; LOG.truth/ beside it holds what only the simulator knows (shape.csv, motion.csv).
 
 Examples:
-  palpate simulate -o egg.csv
-  palpate simulate --shape random:7 --noise-mm 0.3 --angle-noise-deg 0.1 -o seven.csv
+  palpate simulate -o pebble.csv
+  palpate simulate --shape random:2 --noise-mm 0.3 --angle-noise-deg 0.1 -o two.csv
   palpate simulate --pad interlink --radius-mm 11 -o pad.csv       as in the experiment of Moll & Erdmann (2001)
   palpate simulate --motion zigzag --duration-s 120 -o jumps.csv   a motion that knows nothing of the object: it will jump
-  palpate reconstruct egg.csv -o egg --truth egg.truth";
+  palpate reconstruct pebble.csv -o pebble --truth pebble.truth";
 
 /// Make a palm log of a known object
 #[derive(clap::Args)]
-#[command(after_help = AFTER_HELP)]
+#[command(after_help = AFTER_HELP, allow_negative_numbers = true)]
 pub struct Arguments {
     /// The log to write; the truth goes into LOG.truth beside it
     #[arg(short, long = "out", value_name = "LOG.csv")]
     out: PathBuf,
     /// The object, see below
-    #[arg(long, value_name = "NAME", default_value = "egg")]
+    #[arg(long, value_name = "NAME", default_value = "pebble")]
     shape: NamedShape,
     /// Mean radius of the object (perimeter / 2 pi), mm
     #[arg(long, value_name = "MM", default_value = "30", value_parser = values::positive)]
@@ -86,7 +87,7 @@ pub struct Arguments {
 /// How the palms move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Motion {
-    /// Planned for the object: a full turn without a jump, where there is one
+    /// Planned for the object: a full turn without a jump; where there is none, there and back over what can be felt
     Turn,
     /// Squeezes, rotations and openings of one palm, there and back, as in the paper; knows nothing of the object
     Zigzag,
@@ -111,16 +112,22 @@ pub fn run(arguments: &Arguments) -> Result<Ending, Failure> {
     }
     let [x_mm, y_mm] = arguments.com_offset_mm;
     let shape = arguments.shape.shape(1e-3 * arguments.radius_mm)?.translated(-1e-3 * x_mm, -1e-3 * y_mm);
-    let motion = motion(arguments, &shape)?;
+    if !holds_its_origin(&shape) {
+        return Err(Failure::Input(format!(
+            "--com-offset-mm {x_mm},{y_mm} puts the centre of mass outside the object"
+        )));
+    }
+    let touchpad = touchpad(arguments);
+    let course = course(arguments, &shape, &touchpad)?;
     let options = SimulateOptions {
-        touchpad: touchpad(arguments),
+        touchpad,
+        start_psi_rad: course.start_psi_rad,
         seed: arguments.seed,
         mass_kg: arguments.mass_g.map_or(0.1, |grams| 1e-3 * grams),
         with_forces: arguments.mass_g.is_some(),
         with_stated_noise: arguments.state_noise,
-        ..SimulateOptions::default()
     };
-    let simulation = palpate::simulate::simulate(&shape, &motion, &options)?;
+    let simulation = palpate::simulate::simulate(&shape, &course.palms, &options)?;
     let metadata = [
         ("made by".to_string(), format!("palpate simulate {}", env!("CARGO_PKG_VERSION"))),
         ("shape".to_string(), arguments.shape.to_string()),
@@ -130,6 +137,11 @@ pub fn run(arguments: &Arguments) -> Result<Ending, Failure> {
     palpate_io::write_log(&arguments.out, &simulation.log, &metadata)?;
     terminal.say(&told(arguments, &simulation))?;
     Ok(Ending::Success)
+}
+
+/// Whether the origin, the centre of mass, lies inside the shape.
+fn holds_its_origin(shape: &SupportFunction) -> bool {
+    (0..720).all(|step| shape.at(TAU * f64::from(step) / 720.0).r > 0.0)
 }
 
 fn touchpad(arguments: &Arguments) -> Touchpad {
@@ -180,19 +192,33 @@ impl From<SimulateError> for Failure {
     }
 }
 
-/// The palms over time.
-fn motion(arguments: &Arguments, shape: &SupportFunction) -> Result<Vec<(f64, PalmPair)>, Failure> {
-    let Arguments { duration_s, rate_hz, .. } = *arguments;
-    let half = 0.5e-3 * arguments.finger_gap_mm;
-    let motion = match arguments.motion {
-        Motion::Turn => return planned_turn(shape, duration_s, rate_hz),
-        Motion::Zigzag => PalmMotion::squeeze_and_rotate(duration_s, 2)?,
-        Motion::Random => PalmMotion::random(arguments.seed, duration_s, 1.0)?,
-    };
-    Ok(motion.with_bases([half, 0.0], [-half, 0.0]).sample(rate_hz)?)
+impl From<PlanError> for Failure {
+    fn from(error: PlanError) -> Self {
+        Self::Input(format!("{error}; try --motion zigzag, or another --palm-length-mm or --com-offset-mm"))
+    }
 }
 
-/// A motion that carries the object round once.
-pub fn planned_turn(_shape: &SupportFunction, duration_s: f64, rate_hz: f64) -> Result<Vec<(f64, PalmPair)>, Failure> {
-    Ok(PalmMotion::squeeze_and_rotate(duration_s, 1)?.sample(rate_hz)?)
+/// The palms over time, and the orientation at which the object is let go.
+struct Course {
+    /// Time in seconds, and the palms.
+    palms: Vec<(f64, PalmPair)>,
+    /// Radians.
+    start_psi_rad: f64,
+}
+
+fn course(arguments: &Arguments, shape: &SupportFunction, touchpad: &Touchpad) -> Result<Course, Failure> {
+    let Arguments { duration_s, rate_hz, .. } = *arguments;
+    let half = 0.5e-3 * arguments.finger_gap_mm;
+    let (motion, start_psi_rad) = match arguments.motion {
+        Motion::Turn => {
+            let limits = PalmLimits { palm_length_m: touchpad.length_m, ..PalmLimits::default() };
+            let planned = plan_turn(shape, &limits, duration_s)?;
+            (planned.motion, planned.start_psi_rad)
+        }
+        Motion::Zigzag => (PalmMotion::squeeze_and_rotate(duration_s, 2)?, 0.0),
+        Motion::Random => (PalmMotion::random(arguments.seed, duration_s, 1.0)?, 0.0),
+    };
+    // Where an object rests depends on the angles of the palms alone, so that a plan for hinged palms holds for fingers too.
+    let palms = motion.with_bases([half, 0.0], [-half, 0.0]).sample(rate_hz)?;
+    Ok(Course { palms, start_psi_rad })
 }

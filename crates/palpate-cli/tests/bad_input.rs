@@ -261,3 +261,47 @@ fn no_command_shows_the_help() {
         "Shape, motion and centre of mass of an unknown object from what two tactile palms feel"
     );
 }
+
+#[test]
+fn an_impossible_simulation_is_refused() {
+    let with = |options: &[&str]| misuse(|_| {}, &[&["simulate", "-o", "out.csv"], options].concat());
+    assert_eq!(
+        with(&["--shape", "banana"]),
+        "error: invalid value 'banana' for '--shape <NAME>': no shape is named \"banana\"; known are circle, disc, ellipse, egg, triangle, square, pebble, stone, random:SEED"
+    );
+    assert_eq!(
+        with(&["--shape", "circle"]),
+        "error: no motion without a jump was found for this object within the limits of the palms; try --motion zigzag, or another --palm-length-mm or --com-offset-mm"
+    );
+    assert_eq!(
+        with(&["--pad", "interlink", "--motion", "random"]),
+        "error: at 0.000 s the contact runs off palm 1: 0.0632 m from its base, the palm reaches from 0 to 0.0555 m"
+    );
+    assert_eq!(with(&["--radius-mm", "-30"]), "error: invalid value '-30' for '--radius-mm <MM>': it must be above 0");
+    assert_eq!(
+        with(&["--com-offset-mm", "3"]),
+        "error: invalid value '3' for '--com-offset-mm <X,Y>': two numbers with a comma between them are needed, such as 3,-2"
+    );
+    assert_eq!(
+        with(&["--com-offset-mm", "-90,3", "--motion", "zigzag"]),
+        "error: --com-offset-mm -90,3 puts the centre of mass outside the object"
+    );
+    assert_eq!(
+        with(&["--dropout", "1"]),
+        "error: invalid value '1' for '--dropout <SHARE>': it must be at least 0 and below 1"
+    );
+    assert_eq!(
+        with(&["--rate-hz", "1e9"]),
+        "error: the motion would have 100000000000 samples, more than 5 million: lower the rate or the duration"
+    );
+    assert_eq!(misuse(|_| {}, &["simulate", "-o", "."]), "error: .: this is a folder; give the file to write");
+}
+
+#[test]
+fn a_demo_does_not_take_the_place_of_other_things() {
+    let prepare = |dir: &std::path::Path| fs::write(dir.join("palpate-demo"), "a file").expect("a file");
+    assert_eq!(
+        misuse(prepare, &["demo"]),
+        "error: palpate-demo: a file of that name exists; choose another name for the folder"
+    );
+}

@@ -1,0 +1,248 @@
+//! The way of a user from nothing to a result, on logs of our own and of other people's simulators.
+
+mod common;
+
+use std::fs;
+use std::path::Path;
+use std::process::Stdio;
+
+use common::{Ran, command, example, folder, names, palpate};
+use serde_json::Value;
+
+const RESULT_FILES: [&str; 4] = ["motion.csv", "report.html", "shape.csv", "summary.json"];
+
+fn summary(dir: &Path) -> Value {
+    let text = fs::read_to_string(dir.join("summary.json")).expect("there is a summary");
+    serde_json::from_str(&text).expect("the summary is JSON")
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().expect("a path in UTF-8")
+}
+
+/// Reconstructs a log of the examples, compares it with its truth, and gives the error of r in millimetres.
+fn reconstruct_example(name: &str) -> (Ran, Value) {
+    let dir = folder();
+    let (log, truth) = (example(&format!("{name}.csv")), example(&format!("{name}.truth")));
+    let ran = palpate(dir.path(), &["reconstruct", text(&log), "-o", "out", "--truth", text(&truth)]);
+    (ran, summary(&dir.path().join("out")))
+}
+
+fn error_mm(summary: &Value) -> f64 {
+    1e3 * summary["truth"]["rms_r_m"].as_f64().expect("an error")
+}
+
+#[test]
+fn the_demo_needs_nothing_and_is_certified_and_right() {
+    let dir = folder();
+    let ran = palpate(dir.path(), &["demo"]);
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    assert_eq!(ran.stderr, "");
+    assert!(ran.stdout.contains("certified: shape, motion and centre of mass\n"), "{}", ran.stdout);
+    assert!(ran.stdout.contains("palpate-demo/report.html"), "{}", ran.stdout);
+    assert_eq!(names(dir.path()), ["palpate-demo"]);
+    let result = dir.path().join("palpate-demo");
+    assert_eq!(names(&result), RESULT_FILES);
+    let summary = summary(&result);
+    assert_eq!(summary["certified"], true);
+    assert!(summary["coverage"].as_f64() > Some(0.99), "{summary}");
+    assert!(error_mm(&summary) < 0.03, "{summary}");
+    let report = fs::read_to_string(result.join("report.html")).expect("there is a report");
+    assert!(report.starts_with("<!doctype html>"));
+}
+
+#[test]
+fn a_simulated_log_comes_back() {
+    let dir = folder();
+    let made = palpate(dir.path(), &["simulate", "--shape", "stone", "--noise-mm", "0.2", "-o", "stone.csv"]);
+    assert_eq!(made.code, Some(0), "{}", made.stderr);
+    assert_eq!(names(dir.path()), ["stone.csv", "stone.truth"]);
+    let ran = palpate(dir.path(), &["reconstruct", "stone.csv", "--truth", "stone.truth"]);
+    assert_eq!(ran.code, Some(0), "{}\n{}", ran.stdout, ran.stderr);
+    assert_eq!(names(dir.path()), ["stone.csv", "stone.palpate", "stone.truth"]);
+    let summary = summary(&dir.path().join("stone.palpate"));
+    assert!(error_mm(&summary) < 0.06, "{summary}");
+}
+
+#[test]
+fn logs_of_independent_simulators_are_certified_and_right() {
+    for (name, limit_mm) in [
+        ("egg_full_turn_oracle_n0.1mm", 0.03),
+        ("pebble_full_turn_mujoco_sensor", 0.03),
+        ("ellipse_full_turn_pymunk", 0.1),
+    ] {
+        let (ran, summary) = reconstruct_example(name);
+        assert_eq!(ran.code, Some(0), "{name}: {}", ran.stdout);
+        assert_eq!(summary["certified"], true, "{name}");
+        assert!(error_mm(&summary) < limit_mm, "{name}: {summary}");
+    }
+}
+
+#[test]
+fn a_log_with_jumps_is_right_or_not_certified() {
+    let (ran, summary) = reconstruct_example("stone_zigzag_oracle");
+    if summary["certified"] == true {
+        assert_eq!(ran.code, Some(0));
+        assert!(error_mm(&summary) < 0.1, "{summary}");
+    } else {
+        assert_eq!(ran.code, Some(3));
+        assert!(ran.stdout.starts_with("NOT certified\n  because "), "{}", ran.stdout);
+        assert_ne!(summary["reason"], "");
+    }
+}
+
+#[test]
+fn the_summary_has_what_others_rely_on() {
+    let dir = folder();
+    let log = example("egg_full_turn_oracle_n0.1mm.csv");
+    let ran = palpate(dir.path(), &["reconstruct", text(&log), "-o", "deep/er/out", "--json"]);
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    let result = dir.path().join("deep/er/out");
+    assert_eq!(ran.stdout, fs::read_to_string(result.join("summary.json")).expect("there is a summary"));
+    let summary = summary(&result);
+    for (key, is_right) in [
+        ("certified", Value::is_boolean as fn(&Value) -> bool),
+        ("com_certified", Value::is_boolean),
+        ("reason", Value::is_string),
+        ("chi2_per_dof", Value::is_number),
+        ("jumps", Value::is_array),
+        ("coverage", Value::is_number),
+        ("alternatives", Value::is_u64),
+        ("sensor_sd_m", Value::is_number),
+        ("samples", Value::is_u64),
+        ("harmonics", Value::is_u64),
+        ("seconds", Value::is_number),
+        ("version", Value::is_string),
+    ] {
+        assert!(is_right(&summary[key]), "{key}: {summary}");
+    }
+    assert_eq!(summary["samples"], 2044);
+    assert_eq!(summary["log"], "egg_full_turn_oracle_n0.1mm.csv");
+    assert!(summary.get("truth").is_none(), "the truth beside the log was used without being asked for");
+
+    let first_line = |name: &str| {
+        let text = fs::read_to_string(result.join(name)).expect("the file is there");
+        (text.lines().next().unwrap_or_default().to_string(), text.lines().count() - 1)
+    };
+    let (shape, points) = first_line("shape.csv");
+    assert_eq!(shape, "theta_rad,r_m,r_sd_m,x_m,y_m,curvature_radius_m,touches");
+    assert!(points >= 720);
+    let (motion, poses) = first_line("motion.csv");
+    assert_eq!(motion, "time_s,psi_rad,psi_sd_rad,com_x_m,com_y_m,com_sd_m,theta1_rad,theta2_rad,piece");
+    assert_eq!(poses, 2044);
+}
+
+#[test]
+fn the_number_of_threads_changes_nothing_and_an_earlier_result_is_replaced() {
+    let dir = folder();
+    let log = example("ellipse_full_turn_pymunk.csv");
+    let run = |threads: &str| {
+        let ran = palpate(dir.path(), &["reconstruct", text(&log), "-o", "out", "--threads", threads]);
+        assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+        assert_eq!(names(dir.path()), ["out"]);
+        assert_eq!(names(&dir.path().join("out")), RESULT_FILES);
+        ["shape.csv", "motion.csv"].map(|name| fs::read(dir.path().join("out").join(name)).expect("the file is there"))
+    };
+    assert!(run("1") == run("3"), "results differ");
+}
+
+#[test]
+fn quiet_means_quiet() {
+    let dir = folder();
+    let made = palpate(dir.path(), &["simulate", "-o", "trial.csv", "--quiet"]);
+    let ran = palpate(dir.path(), &["reconstruct", "trial.csv", "-o", "out", "-q"]);
+    for ran in [made, ran] {
+        assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+        assert_eq!((ran.stdout.as_str(), ran.stderr.as_str()), ("", ""));
+    }
+}
+
+#[test]
+fn notes_about_a_log_go_to_standard_error_and_into_the_summary() {
+    let dir = folder();
+    let log = fs::read_to_string(example("egg_full_turn_oracle_n0.1mm.csv")).expect("the log is there");
+    let log: String = log
+        .lines()
+        .map(|line| line.to_string() + if line.starts_with("time") { ",humidity\n" } else { ",40\n" })
+        .collect();
+    fs::write(dir.path().join("egg.csv"), log).expect("the log is written");
+    let ran = palpate(dir.path(), &["reconstruct", "egg.csv", "-o", "out"]);
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    assert!(ran.stderr.starts_with("note: ") && ran.stderr.contains("humidity"), "{}", ran.stderr);
+    assert!(!ran.stdout.contains("humidity"), "{}", ran.stdout);
+    assert!(summary(&dir.path().join("out"))["notes"][0].as_str().is_some_and(|note| note.contains("humidity")));
+}
+
+#[test]
+fn nobody_listening_is_not_an_error() {
+    let dir = folder();
+    for arguments in [&["demo"][..], &["--help"], &["reconstruct", "--help"]] {
+        let mut child = command(dir.path(), arguments)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("the program starts");
+        drop(child.stdout.take());
+        let ran: Ran = child.wait_with_output().expect("the program ends").into();
+        assert_eq!((ran.code, ran.stderr.as_str()), (Some(0), ""), "{arguments:?}");
+    }
+    assert_eq!(names(&dir.path().join("palpate-demo")), RESULT_FILES);
+}
+
+#[test]
+fn a_place_that_cannot_be_written_is_no_fault_of_the_input() {
+    if !Path::new("/dev/full").exists() {
+        return;
+    }
+    let dir = folder();
+    let log = example("egg_full_turn_oracle_n0.1mm.csv");
+    let full = fs::File::options().write(true).open("/dev/full").expect("/dev/full opens");
+    let ran: Ran = command(dir.path(), &["reconstruct", text(&log), "-o", "out"])
+        .stdout(full)
+        .output()
+        .expect("the program starts")
+        .into();
+    assert_eq!(ran.code, Some(1));
+    assert!(ran.stderr.starts_with("error: standard output cannot be written: "), "{}", ran.stderr);
+}
+
+#[test]
+fn help_teaches_with_examples_and_names_every_option() {
+    let dir = folder();
+    let help = |arguments: &[&str]| {
+        let ran = palpate(dir.path(), arguments);
+        assert_eq!((ran.code, ran.stderr.as_str()), (Some(0), ""));
+        assert!(ran.stdout.contains("Example"), "{}", ran.stdout);
+        ran.stdout
+    };
+    let all = help(&["--help"]);
+    for name in ["demo", "simulate", "reconstruct", "Exit codes"] {
+        assert!(all.contains(name), "{name}");
+    }
+    help(&["demo", "--help"]);
+    let reconstruct = help(&["reconstruct", "--help"]);
+    for name in ["--out", "--truth", "--harmonics", "--sensor-sd-mm", "--threads", "--json", "--quiet", "Exit codes"] {
+        assert!(reconstruct.contains(name), "{name}");
+    }
+    let simulate = help(&["simulate", "--help"]);
+    for name in [
+        "--out",
+        "--shape",
+        "--radius-mm",
+        "--com-offset-mm",
+        "--motion",
+        "--duration-s",
+        "--rate-hz",
+        "--finger-gap-mm",
+        "--pad",
+        "--palm-length-mm",
+        "--noise-mm",
+        "--counts-per-inch",
+        "--angle-noise-deg",
+        "--dropout",
+        "--seed",
+    ] {
+        assert!(simulate.contains(name), "{name}");
+    }
+    assert_eq!(palpate(dir.path(), &["--version"]).stdout, format!("palpate {}\n", env!("CARGO_PKG_VERSION")));
+}
