@@ -161,11 +161,17 @@
     byId(id).innerHTML = parts.map(([label, value]) => `<span>${label} <b>${value}</b></span>`).join("");
   }
 
+  /** Draws all figures again, at the width of a sheet of paper or (null) of their boxes. */
+  const drawAgain = [];
+  const SHEET = 660;
+  window.addEventListener("beforeprint", () => drawAgain.forEach((refresh) => refresh(SHEET)));
+  window.addEventListener("afterprint", () => drawAgain.forEach((refresh) => refresh()));
+
   /** Keeps a drawing at the width of its box; the height is set before, so that nothing moves. */
   function figure(host, height, render) {
     let width = 0;
-    const refresh = () => {
-      const now = Math.floor(host.clientWidth);
+    const refresh = (wanted) => {
+      const now = wanted || Math.floor(host.clientWidth);
       if (now < 120 || now === width) return;
       width = now;
       const high = height(width);
@@ -175,7 +181,8 @@
       render(svg, width, high);
     };
     refresh();
-    new ResizeObserver(refresh).observe(host);
+    drawAgain.push(refresh);
+    new ResizeObserver(() => refresh()).observe(host);
   }
 
   function empty(host, text) {
@@ -302,7 +309,7 @@
     const lane = spec.lane, middle = (top + bottom) / 2, half = (bottom - top) / 2;
     const bands = lane.band.map((value, i) => (!lane.keep || lane.keep(i) ? value : NaN));
     const errors = lane.errors.flatMap((error) => error.values.filter((value, i) => finite(value) && (!lane.keep || lane.keep(i))).map(Math.abs));
-    const most = Math.max(1.25 * (quantile(bands, 0.98) || 0), 1.1 * (quantile(errors, 0.98) || 0)) || 1;
+    const most = Math.max(1.25 * (quantile(bands, 0.98) || 0), 1.1 * (quantile(errors, 0.995) || 0)) || 1;
     const micro = lane.unit === "mm" && most < 0.2;
     const factor = micro ? 1e3 : 1, unit = micro ? "µm" : lane.unit;
     const step = roundStep(most * factor, 1.4) / factor;
@@ -331,7 +338,7 @@
       if (finite(value) && finite(spec.x[i])) run.push([X(spec.x[i]), value]); else flush();
     });
     flush();
-    for (const error of lane.errors) draw(layer, "path", { class: `error ${error.class || ""}`, d: path(error.values.map((value, i) => [X(spec.x[i]), Y(clamp(finite(value) ? value : NaN))])) });
+    for (const error of lane.errors) draw(layer, "path", { class: `error ${error.class || ""} ${error.values.length > 1000 ? "dense" : ""}`, d: path(error.values.map((value, i) => [X(spec.x[i]), Y(clamp(finite(value) ? value : NaN))])) });
     const words = draw(svg, "text", { x: left, y: top - 6 }, `95 % band${lane.errors.length ? " and actual error" : ""}${lane.errors.some((error) => error.name) ? " in" : ""}`);
     for (const error of lane.errors) if (error.name) draw(words, "tspan", { class: `name ${error.class || ""}` }, ` ${error.name}`);
     draw(words, "tspan", {}, `, ${unit}`);
@@ -747,7 +754,7 @@
     });
 
     const pieces = [...new Set(data.piece)];
-    hoverViews.push((t, i) => {
+    timeViews.push((t, i) => {
       const share = nodes ? firstFelt.filter((first) => first <= t).length / nodes : 0;
       readout("stage-readout", [
         ["t", clock(t)], ["ψ", `${fixed(data.psi[i], 1)}°`], ["felt so far", `${fixed(100 * share, 0)} %`],

@@ -115,6 +115,22 @@ fn the_page_plays_scrubs_and_changes_theme() {
         browser.click("#theme");
         assert_eq!(light, browser.evaluate(background), "the theme did not change back");
 
+        // Pointing at a figure explains it, inside the window; pointing at a chart reads it out.
+        let last = browser.middle(".figures .figure:nth-child(6)");
+        browser.point_at(last);
+        let tip = "(() => { const b = document.querySelector('.figures .figure:nth-child(6) .tip').getBoundingClientRect(); return b.width > 100 && b.right <= innerWidth; })()";
+        assert_eq!(browser.evaluate(tip), json!(true), "no explanation inside the window");
+        picture(browser, "tip.png");
+        let words = "document.getElementById('psi-readout').textContent";
+        let before = browser.evaluate(words);
+        let stage = "document.getElementById('stage-readout').textContent";
+        let on_stage = browser.evaluate(stage);
+        let chart = browser.middle("#com");
+        browser.point_at((chart.0 - 100.0, chart.1));
+        assert_ne!(before, browser.evaluate(words), "pointing at a chart reads nothing out");
+        assert_eq!(on_stage, browser.evaluate(stage), "pointing at a chart changed what is said about the stage");
+        picture(browser, "hover.png");
+
         // A click on a chart over time goes to that time.
         let psi = browser.middle("#psi");
         browser.click_at(psi);

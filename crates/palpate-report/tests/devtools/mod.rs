@@ -134,6 +134,11 @@ impl Browser {
         (place[0].as_f64().expect("an x"), place[1].as_f64().expect("a y"))
     }
 
+    /// Moves the mouse to a place in the window.
+    pub fn point_at(&mut self, (x, y): (f64, f64)) {
+        self.call("Input.dispatchMouseEvent", json!({ "type": "mouseMoved", "x": x, "y": y }));
+    }
+
     /// A real click at a place in the window.
     pub fn click_at(&mut self, (x, y): (f64, f64)) {
         for kind in ["mouseMoved", "mousePressed", "mouseReleased"] {
