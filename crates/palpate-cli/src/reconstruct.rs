@@ -158,21 +158,28 @@ pub fn told(summary: &Summary, out: &Path) -> String {
         count => format!(", {count} jumps"),
     };
     lines.push(format!(
-        "  felt    {:.0} % of the boundary in {} samples{jumps}; sensor noise {:.3} mm",
+        "  felt    {:.0} % of the boundary in {} samples{jumps}; sensor noise {} mm",
         100.0 * summary.coverage,
         summary.samples,
-        1e3 * summary.sensor_sd_m
+        three_digits(1e3 * summary.sensor_sd_m)
     ));
     if let Some(truth) = &summary.truth {
         lines.push(format!(
-            "  errors  shape {:.4} mm, orientation {:.3} deg, centre of mass {:.4} mm (root mean square)",
-            1e3 * truth.rms_r_m,
-            truth.rms_psi_rad.to_degrees(),
-            1e3 * truth.rms_com_m
+            "  errors  shape {} mm, orientation {} deg, centre of mass {} mm (root mean square)",
+            three_digits(1e3 * truth.rms_r_m),
+            three_digits(truth.rms_psi_rad.to_degrees()),
+            three_digits(1e3 * truth.rms_com_m)
         ));
     }
     lines.push(format!("  report  {}", out.join("report.html").display()));
     lines.join("\n")
+}
+
+/// A number with three significant digits, but no more than six decimals.
+fn three_digits(value: f64) -> String {
+    let magnitude = value.abs().log10().floor();
+    let decimals = if magnitude.is_finite() { (2.0 - magnitude).clamp(0.0, 6.0) } else { 0.0 };
+    format!("{value:.0$}", decimals as usize)
 }
 
 /// How far the result is from the truth; a note when that cannot be said.
@@ -221,4 +228,15 @@ fn command_line() -> String {
         if !text.is_empty() && text.chars().all(plain) { text } else { format!("'{}'", text.replace('\'', "'\\''")) }
     };
     std::env::args_os().skip(1).fold("palpate".to_string(), |line, argument| line + " " + &quoted(argument))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::three_digits;
+
+    #[test]
+    fn three_digits_tell_enough() {
+        let shown = [123.456, 1.0, 0.002_345, 1.234e-7, 0.0, f64::NAN].map(three_digits);
+        assert_eq!(shown, ["123", "1.00", "0.00234", "0.000000", "0", "NaN"]);
+    }
 }

@@ -19,7 +19,7 @@ LOG.csv is what a robot would know; LOG.truth/ beside it holds what only the sim
 
 Examples:
   palpate simulate -o pebble.csv
-  palpate simulate --shape random:2 --noise-mm 0.3 --angle-noise-deg 0.1 -o two.csv
+  palpate simulate --shape random:5 --noise-mm 0.3 --angle-noise-deg 0.1 -o five.csv
   palpate simulate --pad interlink --radius-mm 11 -o pad.csv       as in the experiment of Moll & Erdmann (2001)
   palpate simulate --motion zigzag --duration-s 120 -o jumps.csv   a motion that knows nothing of the object: it will jump
   palpate reconstruct pebble.csv -o pebble --truth pebble.truth";
