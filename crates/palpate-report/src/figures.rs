@@ -79,7 +79,9 @@ pub(crate) fn key_figures(input: &ReportInput) -> String {
     let centroid = result.shape.centroid();
     let mut strip = String::new();
     let mut add = |label: &str, (value, unit): (String, &str), tip: &str| {
-        let unit = if unit.is_empty() { String::new() } else { format!(" <small>{unit}</small>") };
+        let missing = value.ends_with('–');
+        let value = if missing { "–" } else { value.as_str() };
+        let unit = if missing || unit.is_empty() { String::new() } else { format!(" <small>{unit}</small>") };
         strip.push_str(&format!(
             "<div class=\"figure\" tabindex=\"0\"><dt>{label}</dt><dd>{value}{unit}</dd><p class=\"tip\" role=\"note\">{tip}</p></div>"
         ));
