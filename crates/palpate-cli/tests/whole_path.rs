@@ -92,6 +92,14 @@ fn a_log_with_jumps_is_right_or_not_certified() {
 }
 
 #[test]
+fn a_log_with_friction_is_not_certified() {
+    let (ran, summary) = reconstruct_example("ellipse_friction_0.10_mujoco");
+    assert_eq!((ran.code, ran.stderr.as_str()), (Some(3), ""), "{}", ran.stdout);
+    assert_eq!(summary["certified"], false);
+    assert_eq!(summary["com_certified"], false);
+}
+
+#[test]
 fn the_summary_has_what_others_rely_on() {
     let dir = folder();
     let log = example("egg_full_turn_oracle_n0.1mm.csv");
