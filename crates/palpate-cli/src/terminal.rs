@@ -133,8 +133,8 @@ impl ProgressLine {
                 Err(_) => bar,
             }
         });
-        bar.set_message(progress.stage);
         bar.set_position((progress.fraction.clamp(0.0, 1.0) * STEPS as f64) as u64);
+        bar.set_message(progress.stage);
     }
 }
 
