@@ -1,7 +1,11 @@
-//! What feels: two palms, their frames, their contact angles and their motions.
+//! What feels: two palms, their frames, their contacts and their motions.
 
+mod contact_support;
+mod curvature;
 mod motion;
 mod pair;
 
+pub use contact_support::GeneralizedContactSupport;
+pub use curvature::{ContactRates, radii_of_curvature_m};
 pub use motion::{MotionError, PalmMotion, PalmMove, SMALLEST_OPENING_RAD};
 pub use pair::{Palm, PalmPair};

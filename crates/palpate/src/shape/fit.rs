@@ -1,7 +1,7 @@
 //! Support functions from other descriptions of a shape, by least squares in the harmonics: sampled support functions,
 //! boundary points, polygons.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 use nalgebra::{DMatrix, DVector};
 use thiserror::Error;
@@ -88,8 +88,7 @@ impl SupportFunction {
     /// polygon), metres, in any order.
     ///
     /// The origin of the object frame, its centre of mass, is `center_of_mass`, or the centroid of the hull's area. Corners
-    /// have no radius of curvature; so that the result is convex, its harmonics are damped by exp(−k²σ²/2) with the
-    /// smallest σ that does it, which rounds the corners.
+    /// are rounded as much as the number of harmonics asks for ([`Self::damped_to_convex`]).
     ///
     /// # Errors
     /// With fewer than three points, points on a line, or coordinates that are not finite.
@@ -123,26 +122,47 @@ impl SupportFunction {
         Ok(Self::from_samples(&samples, order)?.damped_to_convex())
     }
 
-    /// The harmonics from the second on damped by exp(−k²σ²/2), with the smallest σ (to 0.1 %) that makes the shape convex.
+    /// The shape with its harmonics from the second on damped just enough (to 0.1 %) to make it convex.
+    ///
+    /// The radius of curvature is mixed with its average under the Jackson kernel, the narrowest of the kernels of this order
+    /// that are nowhere negative (Weiße et al., Rev. Mod. Phys. 78, 275, 2006, eq. 71): where a convex outline has lost its
+    /// convexity through the cut of its harmonics, this brings it back and rounds it by about π / K. Any other outline is
+    /// shrunk towards a circle as well.
     pub fn damped_to_convex(&self) -> Self {
-        if self.is_convex() {
-            return self.clone();
-        }
-        let damped = |sigma: f64| {
-            let harmonics = self.harmonics_m().iter().enumerate().map(|(index, [a, b])| {
-                let k = (index + 1) as f64;
-                let factor = if index == 0 { 1.0 } else { (-0.5 * k * k * sigma * sigma).exp() };
-                [a * factor, b * factor]
-            });
-            Self::new(self.mean_radius_m(), harmonics.collect())
+        let moments = self.harmonics_m().len() as f64 + 1.0;
+        let jackson = |k: f64| {
+            let (sin, cos) = (PI * k / (moments + 1.0)).sin_cos();
+            ((moments - k + 1.0) * cos + sin / (PI / (moments + 1.0)).tan()) / (moments + 1.0)
         };
-        let (mut bumpy, mut smooth) = (0.0, 4.0);
-        while smooth - bumpy > 1e-3 * smooth {
-            let middle = 0.5 * (bumpy + smooth);
-            if damped(middle).is_convex() { smooth = middle } else { bumpy = middle }
+        let averaged = self.mixed(1.0, jackson);
+        if averaged.is_convex() {
+            least_convex(|part| self.mixed(part, jackson))
+        } else {
+            least_convex(|part| averaged.mixed(part, |_| 0.0))
         }
-        damped(smooth)
     }
+
+    /// Harmonic k ≥ 2 multiplied by 1 − part + part · factor(k).
+    fn mixed(&self, part: f64, factor: impl Fn(f64) -> f64) -> Self {
+        let harmonics = self.harmonics_m().iter().enumerate().map(|(index, &[a, b])| {
+            let scale = if index == 0 { 1.0 } else { 1.0 - part + part * factor((index + 1) as f64) };
+            [a * scale, b * scale]
+        });
+        Self::new(self.mean_radius_m(), harmonics.collect())
+    }
+}
+
+/// The convex shape with the smallest part from 0 to 1, given that it is convex at 1.
+fn least_convex(shape: impl Fn(f64) -> SupportFunction) -> SupportFunction {
+    if shape(0.0).is_convex() {
+        return shape(0.0);
+    }
+    let (mut bumpy, mut smooth) = (0.0, 1.0);
+    while smooth - bumpy > 1e-3 {
+        let middle = 0.5 * (bumpy + smooth);
+        if shape(middle).is_convex() { smooth = middle } else { bumpy = middle }
+    }
+    shape(smooth)
 }
 
 /// The fit to angles that divide the circle evenly, where the harmonics are orthogonal.
@@ -150,7 +170,7 @@ fn from_even_samples(samples: &[(f64, f64)], order: usize) -> Option<SupportFunc
     let count = samples.len();
     let step = TAU / count as f64;
     let first = samples.first()?.0;
-    // Files round their angles: within 1e-7 rad r changes by less than 1e-7 of the size. Not even enough to be exact.
+    // Files round their angles; those are uneven enough to lose digits here.
     if samples.iter().enumerate().any(|(index, (theta, _))| (theta - first - step * index as f64).abs() > 1e-12) {
         return None;
     }

@@ -133,7 +133,7 @@ pub fn ellipse(a_m: f64, b_m: f64) -> Result<SupportFunction, ShapeError> {
         };
         harmonics.push([a, 0.0]);
     }
-    let wanted = harmonics.iter().rposition(|[a, _]| a.abs() > 1e-14 * mean).map_or(0, |last| last + 1);
+    let wanted = harmonics.iter().rposition(|[a, _]| a.abs() > 1e-13 * mean).map_or(0, |last| last + 1);
     harmonics.truncate(wanted);
     Ok(SupportFunction::new(mean, harmonics))
 }

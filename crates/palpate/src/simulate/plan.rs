@@ -1,12 +1,15 @@
 //! Palm motions planned with the shape known, so that an object is turned without a jump and much of it is felt.
 //!
-//! The resting poses form a surface in (φ₁, φ₂, ψ): for an orientation ψ and an opening φ₂, balance g = 0 is one equation in
-//! φ₁. The part of that surface that is firmly stable and within the limits of the palms is laid out on a grid of (ψ, φ₂).
-//! A path on it along which ψ advances by a whole turn, chosen by dynamic programming for little palm movement and much
-//! stability, turns the object once around ("the shape of a random smooth convex object is globally observable",
-//! Moll & Erdmann 2001, section 3). Where there is none, a path that visits whatever can be felt is gone there and back.
+//! The stable poses form a surface over the palm angles (φ₁, φ₁₂), in places several sheets of it (Moll & Erdmann 2001,
+//! section 3: "the stable poses induce a two-dimensional subset of the (φ₁, φ₂, ψ)-configuration space"). It is laid out on
+//! a grid of palm angles; two poses at neighbouring palm angles are joined when the pose can be followed from one to the
+//! other without a jump. A shortest closed path on it along which ψ grows by 2π turns the object once around, and so feels
+//! all of the boundary, with either palm. Where there is none, a path that visits whatever can be felt is gone there and
+//! back.
 
+use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap};
+use std::convert::Infallible;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use thiserror::Error;
@@ -15,22 +18,19 @@ use super::{SimulateOptions, coverage, simulate};
 use crate::palms::{MotionError, PalmMotion, PalmPair};
 use crate::sensor::Touchpad;
 use crate::shape::SupportFunction;
-use crate::statics::EnergyLandscape;
+use crate::statics::{EnergyLandscape, follow};
 
-/// Steps of ψ per turn on the grid.
-const LAYERS: usize = 180;
-
-/// Steps of ψ beyond a whole turn that a full turn goes on for, so that its end feels again what its start felt.
-const OVERLAP: usize = 15;
-
-/// Openings on the grid.
-const OPENINGS: usize = 25;
+/// Spacing of the grid of palm angles, radians.
+const SPACING_RAD: f64 = 4.0 * PI / 180.0;
 
 /// Stiffness (relative to the median of all stable poses) below which a pose is not used; tried in this order.
-const MARGINS: [f64; 4] = [0.4, 0.2, 0.08, 0.02];
+const MARGINS: [f64; 4] = [0.4, 0.2, 0.08, 0.01];
 
 /// Samples that a planned motion is checked with.
 const CHECKS: f64 = 1500.0;
+
+/// Steps (of 3°) in which the boundary counts as felt while planning.
+const BINS: usize = 120;
 
 /// Where the palms may go.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,13 +48,15 @@ pub struct PalmLimits {
 }
 
 impl Default for PalmLimits {
-    /// Palms at least 8° above the horizontal, opening 45° to 140°, endless.
+    /// Palms at least 4° above the horizontal, opening 25° to 160°, endless. Of random pebbles about half can be turned all
+    /// the way around within these limits; of the others at least 80 % of the boundary can be felt. With 8° and 40° to 140°
+    /// it is one in ten, and half of the boundary.
     fn default() -> Self {
         Self {
-            smallest_phi1_rad: 8f64.to_radians(),
-            largest_phi12_rad: 172f64.to_radians(),
-            smallest_phi2_rad: 45f64.to_radians(),
-            largest_phi2_rad: 140f64.to_radians(),
+            smallest_phi1_rad: 4f64.to_radians(),
+            largest_phi12_rad: 176f64.to_radians(),
+            smallest_phi2_rad: 25f64.to_radians(),
+            largest_phi2_rad: 160f64.to_radians(),
             palm_length_m: f64::INFINITY,
         }
     }
@@ -118,14 +120,14 @@ pub fn plan_jump_free(shape: &SupportFunction, seed: u64, duration_s: f64) -> Re
         let amplitude = [1.0, 0.75, 0.5][(attempt % 3) as usize];
         let motion = PalmMotion::random(seed.wrapping_mul(1000).wrapping_add(attempt), duration_s, amplitude)?;
         let start_psi_rad = TAU * (attempt as f64 * 0.381_966 + seed as f64 * 0.618_034).rem_euclid(1.0);
-        keep_better(checked(shape, motion, start_psi_rad, f64::INFINITY), &mut best);
+        keep_better(checked(shape, motion, start_psi_rad, f64::INFINITY).map(|checked| checked.motion), &mut best);
         if best.as_ref().is_some_and(|best| best.coverage >= ENOUGH) {
             break;
         }
     }
     if best.as_ref().is_none_or(|best| best.coverage < ENOUGH) {
         let part = |multiple: f64| (seed as f64 * multiple + 0.5).rem_euclid(1.0);
-        let taste = Taste { first_layer: (part(0.754_878) * LAYERS as f64) as usize, opening: part(0.569_84) };
+        let taste = Taste { start: part(0.754_878), backwards: seed % 2 == 1, opening_rad: 1.0 + 0.9 * part(0.569_84) };
         keep_better(plan(shape, &PalmLimits::default(), duration_s, &taste).ok(), &mut best);
     }
     best.ok_or(PlanError::NoMotion)
@@ -134,14 +136,17 @@ pub fn plan_jump_free(shape: &SupportFunction, seed: u64, duration_s: f64) -> Re
 /// What distinguishes planned motions of one object.
 #[derive(Clone, Copy, Debug)]
 struct Taste {
-    first_layer: usize,
-    /// Preferred opening, 0 (narrow) to 1 (wide).
-    opening: f64,
+    /// Where on the closed path the motion starts, 0 to 1.
+    start: f64,
+    /// Whether ψ decreases.
+    backwards: bool,
+    /// Preferred opening.
+    opening_rad: f64,
 }
 
 impl Default for Taste {
     fn default() -> Self {
-        Self { first_layer: 0, opening: 0.5 }
+        Self { start: 0.0, backwards: false, opening_rad: FRAC_PI_2 }
     }
 }
 
@@ -152,18 +157,21 @@ fn plan(
     taste: &Taste,
 ) -> Result<PlannedMotion, PlanError> {
     check(shape, limits, duration_s)?;
-    let sheet = Sheet::new(shape, limits);
-    let mut best: Option<PlannedMotion> = None;
+    let mut surface = Surface::new(shape, limits);
     for margin in MARGINS {
-        if let Some(path) = sheet.full_turn(margin, taste)
-            && let Some(planned) = realised(shape, limits, &path, duration_s, false)
+        surface.keep_firmer_than(margin);
+        if let Some(path) = surface.full_turn(taste)
+            && let Some(planned) = realised(shape, limits, &path, duration_s)
         {
-            return Ok(PlannedMotion { full_turn: true, ..planned });
+            return Ok(planned);
         }
     }
+    let mut best: Option<PlannedMotion> = None;
     for margin in MARGINS {
-        for path in sheet.visits(margin) {
-            if let Some(planned) = realised(shape, limits, &path, duration_s, true)
+        surface.keep_firmer_than(margin);
+        for mut path in surface.visits() {
+            path.extend(path.clone().into_iter().rev().skip(1));
+            if let Some(planned) = realised(shape, limits, &path, duration_s)
                 && best.as_ref().is_none_or(|best| planned.coverage > best.coverage + 0.02)
             {
                 best = Some(planned);
@@ -190,223 +198,257 @@ fn check(shape: &SupportFunction, limits: &PalmLimits, duration_s: f64) -> Resul
     Ok(())
 }
 
-/// A firmly stable pose on the grid.
+/// A stable pose at one point of the grid.
 #[derive(Clone, Copy, Debug)]
 struct Place {
-    layer: usize,
-    opening: usize,
-    psi: f64,
     phi1: f64,
-    phi2: f64,
+    phi12: f64,
+    psi: f64,
     /// g' over the size of the object.
     stiffness: f64,
 }
 
-/// The surface of resting poses on the grid.
-struct Sheet {
-    places: Vec<Place>,
-    /// Indices of the places of each layer.
-    layers: Vec<Vec<usize>>,
-    typical_stiffness: f64,
+impl Place {
+    fn contact_angles(&self) -> (f64, f64) {
+        PalmPair::hinged(self.phi1, self.phi12 - self.phi1).contact_angles(self.psi)
+    }
 }
 
-impl Sheet {
+/// The way from one place to a neighbour, with how far the object turns on it.
+#[derive(Clone, Copy, Debug)]
+struct Edge {
+    to: usize,
+    turn: f64,
+}
+
+/// The surface of stable poses on the grid.
+struct Surface {
+    places: Vec<Place>,
+    edges: Vec<Vec<Edge>>,
+    typical_stiffness: f64,
+    /// Which places may be used.
+    usable: Vec<bool>,
+}
+
+impl Surface {
     fn new(shape: &SupportFunction, limits: &PalmLimits) -> Self {
-        let mut sheet = Self { places: Vec::new(), layers: vec![Vec::new(); LAYERS], typical_stiffness: 1.0 };
-        for layer in 0..LAYERS {
-            let psi = TAU * layer as f64 / LAYERS as f64;
-            for opening in 0..OPENINGS {
-                let part = opening as f64 / (OPENINGS - 1) as f64;
-                let phi2 = limits.smallest_phi2_rad + (limits.largest_phi2_rad - limits.smallest_phi2_rad) * part;
-                for phi1 in balanced_phi1(shape, limits, psi, phi2) {
-                    let palms = PalmPair::hinged(phi1, phi2);
-                    let stiffness = balance(shape, &palms, psi).slope / shape.mean_radius_m();
-                    if stiffness > 0.0 && within(shape, limits, &palms, psi) {
-                        sheet.layers[layer].push(sheet.places.len());
-                        sheet.places.push(Place { layer, opening, psi, phi1, phi2, stiffness });
-                    }
-                }
-            }
-        }
-        let mut stiffness: Vec<f64> = sheet.places.iter().map(|place| place.stiffness).collect();
-        stiffness.sort_by(f64::total_cmp);
-        sheet.typical_stiffness = stiffness.get(stiffness.len() / 2).copied().unwrap_or(1.0);
-        sheet
-    }
-
-    /// Whether two places are next to each other on one piece of the surface.
-    fn joined(&self, from: &Place, to: &Place) -> bool {
-        const FARTHEST_RAD: f64 = 7.0 * PI / 180.0;
-        (from.phi1 - to.phi1).abs() <= FARTHEST_RAD && (from.phi1 + from.phi2 - to.phi1 - to.phi2).abs() <= FARTHEST_RAD
-    }
-
-    /// A path on which ψ grows by a whole turn and the overlap.
-    fn full_turn(&self, margin: f64, taste: &Taste) -> Option<Vec<Place>> {
-        let firm = |place: &Place| place.stiffness >= margin * self.typical_stiffness;
-        let liking = |place: &Place| {
-            let opening = place.opening as f64 / (OPENINGS - 1) as f64 - taste.opening;
-            0.02 * (margin * self.typical_stiffness / place.stiffness).powi(2) + 0.01 * opening * opening
-        };
-        let steps = LAYERS + OVERLAP;
-        let layer_at = |step: usize| &self.layers[(taste.first_layer + step) % LAYERS];
-        // cost[i] of the best way to the i-th place of the current layer, and where each came from.
-        let mut cost: Vec<f64> = layer_at(0)
-            .iter()
-            .map(|&index| if firm(&self.places[index]) { liking(&self.places[index]) } else { f64::INFINITY })
-            .collect();
-        let mut origins: Vec<Vec<usize>> = Vec::with_capacity(steps);
-        for step in 1..=steps {
-            let (before, now) = (layer_at(step - 1), layer_at(step));
-            let mut next_cost = vec![f64::INFINITY; now.len()];
-            let mut origin = vec![0; now.len()];
-            for (i, &to) in now.iter().enumerate() {
-                let to = &self.places[to];
-                if !firm(to) {
+        let mut places = Vec::new();
+        let mut cells: HashMap<(i64, i64), Vec<usize>> = HashMap::new();
+        let steps = ((limits.largest_phi12_rad - limits.smallest_phi1_rad) / SPACING_RAD).floor() as i64;
+        for row in 0..=steps {
+            for column in 0..=steps {
+                let phi1 = limits.smallest_phi1_rad + SPACING_RAD * row as f64;
+                let phi12 = limits.largest_phi12_rad - SPACING_RAD * column as f64;
+                let palms = PalmPair::hinged(phi1, phi12 - phi1);
+                if !(limits.smallest_phi2_rad..=limits.largest_phi2_rad).contains(&palms.phi2_rad) {
                     continue;
                 }
-                for (j, &from) in before.iter().enumerate() {
-                    let from = &self.places[from];
-                    if cost[j] == f64::INFINITY || !self.joined(from, to) {
-                        continue;
-                    }
-                    let (turn1, turn2) = (to.phi1 - from.phi1, to.phi2 - from.phi2);
-                    let turn12 = turn1 + turn2;
-                    let total = cost[j] + 10.0 * (turn1 * turn1 + turn12 * turn12) + liking(to);
-                    if total < next_cost[i] {
-                        (next_cost[i], origin[i]) = (total, j);
+                let landscape = EnergyLandscape::new(shape, &palms);
+                let mut poses: Vec<f64> = landscape.stable_poses().iter().map(|pose| pose.psi_rad).collect();
+                if landscape.is_flat() {
+                    poses.push(0.0);
+                }
+                for psi in poses.into_iter().filter(|psi| within(shape, limits, &palms, *psi)) {
+                    cells.entry((row, column)).or_default().push(places.len());
+                    let stiffness = landscape.balance_slope_m(psi) / shape.mean_radius_m();
+                    places.push(Place { phi1, phi12, psi, stiffness });
+                }
+            }
+        }
+        let mut edges = vec![Vec::new(); places.len()];
+        for ((row, column), here) in &cells {
+            for (down, right) in [(1, 0), (0, 1), (1, 1), (1, -1)] {
+                let Some(there) = cells.get(&(row + down, column + right)) else { continue };
+                for &from in here {
+                    if let Some((to, turn)) = joined(shape, &places, from, there) {
+                        edges[from].push(Edge { to, turn });
+                        edges[to].push(Edge { to: from, turn: -turn });
                     }
                 }
             }
-            origins.push(origin);
-            cost = next_cost;
         }
-        let (mut at, least) = cost.iter().copied().enumerate().min_by(|a, b| a.1.total_cmp(&b.1))?;
-        if least == f64::INFINITY {
-            return None;
-        }
-        let mut path = Vec::with_capacity(steps + 1);
-        for step in (0..=steps).rev() {
-            let mut place = self.places[layer_at(step)[at]];
-            place.psi = TAU * (taste.first_layer + step) as f64 / LAYERS as f64;
-            path.push(place);
-            if step > 0 {
-                at = origins[step - 1][at];
-            }
-        }
-        path.reverse();
-        Some(path)
+        // The map has no order of its own.
+        edges.iter_mut().for_each(|edges: &mut Vec<Edge>| edges.sort_by_key(|edge| edge.to));
+        let mut stiffness: Vec<f64> = places.iter().map(|place| place.stiffness).collect();
+        stiffness.sort_by(f64::total_cmp);
+        let typical_stiffness = stiffness.get(stiffness.len() / 2).copied().unwrap_or(0.0);
+        let usable = vec![true; places.len()];
+        Self { places, edges, typical_stiffness, usable }
     }
 
-    /// Paths that visit what can be felt from the largest pieces of the surface, by going to the nearest place that feels
-    /// something new until there is none.
-    fn visits(&self, margin: f64) -> Vec<Vec<Place>> {
-        let firm: Vec<usize> = (0..self.places.len())
-            .filter(|&index| self.places[index].stiffness >= margin * self.typical_stiffness)
-            .collect();
-        let mut at_grid: HashMap<(usize, usize), Vec<usize>> = HashMap::new();
-        for &index in &firm {
-            at_grid.entry((self.places[index].layer, self.places[index].opening)).or_default().push(index);
-        }
-        let neighbours = |index: usize| -> Vec<usize> {
-            let place = self.places[index];
-            let mut cells = vec![
-                ((place.layer + 1) % LAYERS, place.opening),
-                ((place.layer + LAYERS - 1) % LAYERS, place.opening),
-                (place.layer, place.opening + 1),
-            ];
-            if place.opening > 0 {
-                cells.push((place.layer, place.opening - 1));
-            }
-            let there = cells.into_iter().filter_map(|cell| at_grid.get(&cell)).flatten().copied();
-            there.filter(|&other| self.joined(&place, &self.places[other])).collect()
-        };
-        // Pieces of the surface.
-        let mut piece_of = vec![usize::MAX; self.places.len()];
-        let mut pieces: Vec<Vec<usize>> = Vec::new();
-        for &start in &firm {
-            if piece_of[start] != usize::MAX {
+    fn keep_firmer_than(&mut self, margin: f64) {
+        self.usable = self.places.iter().map(|place| place.stiffness >= margin * self.typical_stiffness).collect();
+    }
+
+    fn neighbours(&self, place: usize) -> impl Iterator<Item = &Edge> {
+        self.edges[place].iter().filter(|edge| self.usable[edge.to])
+    }
+
+    /// What an edge costs: how far palms and object turn, more where the object hardly rests.
+    fn cost(&self, from: usize, edge: &Edge, opening_rad: Option<f64>) -> f64 {
+        let (a, b) = (&self.places[from], &self.places[edge.to]);
+        let (turn1, turn12) = (b.phi1 - a.phi1, b.phi12 - a.phi12);
+        let looseness = self.typical_stiffness / b.stiffness.max(1e-6 * self.typical_stiffness).max(1e-300);
+        let opening = opening_rad.map_or(0.0, |wanted| (b.phi12 - b.phi1 - wanted).powi(2));
+        (turn1 * turn1 + turn12 * turn12 + edge.turn * edge.turn).sqrt() * (1.0 + 0.3 * looseness.min(100.0) + opening)
+    }
+
+    /// The places of each connected piece, with ψ unwrapped along a tree, and the edges that do not agree with that by a
+    /// whole turn: the object can be turned around along them.
+    fn pieces(&self) -> Vec<Piece> {
+        let mut unwrapped: Vec<Option<f64>> = vec![None; self.places.len()];
+        let mut pieces = Vec::new();
+        for start in (0..self.places.len()).filter(|&place| self.usable[place]) {
+            if unwrapped[start].is_some() {
                 continue;
             }
-            let mut members = vec![start];
-            piece_of[start] = pieces.len();
+            unwrapped[start] = Some(self.places[start].psi);
+            let mut piece = Piece { members: vec![start], turning: Vec::new() };
             let mut next = 0;
-            while next < members.len() {
-                for other in neighbours(members[next]) {
-                    if piece_of[other] == usize::MAX {
-                        piece_of[other] = pieces.len();
-                        members.push(other);
+            while let Some(&here) = piece.members.get(next) {
+                next += 1;
+                let Some(psi) = unwrapped[here] else { continue };
+                for edge in self.neighbours(here) {
+                    match unwrapped[edge.to] {
+                        None => {
+                            unwrapped[edge.to] = Some(psi + edge.turn);
+                            piece.members.push(edge.to);
+                        }
+                        Some(there) if psi + edge.turn - there > PI => piece.turning.push(here),
+                        Some(_) => {}
                     }
                 }
-                next += 1;
             }
-            pieces.push(members);
+            pieces.push(piece);
         }
-        // Those that can feel the most.
-        pieces.sort_by_key(|members| {
-            let mut felt = FeltBins::default();
-            members.iter().for_each(|&index| felt.add(&self.places[index]));
-            std::cmp::Reverse((felt.count(), members.len()))
-        });
-        pieces.iter().take(3).map(|members| self.visit(members, &neighbours)).collect()
+        pieces
     }
 
-    /// One path through a piece.
-    fn visit(&self, members: &[usize], neighbours: &dyn Fn(usize) -> Vec<usize>) -> Vec<Place> {
+    /// A closed path along which ψ changes by a whole turn.
+    fn full_turn(&self, taste: &Taste) -> Option<Vec<Place>> {
+        let mut best: Option<(f64, Vec<Place>)> = None;
+        for piece in self.pieces() {
+            let apart = piece.turning.len().div_ceil(6).max(1);
+            for &start in piece.turning.iter().step_by(apart) {
+                if let Some((cost, path)) = self.loop_through(start, taste.opening_rad)
+                    && best.as_ref().is_none_or(|(least, _)| cost < *least)
+                {
+                    best = Some((cost, path));
+                }
+            }
+        }
+        let mut path = best?.1;
+        if taste.backwards {
+            let first = path.first()?.psi;
+            path.reverse();
+            path.iter_mut().for_each(|place| place.psi += first);
+        }
+        // Start elsewhere on the closed path, and go on a little beyond its end.
+        let (count, turn) = (path.len() - 1, path.last()?.psi - path.first()?.psi);
+        let first = (taste.start * count as f64) as usize;
+        let place = |index: usize| {
+            let mut place = path[index % count];
+            place.psi += turn * (index / count) as f64;
+            place
+        };
+        Some((first..=first + count + count / 12 + 1).map(place).collect())
+    }
+
+    /// The cheapest closed path through `start` with one turn forwards (Dijkstra, on the surface unrolled over some turns).
+    fn loop_through(&self, start: usize, opening_rad: f64) -> Option<(f64, Vec<Place>)> {
+        type Node = (usize, i64);
+        // How many whole turns ψ is beyond the ψ in [0, 2π) of the place.
+        let laps = |from: usize, edge: &Edge| {
+            ((self.places[from].psi + edge.turn - self.places[edge.to].psi) / TAU).round() as i64
+        };
+        let mut best: HashMap<Node, (f64, Node)> = HashMap::from([((start, 0), (0.0, (start, 0)))]);
+        let mut queue = BinaryHeap::from([Waiting { cost: 0.0, node: (start, 0) }]);
+        while let Some(Waiting { cost, node }) = queue.pop() {
+            let (here, lap) = node;
+            if best.get(&node).is_some_and(|(least, _)| cost > *least) {
+                continue;
+            }
+            if node == (start, 1) {
+                let mut nodes = vec![node];
+                while let Some(&last) = nodes.last()
+                    && last != (start, 0)
+                {
+                    nodes.push(best.get(&last)?.1);
+                }
+                let place =
+                    |(place, lap): Node| Place { psi: self.places[place].psi + TAU * lap as f64, ..self.places[place] };
+                return Some((cost, nodes.into_iter().rev().map(place).collect()));
+            }
+            for edge in self.neighbours(here) {
+                let next = (edge.to, lap + laps(here, edge));
+                let total = cost + self.cost(here, edge, Some(opening_rad));
+                if next.1.abs() <= 2 && best.get(&next).is_none_or(|(least, _)| total < *least) {
+                    best.insert(next, (total, node));
+                    queue.push(Waiting { cost: total, node: next });
+                }
+            }
+        }
+        None
+    }
+
+    /// Paths that visit what can be felt from the three richest pieces of the surface.
+    fn visits(&self) -> Vec<Vec<Place>> {
+        let mut pieces = self.pieces();
+        pieces.sort_by_key(|piece| {
+            let mut felt = FeltBins::default();
+            for &here in &piece.members {
+                self.neighbours(here).for_each(|edge| felt.add(&self.places[here], edge.turn, &self.places[edge.to]));
+            }
+            Reverse((felt.count(), piece.members.len()))
+        });
+        pieces.iter().take(3).filter(|piece| piece.members.len() > 1).map(|piece| self.visit(&piece.members)).collect()
+    }
+
+    /// One path through a piece: to the nearest edge that feels something new, until there is none.
+    fn visit(&self, members: &[usize]) -> Vec<Place> {
         // Start at one end: where the first contact lies lowest on the object.
-        let lowest = |index: &&usize| self.places[**index].phi1 - self.places[**index].psi;
+        let lowest = |place: &&usize| self.places[**place].phi1;
         let Some(&start) = members.iter().min_by(|a, b| lowest(a).total_cmp(&lowest(b))) else { return Vec::new() };
         let mut felt = FeltBins::default();
         let mut path = vec![self.places[start]];
-        felt.add(&self.places[start]);
-        let mut here = start;
-        while let Some(way) = self.nearest(here, neighbours, |index| felt.is_new(&self.places[index])) {
-            for index in way {
-                let mut place = self.places[index];
-                let last = path.last().map_or(place.psi, |last| last.psi);
-                place.psi = last + (place.psi - last + PI).rem_euclid(TAU) - PI;
-                felt.add(&place);
-                path.push(place);
-                here = index;
+        let (mut here, mut psi) = (start, self.places[start].psi);
+        while let Some(way) = self.nearest_new(here, &felt) {
+            for edge in way {
+                felt.add(&self.places[here], edge.turn, &self.places[edge.to]);
+                psi += edge.turn;
+                here = edge.to;
+                path.push(Place { psi, ..self.places[here] });
             }
         }
         path
     }
 
-    /// The shortest way (without its start) to a place that is `wanted`, by the angles that palms and object turn.
-    fn nearest(
-        &self,
-        start: usize,
-        neighbours: &dyn Fn(usize) -> Vec<usize>,
-        wanted: impl Fn(usize) -> bool,
-    ) -> Option<Vec<usize>> {
-        let mut best: HashMap<usize, (f64, usize)> = HashMap::from([(start, (0.0, start))]);
-        let mut queue = BinaryHeap::from([Waiting { cost: 0.0, index: start }]);
-        while let Some(Waiting { cost, index }) = queue.pop() {
-            if best.get(&index).is_some_and(|(least, _)| cost > *least) {
+    /// The cheapest way from `start` that ends with an edge that feels something new.
+    fn nearest_new(&self, start: usize, felt: &FeltBins) -> Option<Vec<Edge>> {
+        let mut best: HashMap<usize, (f64, usize, Edge)> = HashMap::new();
+        let mut queue = BinaryHeap::from([Waiting { cost: 0.0, node: (start, 0) }]);
+        while let Some(Waiting { cost, node: (here, _) }) = queue.pop() {
+            if best.get(&here).is_some_and(|(least, ..)| cost > *least) {
                 continue;
             }
-            if wanted(index) {
-                let mut way = vec![index];
-                let mut at = index;
-                while let Some(&(_, before)) = best.get(&at) {
-                    if before == at || before == start {
-                        break;
-                    }
-                    way.push(before);
+            let new =
+                self.neighbours(here).find(|edge| felt.is_new(&self.places[here], edge.turn, &self.places[edge.to]));
+            if let Some(&last) = new {
+                let mut way = vec![last];
+                let mut at = here;
+                while at != start {
+                    let &(_, before, edge) = best.get(&at)?;
+                    way.push(edge);
                     at = before;
                 }
                 way.reverse();
                 return Some(way);
             }
-            for other in neighbours(index) {
-                let (a, b) = (&self.places[index], &self.places[other]);
-                let psi = (b.psi - a.psi + PI).rem_euclid(TAU) - PI;
-                let (turn1, turn12) = (b.phi1 - a.phi1, b.phi1 + b.phi2 - a.phi1 - a.phi2);
-                let firmness = 1.0 + 0.3 * self.typical_stiffness / b.stiffness;
-                let total = cost + firmness * (turn1 * turn1 + turn12 * turn12 + psi * psi).sqrt();
-                if best.get(&other).is_none_or(|(least, _)| total < *least) {
-                    best.insert(other, (total, index));
-                    queue.push(Waiting { cost: total, index: other });
+            for &edge in self.neighbours(here) {
+                let total = cost + self.cost(here, &edge, None);
+                if edge.to != start && best.get(&edge.to).is_none_or(|(least, ..)| total < *least) {
+                    best.insert(edge.to, (total, here, edge));
+                    queue.push(Waiting { cost: total, node: (edge.to, 0) });
                 }
             }
         }
@@ -414,10 +456,30 @@ impl Sheet {
     }
 }
 
+/// A connected piece of the surface.
+struct Piece {
+    members: Vec<usize>,
+    /// Places from which an edge closes a path with a whole turn.
+    turning: Vec<usize>,
+}
+
+/// The place among `there` that the pose `from` becomes, if it does so without a jump, and how far the object turns.
+fn joined(shape: &SupportFunction, places: &[Place], from: usize, there: &[usize]) -> Option<(usize, f64)> {
+    let palms = |place: &Place| PalmPair::hinged(place.phi1, place.phi12 - place.phi1);
+    let (here, target) = (&places[from], &places[*there.first()?]);
+    let Ok((psi, jumps)) = follow(shape, &palms(here), &palms(target), here.psi, |_, _, _| Ok::<(), Infallible>(()));
+    if !jumps.is_empty() {
+        return None;
+    }
+    let apart = |other: &Place| ((psi - other.psi + PI).rem_euclid(TAU) - PI).abs();
+    let to = there.iter().copied().find(|&other| apart(&places[other]) < 1e-6)?;
+    Some((to, psi - here.psi))
+}
+
 /// An entry of the queue of a shortest-path search; the greatest is the cheapest.
 struct Waiting {
     cost: f64,
-    index: usize,
+    node: (usize, i64),
 }
 
 impl PartialEq for Waiting {
@@ -436,32 +498,39 @@ impl PartialOrd for Waiting {
 
 impl Ord for Waiting {
     fn cmp(&self, other: &Self) -> std::cmp::Ordering {
-        other.cost.total_cmp(&self.cost).then(other.index.cmp(&self.index))
+        other.cost.total_cmp(&self.cost).then(other.node.cmp(&self.node))
     }
 }
 
-/// Which parts of the boundary have been felt, in steps of 3°.
+/// Which parts of the boundary have been felt.
 #[derive(Clone, Debug)]
-struct FeltBins([bool; 120]);
+struct FeltBins([bool; BINS]);
 
 impl Default for FeltBins {
     fn default() -> Self {
-        Self([false; 120])
+        Self([false; BINS])
     }
 }
 
 impl FeltBins {
-    fn bins(place: &Place) -> [usize; 2] {
-        let theta1 = place.phi1 - place.psi - FRAC_PI_2;
-        [theta1, theta1 + place.phi2 - PI].map(|theta| ((theta.rem_euclid(TAU) / TAU * 120.0) as usize).min(119))
+    /// The parts that the contacts go over from one place to the next, where the object turns by `turn`.
+    fn passed(from: &Place, turn: f64, to: &Place) -> impl Iterator<Item = usize> {
+        let (from1, from2) = from.contact_angles();
+        let (to1, to2) = Place { psi: from.psi + turn, ..*to }.contact_angles();
+        [(from1, to1), (from2, to2)].into_iter().flat_map(|(a, b)| {
+            let bin = |theta: f64| (theta / TAU * BINS as f64).floor();
+            let (low, high) = (bin(a.min(b)), bin(a.max(b)));
+            let count = ((high - low) as usize).min(BINS);
+            (0..=count).map(move |step| ((low + step as f64).rem_euclid(BINS as f64) as usize).min(BINS - 1))
+        })
     }
 
-    fn add(&mut self, place: &Place) {
-        Self::bins(place).into_iter().for_each(|bin| self.0[bin] = true);
+    fn add(&mut self, from: &Place, turn: f64, to: &Place) {
+        Self::passed(from, turn, to).for_each(|bin| self.0[bin] = true);
     }
 
-    fn is_new(&self, place: &Place) -> bool {
-        Self::bins(place).into_iter().any(|bin| !self.0[bin])
+    fn is_new(&self, from: &Place, turn: f64, to: &Place) -> bool {
+        Self::passed(from, turn, to).any(|bin| !self.0[bin])
     }
 
     fn count(&self) -> usize {
@@ -469,87 +538,26 @@ impl FeltBins {
     }
 }
 
-/// g with its slopes in ψ and in φ₁, metres.
-struct Balance {
-    g: f64,
-    slope: f64,
-    slope_phi1: f64,
-}
-
-fn balance(shape: &SupportFunction, palms: &PalmPair, psi: f64) -> Balance {
-    let (theta1, theta2) = palms.contact_angles(psi);
-    let (contact1, contact2) = (shape.at(theta1), shape.at(theta2));
-    let ((sin1, cos1), (sin12, cos12)) = (palms.phi1_rad.sin_cos(), palms.phi12_rad().sin_cos());
-    let slope = (contact1.v - contact1.r) * sin12 + (contact2.v - contact2.r) * sin1;
-    Balance {
-        g: contact1.d * sin12 + contact2.d * sin1,
-        slope,
-        slope_phi1: contact1.d * cos12 + contact2.d * cos1 - slope,
-    }
-}
-
-/// The angles φ₁ within the limits at which the object is balanced at ψ.
-fn balanced_phi1(shape: &SupportFunction, limits: &PalmLimits, psi: f64, phi2: f64) -> Vec<f64> {
-    const STEPS: usize = 48;
-    let (low, high) = (limits.smallest_phi1_rad, limits.largest_phi12_rad - phi2);
-    if high <= low {
-        return Vec::new();
-    }
-    let g = |phi1: f64| balance(shape, &PalmPair::hinged(phi1, phi2), psi).g;
-    let at = |step: usize| low + (high - low) * step as f64 / STEPS as f64;
-    let mut found = Vec::new();
-    let mut before = g(low);
-    for step in 1..=STEPS {
-        let after = g(at(step));
-        if (before < 0.0) != (after < 0.0) {
-            let (mut left, mut right) = (at(step - 1), at(step));
-            for _ in 0..40 {
-                let middle = 0.5 * (left + right);
-                if (g(middle) < 0.0) == (before < 0.0) { left = middle } else { right = middle }
-            }
-            found.push(0.5 * (left + right));
-        }
-        before = after;
-    }
-    found
-}
-
 fn within(shape: &SupportFunction, limits: &PalmLimits, palms: &PalmPair, psi: f64) -> bool {
     let (s1, s2) = palms.contact_positions_m(shape, psi);
     let reach = 0.0..=limits.palm_length_m;
-    reach.contains(&s1)
-        && reach.contains(&s2)
-        && palms.phi1_rad >= limits.smallest_phi1_rad - 1e-9
-        && palms.phi12_rad() <= limits.largest_phi12_rad + 1e-9
+    reach.contains(&s1) && reach.contains(&s2)
 }
 
-/// The path as a smooth motion, if it holds in simulation; smoothed as much as it bears.
-fn realised(
-    shape: &SupportFunction,
-    limits: &PalmLimits,
-    path: &[Place],
-    duration_s: f64,
-    there_and_back: bool,
-) -> Option<PlannedMotion> {
-    for width in [8, 5, 3, 1, 0] {
-        let Some(smooth) = smoothed(shape, limits, path, width) else { continue };
-        let mut palms: Vec<(f64, f64, f64)> = smooth.iter().map(|place| (place.phi1, place.phi2, place.psi)).collect();
-        if there_and_back {
-            palms.extend(palms.clone().into_iter().rev().skip(1));
-        }
-        let Some(motion) = timed(&palms, duration_s) else { continue };
-        let start = smooth.first().map_or(0.0, |place| place.psi);
-        let planned = checked(shape, motion, start, limits.palm_length_m);
-        // Where the object went another way than planned it has left the path, even without a jump.
-        if planned.is_some() {
-            return planned;
-        }
-    }
-    None
+/// The path as a smooth motion that holds in simulation; smoothed as much as it bears.
+fn realised(shape: &SupportFunction, limits: &PalmLimits, path: &[Place], duration_s: f64) -> Option<PlannedMotion> {
+    let (first, last) = (path.first()?, path.last()?);
+    [4, 3, 2, 1, 0].into_iter().find_map(|width| {
+        let motion = timed(&smoothed(path, width), duration_s)?;
+        let planned = checked(shape, motion, first.psi, limits.palm_length_m)?;
+        // Without a jump, but not where it was to go: another path.
+        let turned = planned.end_psi_rad - planned.motion.start_psi_rad;
+        ((turned - (last.psi - first.psi)).abs() < 0.5).then_some(planned.motion)
+    })
 }
 
-/// The path with ψ and φ₂ averaged over `width` places to either side, and φ₁ put back on balance.
-fn smoothed(shape: &SupportFunction, limits: &PalmLimits, path: &[Place], width: usize) -> Option<Vec<Place>> {
+/// The path with its palm angles averaged over `width` places to either side, twice. The ends stay.
+fn smoothed(path: &[Place], width: usize) -> Vec<Place> {
     let mut smooth = path.to_vec();
     for _ in 0..2 {
         let rough = smooth.clone();
@@ -557,46 +565,25 @@ fn smoothed(shape: &SupportFunction, limits: &PalmLimits, path: &[Place], width:
             let reach = width.min(index).min(rough.len() - 1 - index);
             let around = &rough[index - reach..=index + reach];
             let count = around.len() as f64;
-            place.psi = around.iter().map(|near| near.psi).sum::<f64>() / count;
-            place.phi2 = around.iter().map(|near| near.phi2).sum::<f64>() / count;
             place.phi1 = around.iter().map(|near| near.phi1).sum::<f64>() / count;
+            place.phi12 = around.iter().map(|near| near.phi12).sum::<f64>() / count;
         }
     }
-    for place in &mut smooth {
-        for _ in 0..20 {
-            let balance = balance(shape, &PalmPair::hinged(place.phi1, place.phi2), place.psi);
-            let step = balance.g / balance.slope_phi1;
-            if !step.is_finite() {
-                return None;
-            }
-            place.phi1 -= step.clamp(-0.05, 0.05);
-            if step.abs() < 1e-10 {
-                break;
-            }
-        }
-        let palms = PalmPair::hinged(place.phi1, place.phi2);
-        let balance = balance(shape, &palms, place.psi);
-        let balanced = balance.g.abs() < 1e-8 * shape.mean_radius_m() && balance.slope > 0.0;
-        if !balanced || !within(shape, limits, &palms, place.psi) {
-            return None;
-        }
-    }
-    Some(smooth)
+    smooth
 }
 
-/// The palms' way (φ₁, φ₂, ψ) run through in `duration_s`, at a pace that turns palms and object evenly and starts and ends
-/// gently.
-fn timed(way: &[(f64, f64, f64)], duration_s: f64) -> Option<PalmMotion> {
+/// The path run through in `duration_s`, at a pace that turns palms and object evenly and starts and ends gently.
+fn timed(path: &[Place], duration_s: f64) -> Option<PalmMotion> {
     let mut lengths = vec![0.0];
-    for pair in way.windows(2) {
-        let (turn1, turn2, psi) = (pair[1].0 - pair[0].0, pair[1].1 - pair[0].1, pair[1].2 - pair[0].2);
-        let turn12 = turn1 + turn2;
+    for pair in path.windows(2) {
+        let (turn1, turn12, psi) =
+            (pair[1].phi1 - pair[0].phi1, pair[1].phi12 - pair[0].phi12, pair[1].psi - pair[0].psi);
         // A floor keeps times apart where nothing moves.
         let step = (turn1 * turn1 + turn12 * turn12 + psi * psi).sqrt().max(1e-4);
         lengths.push(lengths.last().copied().unwrap_or(0.0) + step);
     }
     let total = lengths.last().copied().filter(|total| *total > 0.0)?;
-    // Gentle ends: over the first and last twentieth the pace grows evenly from 0.
+    // Over the first and last twentieth of the time the pace grows evenly from 0.
     let ease = 0.05;
     let time = |u: f64| -> f64 {
         let top = 1.0 / (1.0 - ease);
@@ -609,29 +596,30 @@ fn timed(way: &[(f64, f64, f64)], duration_s: f64) -> Option<PalmMotion> {
             0.5 * ease + u / top
         }
     };
-    let points: Vec<(f64, f64, f64)> =
-        way.iter().zip(&lengths).map(|(palms, length)| (duration_s * time(length / total), palms.0, palms.1)).collect();
+    let points: Vec<(f64, f64, f64)> = path
+        .iter()
+        .zip(&lengths)
+        .map(|(place, length)| (duration_s * time(length / total), place.phi1, place.phi12 - place.phi1))
+        .collect();
     PalmMotion::through(&points).ok()
 }
 
+/// A motion that holds, and where the object is at its end.
+struct Checked {
+    motion: PlannedMotion,
+    end_psi_rad: f64,
+}
+
 /// The motion with what it feels, if the object follows it without a jump.
-fn checked(
-    shape: &SupportFunction,
-    motion: PalmMotion,
-    start_psi_rad: f64,
-    palm_length_m: f64,
-) -> Option<PlannedMotion> {
+fn checked(shape: &SupportFunction, motion: PalmMotion, start_psi_rad: f64, palm_length_m: f64) -> Option<Checked> {
     let path = motion.sample(CHECKS / motion.duration_s()).ok()?;
     let start_psi_rad = EnergyLandscape::new(shape, &path.first()?.1).descend(start_psi_rad);
     let touchpad = Touchpad { length_m: palm_length_m, ..Touchpad::ideal() };
     let options = SimulateOptions { start_psi_rad, touchpad, ..SimulateOptions::default() };
     let simulation = simulate(shape, &path, &options).ok()?;
     let coverage = coverage(&simulation, &path);
-    let turned = simulation.truth.motion.last()?.psi_rad - start_psi_rad;
-    simulation.jumps.is_empty().then_some(PlannedMotion {
-        motion,
-        start_psi_rad,
-        coverage,
-        full_turn: turned.abs() >= TAU,
-    })
+    let end_psi_rad = simulation.truth.motion.last()?.psi_rad;
+    let full_turn = (end_psi_rad - start_psi_rad).abs() >= TAU - 1e-6;
+    let planned = PlannedMotion { motion, start_psi_rad, coverage, full_turn };
+    simulation.jumps.is_empty().then_some(Checked { motion: planned, end_psi_rad })
 }

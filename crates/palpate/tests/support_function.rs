@@ -1,0 +1,196 @@
+//! The support function against finite differences, polygons, an ellipse and the laws of rotation and translation.
+
+use std::f64::consts::{PI, TAU};
+
+use palpate::shape::{
+    BoundaryPoint, NamedShape, RandomShape, ShapeError, SupportFunction, ellipse, random_shape, rounded_polygon,
+};
+use proptest::prelude::*;
+
+fn pebble(seed: u64) -> SupportFunction {
+    random_shape(&RandomShape::default(), seed).expect("the default kind is valid")
+}
+
+/// Area, centroid and perimeter of the boundary as a fine polygon.
+fn polygon(shape: &SupportFunction) -> (f64, f64, f64, f64) {
+    let corners: Vec<BoundaryPoint> =
+        (0..20_000).map(|i| shape.boundary_point(TAU * f64::from(i) / 20_000.0)).collect();
+    let (mut double_area, mut x, mut y, mut length) = (0.0, 0.0, 0.0, 0.0);
+    for (i, a) in corners.iter().enumerate() {
+        let b = corners[(i + 1) % corners.len()];
+        let cross = a.x_m * b.y_m - a.y_m * b.x_m;
+        double_area += cross;
+        x += cross * (a.x_m + b.x_m);
+        y += cross * (a.y_m + b.y_m);
+        length += (b.x_m - a.x_m).hypot(b.y_m - a.y_m);
+    }
+    (0.5 * double_area, x / (3.0 * double_area), y / (3.0 * double_area), length)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(40))]
+
+    #[test]
+    fn d_and_v_are_derivatives_of_r(seed in 0_u64..10_000, theta in -10.0..10.0_f64) {
+        let (shape, h) = (pebble(seed), 1e-4);
+        let [before, here, after] = [-h, 0.0, h].map(|step| shape.at(theta + step));
+        let size = shape.mean_radius_m();
+        prop_assert!((here.d + (after.r - before.r) / (2.0 * h)).abs() < 1e-6 * size);
+        prop_assert!((here.v - here.r - (after.r - 2.0 * here.r + before.r) / (h * h)).abs() < 1e-5 * size);
+        // x' = −v t
+        let (a, b) = (shape.boundary_point(theta - h), shape.boundary_point(theta + h));
+        let slope = [(b.x_m - a.x_m) / (2.0 * h), (b.y_m - a.y_m) / (2.0 * h)];
+        prop_assert!((slope[0] + here.v * theta.sin()).abs() < 1e-6 * size);
+        prop_assert!((slope[1] - here.v * theta.cos()).abs() < 1e-6 * size);
+        prop_assert!((shape.radius_m(theta) - here.r).abs() < 1e-15);
+    }
+
+    #[test]
+    fn area_centroid_and_perimeter_are_those_of_the_polygon(seed in 0_u64..10_000) {
+        let shape = pebble(seed);
+        let (area, x, y, length) = polygon(&shape);
+        let size = shape.mean_radius_m();
+        prop_assert!((shape.area_m2() / area - 1.0).abs() < 1e-6);
+        prop_assert!((shape.perimeter_m() / length - 1.0).abs() < 1e-6);
+        let centroid = shape.centroid();
+        prop_assert!((centroid.x_m - x).hypot(centroid.y_m - y) < 1e-6 * size);
+    }
+
+    #[test]
+    fn rotation_and_translation_move_the_boundary(
+        seed in 0_u64..10_000, theta in -4.0..4.0_f64, angle in -4.0..4.0_f64, x in -0.01..0.01_f64, y in -0.01..0.01_f64,
+    ) {
+        let shape = pebble(seed);
+        let (point, turned) = (shape.boundary_point(theta), shape.rotated(angle).boundary_point(theta + angle));
+        let (sin, cos) = angle.sin_cos();
+        prop_assert!((turned.x_m - (point.x_m * cos - point.y_m * sin)).abs() < 1e-14);
+        prop_assert!((turned.y_m - (point.x_m * sin + point.y_m * cos)).abs() < 1e-14);
+        let moved = shape.translated(x, y).boundary_point(theta);
+        prop_assert!((moved.x_m - point.x_m - x).abs() < 1e-14 && (moved.y_m - point.y_m - y).abs() < 1e-14);
+        prop_assert!((shape.translated(x, y).area_m2() / shape.area_m2() - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn random_shapes_are_as_convex_as_asked(seed in 0_u64..10_000, order in 1_usize..16, amplitude in 0.0..3.0_f64) {
+        let kind = RandomShape { order, amplitude, ..RandomShape::default() };
+        let shape = random_shape(&kind, seed).expect("a valid kind");
+        let least = (0..5000).map(|i| shape.at(TAU * f64::from(i) / 5000.0).v).fold(f64::INFINITY, f64::min);
+        prop_assert!(least > kind.smallest_curvature * kind.mean_radius_m);
+        // The refined minimum is below every sample, and close to the least.
+        let refined = shape.min_curvature_radius_m();
+        prop_assert!(refined <= least + 1e-15 && refined > least - 1e-4 * kind.mean_radius_m);
+        prop_assert_eq!(shape, random_shape(&kind, seed).expect("a valid kind"));
+    }
+
+    #[test]
+    fn samples_of_a_support_function_give_it_back(seed in 0_u64..10_000, shift in 0.0..1.0_f64) {
+        let shape = pebble(seed);
+        // Uneven angles, with a gap.
+        let uneven: Vec<(f64, f64)> = (0..200)
+            .map(|i| f64::from(i) / 200.0)
+            .map(|u| shift + 5.6 * (u + 0.05 * (7.0 * u).sin()))
+            .map(|theta| (theta, shape.radius_m(theta)))
+            .collect();
+        let even: Vec<(f64, f64)> =
+            (0..64).map(|i| TAU * f64::from(i) / 64.0).map(|theta| (theta, shape.radius_m(theta))).collect();
+        for (samples, tolerance) in [(uneven, 1e-9), (even, 1e-14)] {
+            let again = SupportFunction::from_samples(&samples, 6).expect("enough samples");
+            for i in 0..50 {
+                let theta = f64::from(i) * 0.13;
+                prop_assert!((again.radius_m(theta) - shape.radius_m(theta)).abs() < tolerance);
+            }
+        }
+    }
+}
+
+#[test]
+fn an_ellipse_has_its_textbook_values() {
+    let (a, b) = (0.035, 0.025);
+    let shape = ellipse(a, b).expect("valid axes");
+    for i in 0..360 {
+        let theta = f64::from(i).to_radians();
+        let r = (a * theta.cos()).hypot(b * theta.sin());
+        let v = a * a * b * b / r.powi(3);
+        let contact = shape.at(theta);
+        assert!((contact.r - r).abs() < 1e-12 * a, "r at {i} degrees");
+        assert!((contact.d - (a * a - b * b) * theta.sin() * theta.cos() / r).abs() < 1e-11 * a, "d at {i} degrees");
+        assert!((contact.v - v).abs() < 1e-9 * a, "v at {i} degrees");
+    }
+    assert!((shape.area_m2() / (PI * a * b) - 1.0).abs() < 1e-12);
+    assert!((shape.min_curvature_radius_m() - b * b / a).abs() < 1e-9 * a);
+    assert!(shape.centroid().x_m.hypot(shape.centroid().y_m) < 1e-14);
+}
+
+#[test]
+fn a_dented_outline_is_not_convex() {
+    // v = 1 − 3·0.4 cos 2θ is negative around 0.
+    let dented = SupportFunction::new(1.0, vec![[0.0; 2], [0.4, 0.0]]);
+    assert!(!dented.is_convex());
+    assert!((dented.min_curvature_radius_m() + 0.2).abs() < 1e-12);
+    assert!(dented.damped_to_convex().is_convex());
+    assert!(SupportFunction::new(1.0, vec![[0.0; 2], [0.33, 0.0]]).is_convex());
+}
+
+#[test]
+fn named_shapes_have_the_size_asked_for_and_are_convex() {
+    for name in NamedShape::NAMES {
+        let named: NamedShape = name.replace("SEED", "17").parse().expect("a listed name");
+        assert_eq!(named.to_string().parse(), Ok(named));
+        let shape = named.shape(0.03).expect("a valid size");
+        assert!((shape.mean_radius_m() - 0.03).abs() < 1e-15 && shape.is_convex(), "{name}");
+    }
+    let egg = NamedShape::Egg.shape(0.03).expect("a valid size").centroid();
+    assert!(egg.x_m.hypot(egg.y_m) < 1e-15);
+    assert!("brick".parse::<NamedShape>().is_err_and(|error| error.to_string().contains("circle, disc")));
+    for size in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        assert!(NamedShape::Egg.shape(size).is_err());
+    }
+}
+
+#[test]
+fn a_rounded_polygon_has_its_symmetry() {
+    let shape = rounded_polygon(3, 0.3, 0.2).expect("valid numbers");
+    for i in 0..50 {
+        let theta = 0.1 * f64::from(i);
+        assert!((shape.radius_m(theta) - shape.radius_m(theta + TAU / 3.0)).abs() < 1e-14);
+    }
+    // Flat sides face θ = 0, corners the middle between two.
+    assert!(shape.at(0.0).v > 2.0 && (shape.at(PI / 3.0).v - 0.3).abs() < 0.02);
+    assert!(rounded_polygon(1, 0.3, 0.2).is_err() && rounded_polygon(3, 0.0, 0.2).is_err());
+}
+
+#[test]
+fn a_polygon_becomes_a_convex_shape_about_its_centroid() {
+    let corner = |x_m: f64, y_m: f64| BoundaryPoint { x_m, y_m };
+    let square = [corner(0.01, 0.01), corner(0.05, 0.01), corner(0.05, 0.05), corner(0.01, 0.05), corner(0.03, 0.02)];
+    let shape = SupportFunction::from_boundary_points(&square, 24, None).expect("a square");
+    assert!(shape.is_convex());
+    // Perimeter of the hull, from the mean of the support function.
+    assert!((shape.perimeter_m() / 0.16 - 1.0).abs() < 1e-3);
+    let centroid = shape.centroid();
+    assert!(centroid.x_m.hypot(centroid.y_m) < 1e-6);
+    assert!((shape.radius_m(0.0) - 0.02).abs() < 2.5e-3);
+    let about = SupportFunction::from_boundary_points(&square, 24, Some(corner(0.03, 0.04))).expect("a square");
+    assert!((about.centroid().y_m + 0.01).abs() < 1e-6);
+    // Points of a smooth outline give the outline.
+    let pebble = pebble(3);
+    let outline: Vec<BoundaryPoint> = (0..3000).map(|i| pebble.boundary_point(TAU * f64::from(i) / 3000.0)).collect();
+    let again = SupportFunction::from_boundary_points(&outline, 6, Some(corner(0.0, 0.0))).expect("a pebble");
+    for i in 0..60 {
+        let theta = 0.11 * f64::from(i);
+        assert!((again.radius_m(theta) - pebble.radius_m(theta)).abs() < 1e-7);
+    }
+}
+
+#[test]
+fn useless_points_are_refused() {
+    let corner = |x_m: f64, y_m: f64| BoundaryPoint { x_m, y_m };
+    let line = [corner(0.0, 0.0), corner(1.0, 1.0), corner(2.0, 2.0)];
+    assert_eq!(SupportFunction::from_boundary_points(&line, 4, None), Err(ShapeError::Undetermined));
+    assert!(SupportFunction::from_boundary_points(&line[..2], 4, None).is_err());
+    let hole = [corner(0.0, 0.0), corner(1.0, f64::NAN), corner(2.0, 2.0)];
+    assert_eq!(SupportFunction::from_boundary_points(&hole, 4, None), Err(ShapeError::NotFinite { index: 1 }));
+    let same = [(0.5, 1.0); 20];
+    assert_eq!(SupportFunction::from_samples(&same, 3), Err(ShapeError::Undetermined));
+    assert!(SupportFunction::from_samples(&same[..3], 3).is_err());
+}
