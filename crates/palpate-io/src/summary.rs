@@ -77,7 +77,7 @@ impl Summary {
             com_certified: reconstruction.com_certified,
             reason: reconstruction.reason.clone(),
             chi2_per_dof: reconstruction.chi2_per_dof,
-            jumps: reconstruction.jumps_s.iter().copied().filter(|time| time.is_finite()).collect(),
+            jumps: reconstruction.jumps.iter().map(|jump| jump.time_s).filter(|time| time.is_finite()).collect(),
             coverage: reconstruction.coverage,
             alternatives: reconstruction.alternatives,
             sensor_sd_m: reconstruction.sensor_sd_m,

@@ -43,7 +43,7 @@ fn reconstruction() -> Reconstruction {
         com_certified: false,
         reason: "the balance does not hold".to_string(),
         chi2_per_dof: 1.02,
-        jumps_s: vec![0.15],
+        jumps: vec![palpate::reconstruct::Jump { time_s: 0.15, ..Default::default() }],
         coverage: 0.98,
         alternatives: 1,
         sensor_sd_m: 1e-4,

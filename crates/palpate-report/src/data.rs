@@ -125,7 +125,7 @@ fn data(input: &ReportInput) -> Data {
         piece: shown.iter().map(|&i| result.motion[i].piece).collect(),
         residuals: [residuals(result, &shown, |p| p.residual1_m), residuals(result, &shown, |p| p.residual2_m)],
         sensor_sd: significant(result.sensor_sd_m * MM_PER_M),
-        jumps: result.jumps_s.iter().take(1000).map(|t| rounded(t - time_origin, 5)).collect(),
+        jumps: result.jumps.iter().take(1000).map(|jump| rounded(jump.time_s - time_origin, 5)).collect(),
         outline: outline(result, mm),
         centroid: [mm.of(centroid.x_m), mm.of(centroid.y_m)],
         mean_radius: mm.of(result.shape.mean_radius_m()),

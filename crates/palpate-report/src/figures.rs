@@ -120,7 +120,7 @@ pub(crate) fn key_figures(input: &ReportInput) -> String {
     );
     add(
         "Jumps",
-        (result.jumps_s.len().to_string(), ""),
+        (result.jumps.len().to_string(), ""),
         "Times at which a resting pose vanished and the object fell over to another one. They part the motion into pieces.",
     );
     add(

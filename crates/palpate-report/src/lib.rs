@@ -7,7 +7,7 @@
 //! let log = Log::default();
 //! # let reconstruction = Reconstruction {
 //! #     shape: SupportFunction::new(0.03, vec![]), outline: vec![], motion: vec![], certified: false,
-//! #     com_certified: false, reason: "nothing was felt".into(), chi2_per_dof: f64::NAN, jumps_s: vec![],
+//! #     com_certified: false, reason: "nothing was felt".into(), chi2_per_dof: f64::NAN, jumps: vec![],
 //! #     coverage: 0.0, alternatives: 1, sensor_sd_m: f64::NAN, balance_sd_m: f64::NAN };
 //! let html = page(&ReportInput {
 //!     title: "An empty palm",

@@ -146,7 +146,10 @@ proptest! {
         egg.reconstruction.motion.truncate(motion);
         egg.reconstruction.sensor_sd_m = at(11);
         egg.reconstruction.coverage = at(12);
-        egg.reconstruction.jumps_s = numbers.clone();
+        egg.reconstruction.jumps = numbers
+            .iter()
+            .map(|&time_s| palpate::reconstruct::Jump { time_s, ..Default::default() })
+            .collect();
         egg.reconstruction.shape = palpate::shape::SupportFunction::new(at(13), vec![[at(14), at(15)]]);
         data(&with_truth(&egg));
     }

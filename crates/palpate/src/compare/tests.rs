@@ -52,7 +52,7 @@ fn found(shape: &SupportFunction, psi: &[f64], felt: impl Fn(f64) -> bool) -> Re
         com_certified: true,
         reason: String::new(),
         chi2_per_dof: 1.0,
-        jumps_s: Vec::new(),
+        jumps: Vec::new(),
         coverage: 1.0,
         alternatives: 1,
         sensor_sd_m: 0.0,

@@ -5,13 +5,14 @@ use std::f64::consts::TAU;
 use super::certificate::{self, Evidence, MODEL_ALLOWANCE};
 use super::evidence::Fit;
 use super::felt::{NODES, touches};
-use super::jumps::{jumps, unwrap};
+use super::jumps::{leaps, standing_out, unwrap};
 use super::noise::{angle_scatter_rad, correlation_time};
 use super::posterior::Posterior;
 use super::problem::Problem;
-use super::reconstruction::{OutlinePoint, Pose, Reconstruction};
+use super::reconstruction::{Jump, OutlinePoint, Pose, Reconstruction};
 use super::residuals::{contact_angles, residuals};
 use crate::log::Log;
+use crate::palms::PalmPair;
 use crate::shape::SupportFunction;
 
 /// What is known of the noise besides the fit.
@@ -35,7 +36,10 @@ pub(super) fn assemble(
     rotate(&mut fit, turned);
     unwrap(&mut fit.estimate.psi);
     let (coefficients, psi) = (&fit.estimate.coefficients, &fit.estimate.psi);
-    let starts = jumps(psi);
+    let shape = SupportFunction::from_coefficients(coefficients);
+    let palms: Vec<PalmPair> = log.samples.iter().map(|sample| sample.palms).collect();
+    let leaps = leaps(&shape, &palms, psi);
+    let starts: Vec<usize> = leaps.iter().map(|leap| leap.sample).collect();
     let piece_of = |index: usize| starts.iter().filter(|&&start| start <= index).count() as u32;
 
     let angles: Vec<(f64, f64)> =
@@ -58,7 +62,6 @@ pub(super) fn assemble(
     let inflation = 0.5 * (correlation_time(&of_sensor(|both| both.0)) + correlation_time(&of_sensor(|both| both.1)));
     let posterior = Posterior::new(problem, &fit, &felt, inflation)?;
 
-    let shape = SupportFunction::from_coefficients(coefficients);
     let outline: Vec<OutlinePoint> = (0..NODES)
         .map(|node| {
             let theta = node_angle(node);
@@ -103,6 +106,7 @@ pub(super) fn assemble(
     let expected_m = expected.stated_m.unwrap_or(expected.scatter_m.hypot(angle_error).max(allowance));
     let (chi2_per_dof, dof) = chi2(problem, &left, expected_m, 2 * fit.order + 1);
     let chi2_limit = 1.0 + (6.0 * (2.0 / dof).sqrt()).max(if expected.stated_m.is_some() { 0.2 } else { 0.5 });
+    let times_s: Vec<f64> = log.samples.iter().map(|sample| sample.time_s).collect();
     let verdict = certificate::judge(&Evidence {
         problem,
         coefficients,
@@ -114,7 +118,8 @@ pub(super) fn assemble(
         balance_m: fit.noise.balance_m,
         expected_sensor_m: expected_m,
         alternatives,
-        jumps: starts.len(),
+        leaps: &leaps,
+        times_s: &times_s,
         largest_psi_sd: motion.iter().map(|pose| pose.psi_sd_rad).fold(0.0, f64::max),
         largest_felt_r_sd_m: outline.iter().filter(|p| p.touches > 0).map(|p| p.r_sd_m).fold(0.0, f64::max),
         convex: shape.is_convex(),
@@ -127,7 +132,17 @@ pub(super) fn assemble(
         com_certified: verdict.com_certified,
         reason: verdict.reason,
         chi2_per_dof,
-        jumps_s: starts.iter().map(|&start| motion[start].time_s).collect(),
+        jumps: leaps
+            .iter()
+            .map(|leap| Jump {
+                time_s: times_s[leap.sample],
+                psi_before_rad: leap.psi_before,
+                psi_after_rad: leap.psi_after,
+                height_before_m: leap.height_before_m,
+                height_after_m: leap.height_after_m,
+                physical: leap.physical,
+            })
+            .collect(),
         motion,
         alternatives,
         sensor_sd_m: fit.noise.sensor_m,
@@ -139,7 +154,7 @@ pub(super) fn assemble(
 pub(super) fn felt_nodes(problem: &Problem, psi: &[f64]) -> impl Iterator<Item = usize> + use<> {
     let mut unwrapped = psi.to_vec();
     unwrap(&mut unwrapped);
-    let starts = jumps(&unwrapped);
+    let starts = standing_out(&unwrapped);
     let angles: Vec<(f64, f64)> =
         problem.instants.iter().zip(&unwrapped).map(|(instant, psi)| contact_angles(instant, *psi)).collect();
     let counts = touches(&tracks(problem, &angles, &starts));

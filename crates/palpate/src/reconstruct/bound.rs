@@ -49,8 +49,7 @@ pub fn cramer_rao_bound_m(log: &Log, shape: &SupportFunction, psi_rad: &[f64], s
         prior: Prior { size_m: 1e3 * size_m, scale_m: 1e6 * size_m },
         log_evidence: 0.0,
     };
-    let felt: Vec<f64> =
-        felt_nodes(&problem, psi_rad).map(|node| TAU * node as f64 / NODES as f64).collect();
+    let felt: Vec<f64> = felt_nodes(&problem, psi_rad).map(|node| TAU * node as f64 / NODES as f64).collect();
     let posterior = Posterior::new(&problem, &fit, &felt, 1.0)?;
     let mean: f64 = felt.iter().map(|&theta| posterior.r_sd_m(theta).powi(2)).sum::<f64>() / felt.len() as f64;
     mean.is_finite().then(|| mean.sqrt())

@@ -1,6 +1,7 @@
 //! Is the answer right, and is it the only one? A wrong answer that is certified is the worst failure there is, so every
 //! doubt ends in words for the user.
 
+use super::jumps::Leap;
 use super::problem::Problem;
 use super::residuals::{contact_angles, residuals, support};
 
@@ -24,7 +25,8 @@ pub(super) struct Evidence<'a> {
     pub balance_m: f64,
     pub expected_sensor_m: f64,
     pub alternatives: usize,
-    pub jumps: usize,
+    pub leaps: &'a [Leap],
+    pub times_s: &'a [f64],
     pub largest_psi_sd: f64,
     pub largest_felt_r_sd_m: f64,
     pub convex: bool,
@@ -46,11 +48,13 @@ pub(super) fn judge(evidence: &Evidence) -> Verdict {
     if !size_ok {
         doubts.push("no object explains the log (the mean radius comes out negative)".to_owned());
     }
-    if evidence.jumps > 0 {
+    let unphysical: Vec<&Leap> = evidence.leaps.iter().filter(|leap| !leap.physical).collect();
+    if let Some(first) = unphysical.first() {
+        let others = if unphysical.len() > 1 { format!(" and {} more", unphysical.len() - 1) } else { String::new() };
         doubts.push(format!(
-            "the object jumped to another pose {} time{} (see `jumps`); pieces between jumps are not arranged with certainty yet",
-            evidence.jumps,
-            if evidence.jumps == 1 { "" } else { "s" }
+            "the object found would not turn by {:.0} deg at {} s{others}: a jump goes downhill to the next pose",
+            (first.psi_after - first.psi_before).to_degrees(),
+            evidence.times_s.get(first.sample).copied().unwrap_or(f64::NAN),
         ));
     }
     if evidence.chi2_per_dof > evidence.chi2_limit || !evidence.chi2_per_dof.is_finite() {

@@ -50,13 +50,24 @@ pub(super) fn fit(
     let mut estimate = start;
     let mut best: Option<Fit> = None;
     for round in 0..=rounds {
-        let smoother = Smoother::new(problem, order, noise, prior);
+        let smoother = Smoother::new(problem, order, noise, prior).strictly_convex();
         let effort = Effort { iterations: if round == 0 { 40 } else { 12 }, tolerance: 1e-7 };
         estimate = smoother.run(estimate.coefficients, estimate.psi, effort);
         if !estimate.cost.is_finite() {
             return best;
         }
         let normal = smoother.linearise(&estimate.coefficients, &estimate.psi);
+        if std::env::var_os("DBG").is_some() {
+            eprintln!(
+                "    fit K {order} n {} round {round} cost {:.2} minv {:.4} sensor {:.5} balance {:.5} scale {:.4}",
+                problem.len(),
+                estimate.cost,
+                1e3 * crate::shape::SupportFunction::from_coefficients(&estimate.coefficients).min_curvature_radius_m(),
+                1e3 * noise.sensor_m,
+                1e3 * noise.balance_m,
+                prior.scale_m
+            );
+        }
         let factor = smoother.factor(&normal)?;
         let half_log_determinant: f64 = factor.l_dirty().diagonal().iter().map(|value| value.ln()).sum();
         let log_evidence = log_evidence(&smoother, &estimate, &normal, half_log_determinant);

@@ -1,12 +1,39 @@
-//! Where the object jumped to another pose, seen in its motion.
+//! Where the object jumped to another pose, and whether it would: at a jump the potential energy falls, and the new pose is
+//! the one that the object reaches downhill from the old one.
 
 use super::noise::median;
+use crate::palms::PalmPair;
+use crate::shape::SupportFunction;
+use crate::statics::{EnergyLandscape, follow};
 
-/// A turn by less than this between two samples is never called a jump, radians.
-const SMALLEST_JUMP: f64 = 0.1;
+/// A turn by less than this between two samples is never looked at, radians.
+const SMALLEST_STEP: f64 = 0.02;
 
-/// A jump turns the object at least this many times further than the samples around it.
-const CONTRAST: f64 = 6.0;
+/// A step is looked at when it turns the object this many times further than the steps around it.
+const CONTRAST: f64 = 3.0;
+
+/// Orientations closer than this are one pose, radians.
+const SAME_POSE: f64 = 0.06;
+
+/// A rise of the centre of mass on the way down that errors of the shape may feign, as a share of the mean radius.
+const FEIGNED_RISE: f64 = 3e-3;
+
+/// Longest ringing after a jump, samples.
+const LONGEST_RINGING: usize = 60;
+
+/// The object went from one pose to another between two samples.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Leap {
+    /// First sample after it.
+    pub sample: usize,
+    pub psi_before: f64,
+    pub psi_after: f64,
+    /// Heights of the centre of mass over the same palms, metres.
+    pub height_before_m: f64,
+    pub height_after_m: f64,
+    /// Whether an object at rest would have gone this way.
+    pub physical: bool,
+}
 
 /// Brings angles of neighbouring samples within half a turn of each other.
 pub(super) fn unwrap(psi: &mut [f64]) {
@@ -16,17 +43,94 @@ pub(super) fn unwrap(psi: &mut [f64]) {
     }
 }
 
-/// Indices of the first sample after each jump.
-pub(super) fn jumps(psi: &[f64]) -> Vec<usize> {
+/// Steps of ψ (index of the sample after) that stand out from those around them.
+pub(super) fn standing_out(psi: &[f64]) -> Vec<usize> {
     let steps: Vec<f64> = psi.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
     (0..steps.len())
         .filter(|&index| {
-            let around = index.saturating_sub(8)..(index + 9).min(steps.len());
+            let around = index.saturating_sub(25)..(index + 26).min(steps.len());
             let mut others: Vec<f64> = around.filter(|&other| other != index).map(|other| steps[other]).collect();
-            steps[index] > SMALLEST_JUMP && steps[index] > CONTRAST * median(&mut others)
+            steps[index] > SMALLEST_STEP && steps[index] > CONTRAST * median(&mut others)
         })
         .map(|index| index + 1)
         .collect()
+}
+
+/// The jumps in an unwrapped motion of `shape`; a fast slide along one branch of poses is none.
+pub(super) fn leaps(shape: &SupportFunction, palms: &[PalmPair], psi: &[f64]) -> Vec<Leap> {
+    let mut leaps = Vec::new();
+    let mut settled = 0;
+    for sample in standing_out(psi) {
+        if sample < settled {
+            continue;
+        }
+        let direct = passage(shape, palms, psi, sample - 1, sample);
+        if direct.physical {
+            leaps.extend(direct.jumped.then_some(direct.leap));
+            continue;
+        }
+        // Not from one rest to another: perhaps from before the unrest to after it.
+        let calm_before = (sample.saturating_sub(LONGEST_RINGING)..sample)
+            .rev()
+            .find(|&i| i == 0 || (psi[i] - psi[i - 1]).abs() < SMALLEST_STEP)
+            .unwrap_or(sample - 1);
+        let last = (sample + LONGEST_RINGING).min(psi.len() - 1);
+        let quiet = |i: usize| (i + 1..(i + 5).min(psi.len())).all(|j| (psi[j] - psi[j - 1]).abs() < SMALLEST_STEP);
+        let calm_after = (sample..last).find(|&i| quiet(i)).unwrap_or(last);
+        let whole = passage(shape, palms, psi, calm_before, calm_after);
+        settled = calm_after + 1;
+        if whole.physical {
+            leaps.extend(whole.jumped.then_some(Leap { sample, ..whole.leap }));
+        } else {
+            leaps.push(direct.leap);
+        }
+    }
+    leaps
+}
+
+struct Passage {
+    leap: Leap,
+    jumped: bool,
+    physical: bool,
+}
+
+/// What statics says of the way from the pose at sample `from` to that at sample `to`.
+fn passage(shape: &SupportFunction, palms: &[PalmPair], psi: &[f64], from: usize, to: usize) -> Passage {
+    let (before, after) = (psi[from], psi[to]);
+    let landscape = EnergyLandscape::new(shape, &palms[to]);
+    let height = |psi: f64| landscape.height_m(psi);
+    let mut path = Vec::with_capacity(to - from);
+    let mut jumped = false;
+    let mut end = before;
+    for index in from..to {
+        let never = |_: f64, _: &PalmPair, _: f64| -> Result<(), std::convert::Infallible> { Ok(()) };
+        let Ok((next, jumps)) = follow(shape, &palms[index], &palms[index + 1], end, never);
+        jumped |= !jumps.is_empty();
+        end = next;
+        path.push(next);
+    }
+    let same = |a: f64, b: f64| (0.5 * (a - b)).sin().abs() < 0.5 * SAME_POSE;
+    let foretold = same(end, after);
+    let rise = FEIGNED_RISE * shape.mean_radius_m();
+    // Where the shape, not quite right, would still hold the old pose: the hill in between must be next to nothing.
+    let over_a_feigned_hill = !foretold && {
+        let steps = 48;
+        let top = (0..=steps)
+            .map(|step| height(before + (after - before) * f64::from(step) / f64::from(steps)))
+            .fold(f64::NEG_INFINITY, f64::max);
+        top <= height(before) + rise
+            && (same(landscape.descend(after), after) || height(after) <= height(landscape.descend(after)) + rise)
+    };
+    let physical = foretold || over_a_feigned_hill;
+    let leap = Leap {
+        sample: to,
+        psi_before: before,
+        psi_after: after,
+        height_before_m: height(before),
+        height_after_m: height(after),
+        physical,
+    };
+    Passage { leap, jumped: if foretold { jumped } else { !same(before, after) }, physical }
 }
 
 #[cfg(test)]
@@ -34,11 +138,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_leap_is_a_jump_and_a_steady_turn_is_not() {
+    fn a_leap_stands_out_and_a_steady_turn_does_not() {
         let mut psi: Vec<f64> = (0..100).map(|i| 0.05 * i as f64).collect();
-        assert!(jumps(&psi).is_empty());
+        assert!(standing_out(&psi).is_empty());
         psi[40..].iter_mut().for_each(|psi| *psi += 0.8);
-        assert_eq!(jumps(&psi), [40]);
+        assert_eq!(standing_out(&psi), [40]);
     }
 
     #[test]

@@ -27,9 +27,10 @@ mod windows;
 
 pub use bound::cramer_rao_bound_m;
 pub use options::{Progress, ReconstructError, ReconstructOptions};
-pub use reconstruction::{OutlinePoint, Pose, Reconstruction};
+pub use reconstruction::{Jump, OutlinePoint, Pose, Reconstruction};
 
 use crate::log::Log;
+use crate::palms::PalmPair;
 use crate::shape::SupportFunction;
 use assemble::{Expected, assemble};
 use evidence::{Fit, Freedom, ROUNDS, choose_order, fit};
@@ -167,8 +168,9 @@ impl<'a> Task<'a> {
             fine.ok_or(ReconstructError::NotSolvable)
         };
         let mut fine = smoothed(start, coarse.prior)?;
+        let palms: Vec<PalmPair> = self.log.samples.iter().map(|sample| sample.palms).collect();
         for _ in 0..REPAIRS {
-            if repair(&self.problem, &mut fine, self.scatter_m) == 0 {
+            if repair(&self.problem, &palms, &mut fine, self.scatter_m) == 0 {
                 break;
             }
             let Fit { estimate, prior, .. } = fine;

@@ -34,7 +34,7 @@ impl Posterior {
     /// At the optimum `fit`; `felt` are the normal angles of the felt boundary; `inflation` multiplies every variance
     /// (errors of neighbouring samples that hang together).
     pub fn new(problem: &Problem, fit: &Fit, felt: &[f64], inflation: f64) -> Option<Self> {
-        let smoother = Smoother::new(problem, fit.order, fit.noise, fit.prior);
+        let smoother = Smoother::new(problem, fit.order, fit.noise, fit.prior).strictly_convex();
         let normal = smoother.linearise(&fit.estimate.coefficients, &fit.estimate.psi);
         let inverse = smoother.factor(&normal)?.inverse();
         let unknowns = 2 * fit.order + 1;

@@ -21,8 +21,8 @@ pub struct Reconstruction {
     pub reason: String,
     /// Weighted squared residuals per degree of freedom; near 1 for a fit that is consistent with the noise.
     pub chi2_per_dof: f64,
-    /// Times in seconds of the first sample after each jump.
-    pub jumps_s: Vec<f64>,
+    /// The jumps to other poses, in order of time.
+    pub jumps: Vec<Jump>,
     /// Fraction of the boundary (in normal angle) that was felt, 0 to 1.
     pub coverage: f64,
     /// Number of distinct arrangements that fit equally well; 1 when the answer is unique.
@@ -31,6 +31,24 @@ pub struct Reconstruction {
     pub sensor_sd_m: f64,
     /// Standard deviation of the balance equation, metres.
     pub balance_sd_m: f64,
+}
+
+/// The object jumped from one resting pose to another.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Jump {
+    /// Time of the first sample after the jump, seconds.
+    pub time_s: f64,
+    /// Orientation before, radians.
+    pub psi_before_rad: f64,
+    /// Orientation after, radians.
+    pub psi_after_rad: f64,
+    /// Height of the centre of mass in the old pose over the palms as they are after the jump, metres.
+    pub height_before_m: f64,
+    /// Height of the centre of mass in the new pose over the same palms, metres. The energy lost is the difference of the
+    /// two heights times the weight.
+    pub height_after_m: f64,
+    /// Whether the object that was found would make this jump: downhill all the way.
+    pub physical: bool,
 }
 
 /// One point of the reconstructed boundary.

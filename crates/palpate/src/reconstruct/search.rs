@@ -4,6 +4,8 @@
 use std::f64::consts::{PI, TAU};
 use std::ops::Range;
 
+use rayon::prelude::*;
+
 use super::grow::{EXPLAINED, Grown, grow, loose, misfit, sharp};
 use super::pieces::pieces;
 use super::problem::Problem;
@@ -15,8 +17,11 @@ use super::windows::{Window, joined, spans, windows};
 /// Samples that the search works on; a longer log is thinned to about this many.
 const SAMPLES: usize = 250;
 
-/// Harmonics of the search, in turn: more where fewer explain nothing (nearly flat sides, corners).
-const ORDERS: [usize; 3] = [8, 16, 28];
+/// An arrangement of the whole log below this cost per instant ends the search.
+const CERTAIN: f64 = 1.5;
+
+/// Harmonics of the search, in turn.
+const ORDERS: [usize; 4] = [8, 12, 18, 28];
 
 /// Stretches that are searched for a seed.
 const SPANS: usize = 16;
@@ -40,14 +45,49 @@ pub(super) struct Found {
 /// Searches; `None` when no stretch is long enough or none can be at rest.
 pub(super) fn search(problem: &Problem, scatter_m: f64, prior: Prior, tell: &dyn Fn(f64)) -> Option<Found> {
     let windows = windows(problem, &pieces(problem, scatter_m), SAMPLES);
+    let whole: usize = windows.iter().map(|window| window.thin.len()).sum();
+    let judged_at = sharp(scatter_m, prior);
     let mut best: Option<(f64, Grown)> = None;
-    for (number, order) in ORDERS.into_iter().enumerate() {
-        let tell = |share: f64| tell((number as f64 + share) / ORDERS.len() as f64);
-        let next = arrange(&windows, order, scatter_m, prior, &tell);
-        best = best.into_iter().chain(next).min_by(|a, b| a.0.total_cmp(&b.0));
-        if best.as_ref().is_some_and(|(cost, _)| *cost < EXPLAINED) {
+    let mut fallback: Option<Seed> = None;
+    let mut grown = 0;
+    let mut consider = |seed: Seed, best: &mut Option<(f64, Grown)>| {
+        let arranged = grow(&windows, seed.span, seed.candidates, seed.order, scatter_m, prior);
+        let Some(top) = arranged.hypotheses.first() else { return };
+        // What is not arranged counts as not explained.
+        let missing = (whole - arranged.thin.len()) as f64;
+        let cost = (misfit(&arranged.thin, &top.estimate, judged_at) + 10.0 * missing) / whole as f64;
+        if std::env::var_os("DBG").is_some() {
+            eprintln!(
+                "  K {} grown to {} of {whole}, {} hypotheses, cost {cost:.2}",
+                seed.order,
+                arranged.thin.len(),
+                arranged.hypotheses.len()
+            );
+        }
+        if best.as_ref().is_none_or(|(champion, _)| cost < *champion) {
+            *best = Some((cost, arranged));
+        }
+    };
+    for (number, span) in spans(&windows).into_iter().take(SPANS).enumerate() {
+        tell(number as f64 / SPANS as f64);
+        let Some(seed) = seed(&windows, span, scatter_m, prior) else { continue };
+        if std::env::var_os("DBG").is_some() {
+            eprintln!("  span {:?} own {:.2} order {}", seed.span, seed.misfit, seed.order);
+        }
+        if seed.misfit >= EXPLAINED {
+            if fallback.as_ref().is_none_or(|other| seed.misfit < other.misfit) {
+                fallback = Some(seed);
+            }
+            continue;
+        }
+        consider(seed, &mut best);
+        grown += 1;
+        if best.as_ref().is_some_and(|(cost, _)| *cost < CERTAIN) || grown == SEEDS {
             break;
         }
+    }
+    if best.is_none() {
+        consider(fallback?, &mut best);
     }
     let (_, arranged) = best?;
     let ranges = stretches(&windows, &arranged.windows);
@@ -55,54 +95,47 @@ pub(super) fn search(problem: &Problem, scatter_m: f64, prior: Prior, tell: &dyn
     Some(Found { thin: arranged.thin, ranges, estimates })
 }
 
-/// The best arrangement with `order` harmonics, with its cost per instant.
-fn arrange(
-    windows: &[Window],
+/// Candidates over a run of windows, best first, with the number of harmonics that they took.
+struct Seed {
+    span: Range<usize>,
+    candidates: Vec<Estimate>,
     order: usize,
-    scatter_m: f64,
-    prior: Prior,
-    tell: &dyn Fn(f64),
-) -> Option<(f64, Grown)> {
-    let whole: usize = windows.iter().map(|window| window.thin.len()).sum();
+    /// Squared residuals of the best per instant, at the noise of the search.
+    misfit: f64,
+}
+
+/// Searches a run of windows for candidates; with more harmonics where few explain nothing (nearly flat sides, corners).
+fn seed(windows: &[Window], span: Range<usize>, scatter_m: f64, prior: Prior) -> Option<Seed> {
+    let thin = joined(&windows[span.clone()]);
     let judged_at = sharp(scatter_m, prior);
-    let debug = std::env::var_os("DBG").is_some();
-    let mut best: Option<(f64, Grown)> = None;
-    let mut grown = 0;
-    for (number, span) in spans(windows).into_iter().take(SPANS).enumerate() {
-        tell(number as f64 / SPANS as f64);
-        let thin = joined(&windows[span.clone()]);
-        let mut seeds: Vec<Estimate> = start::from_heights(&thin, loose(0.01, scatter_m, prior), prior, order);
-        seeds.truncate(CANDIDATES);
-        let polish = |estimate: Estimate| {
-            let smoother = Smoother::new(&thin, order + 2, judged_at, prior);
-            smoother.run(estimate.coefficients, estimate.psi, Effort { iterations: 20, tolerance: 1e-3 })
-        };
-        let own = seeds
-            .iter()
-            .map(|estimate| misfit(&thin, &polish(estimate.clone()), judged_at) / thin.len() as f64)
-            .fold(f64::INFINITY, f64::min);
-        if debug {
-            eprintln!("  K {order} span {span:?} of {} instants: own misfit {own:.2}, seeds {}", thin.len(), seeds.len());
+    let mut candidates = start::from_heights(&thin, loose(0.01, scatter_m, prior), prior, ORDERS[0]);
+    candidates.truncate(CANDIDATES);
+    let mut best: Option<Seed> = None;
+    for order in ORDERS {
+        let mut polished: Vec<(f64, Estimate)> = candidates
+            .par_iter()
+            .map(|estimate| {
+                let mut estimate = estimate.clone();
+                for noise in [loose(0.01, scatter_m, prior), judged_at] {
+                    let smoother = Smoother::new(&thin, order, noise, prior);
+                    let effort = Effort { iterations: 15, tolerance: 1e-3 };
+                    estimate = smoother.run(estimate.coefficients, estimate.psi, effort);
+                }
+                (misfit(&thin, &estimate, judged_at) / thin.len() as f64, estimate)
+            })
+            .filter(|(misfit, _)| misfit.is_finite())
+            .collect();
+        polished.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let misfit = polished.first()?.0;
+        if best.as_ref().is_none_or(|other| misfit < other.misfit) {
+            let candidates = polished.iter().map(|(_, estimate)| estimate.clone()).collect();
+            best = Some(Seed { span: span.clone(), candidates, order, misfit });
         }
-        let promising = own < EXPLAINED;
-        if !promising && (number + 1 < SPANS || best.is_some()) {
-            continue;
-        }
-        let arranged = grow(windows, span, seeds, order, scatter_m, prior);
-        grown += 1;
-        let Some(top) = arranged.hypotheses.first() else { continue };
-        // What is not arranged counts as not explained.
-        let missing = (whole - arranged.thin.len()) as f64;
-        let cost = (misfit(&arranged.thin, &top.estimate, judged_at) + 10.0 * missing) / whole as f64;
-        if debug {
-            eprintln!("  grown to {} of {whole} instants, {} hypotheses, cost {cost:.2}", arranged.thin.len(), arranged.hypotheses.len());
-        }
-        if best.as_ref().is_none_or(|(champion, _)| cost < *champion) {
-            best = Some((cost, arranged));
-        }
-        if best.as_ref().is_some_and(|(champion, _)| *champion < EXPLAINED) || grown == SEEDS {
+        if misfit < EXPLAINED {
             break;
         }
+        // Only what is nearly right with few harmonics can be right with more.
+        candidates = polished.into_iter().take(3).map(|(_, estimate)| estimate).collect();
     }
     best
 }
@@ -152,7 +185,7 @@ pub(super) fn carry_over(
             (high > low).then(|| between(&places[low..high], &psi[low..high], instant.position))
         });
         let nearest = carried.last().copied().unwrap_or_else(|| psi.first().copied().unwrap_or(0.0));
-        carried.push(known.unwrap_or_else(|| best_orientation(instant, coefficients, nearest, tolerance).1));
+        carried.push(known.unwrap_or_else(|| best_orientation(instant, coefficients, nearest, tolerance)));
     }
     carried
 }

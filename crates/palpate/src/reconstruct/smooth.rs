@@ -11,7 +11,7 @@
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use super::problem::Problem;
-use super::residuals::{Harmonics, Residuals, residuals, support};
+use super::residuals::{Harmonics, Residuals, residuals};
 
 /// Standard deviations of the measurements, metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -175,8 +175,7 @@ struct Convexity {
 }
 
 impl Convexity {
-    fn new(order: usize, size_m: f64) -> Self {
-        let nodes = 6 * order + 12;
+    fn new(order: usize, size_m: f64, nodes: usize) -> Self {
         let rows = (0..nodes)
             .map(|node| {
                 let theta = std::f64::consts::TAU * node as f64 / nodes as f64;
@@ -190,7 +189,7 @@ impl Convexity {
                 row
             })
             .collect();
-        Self { margin_m: 4e-3 * size_m, sd_m: 2e-3 * size_m, rows }
+        Self { margin_m: 8e-3 * size_m, sd_m: 5e-4 * size_m, rows }
     }
 
     /// The violated nodes: residual and row.
@@ -204,17 +203,24 @@ impl Convexity {
 
 impl<'a> Smoother<'a> {
     pub fn new(problem: &'a Problem, order: usize, noise: Noise, prior: Prior) -> Self {
-        Self { problem, order, noise, prior, convexity: Convexity::new(order, prior.size_m), belief: None }
+        Self {
+            problem,
+            order,
+            noise,
+            prior,
+            convexity: Convexity::new(order, prior.size_m, 6 * order + 12),
+            belief: None,
+        }
+    }
+
+    /// The same with convexity watched so closely that nothing dips between the nodes.
+    pub fn strictly_convex(mut self) -> Self {
+        self.convexity = Convexity::new(self.order, self.prior.size_m, 24 * self.order + 24);
+        self
     }
 
     /// The same over further samples, with the belief that others left of the shape (of the same order).
-    pub fn with_belief(
-        problem: &'a Problem,
-        order: usize,
-        noise: Noise,
-        prior: Prior,
-        belief: &'a Belief,
-    ) -> Self {
+    pub fn with_belief(problem: &'a Problem, order: usize, noise: Noise, prior: Prior, belief: &'a Belief) -> Self {
         Self { belief: Some(belief), ..Self::new(problem, order, noise, prior) }
     }
 
@@ -412,12 +418,4 @@ fn turned_frame(p: [f64; 3]) -> [[f64; 3]; 3] {
         [-beta * u[0] * u[1], 1.0 - beta * u[1] * u[1], -beta * u[1] * u[2]],
         [p[0] / norm, p[1] / norm, p[2] / norm],
     ]
-}
-
-/// Radius of curvature below zero anywhere near the nodes of a fine grid, metres (0 when convex there).
-pub(super) fn lack_of_convexity_m(coefficients: &[f64]) -> f64 {
-    let nodes = 16 * (coefficients.len() / 2 + 1);
-    (0..nodes)
-        .map(|node| -support(coefficients, std::f64::consts::TAU * node as f64 / nodes as f64).v)
-        .fold(0.0, f64::max)
 }

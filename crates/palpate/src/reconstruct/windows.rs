@@ -40,8 +40,7 @@ pub(super) fn windows(problem: &Problem, pieces: &[Range<usize>], count: usize) 
         let run = run.min((piece.len() / SHORTEST).max(1));
         let share = (piece.len() / run).div_ceil(LENGTH).max(1);
         for part in 0..share {
-            let range =
-                piece.start + piece.len() * part / share..piece.start + piece.len() * (part + 1) / share;
+            let range = piece.start + piece.len() * part / share..piece.start + piece.len() * (part + 1) / share;
             let whole = Problem { instants: problem.instants[range.clone()].to_vec() };
             let thin = whole.thinned_by(run);
             if thin.len() >= SHORTEST {
@@ -66,9 +65,11 @@ pub(super) fn spans(windows: &[Window]) -> Vec<Range<usize>> {
     let mut parts = 2;
     while whole.iter().any(|piece| piece.len() >= parts) && parts <= 16 {
         for piece in whole.iter().filter(|piece| piece.len() >= parts) {
-            spans.extend((0..parts).map(|part| {
-                piece.start + piece.len() * part / parts..piece.start + piece.len() * (part + 1) / parts
-            }));
+            spans.extend(
+                (0..parts).map(|part| {
+                    piece.start + piece.len() * part / parts..piece.start + piece.len() * (part + 1) / parts
+                }),
+            );
         }
         parts *= 2;
     }
