@@ -433,7 +433,7 @@ impl Waves {
         };
         let tilt = 35.0 * self.scale * sum(&self.bisector);
         // Wide open where the bisector is upright; both palms stay 5° above the horizontal.
-        let widest = 150.0 - 50.0 * (tilt / 35.0) * (tilt / 35.0);
+        let widest = 150.0 - 62.0 * (tilt / 35.0) * (tilt / 35.0);
         let opening = 40.0 + (widest - 40.0) * 0.5 * (1.0 + self.scale * sum(&self.opening));
         let (bisector, half) = ((90.0 + tilt).to_radians(), 0.5 * opening.to_radians());
         (bisector - half, bisector + half)
