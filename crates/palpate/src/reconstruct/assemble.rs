@@ -77,6 +77,7 @@ pub(super) fn assemble(
             }
         })
         .collect();
+    let angle_sd = angle_scatter_rad(problem);
     let motion: Vec<Pose> = log
         .samples
         .iter()
@@ -84,7 +85,7 @@ pub(super) fn assemble(
         .map(|(index, sample)| {
             let (theta1, theta2) = angles[index];
             let center = sample.palms.center_of_mass_m(shape.at(theta1), shape.at(theta2));
-            let (psi_sd, com_sd) = posterior.pose_sd(index, &problem.instants[index], coefficients, psi[index]);
+            let (psi_sd, com_sd) = posterior.pose_sd(index, &problem.instants[index], &fit, angle_sd);
             Pose {
                 time_s: sample.time_s,
                 psi_rad: psi[index],
@@ -101,7 +102,7 @@ pub(super) fn assemble(
         })
         .collect();
 
-    let angle_error = angle_scatter_rad(problem) * certificate::angle_sensitivity_m(problem, coefficients, psi);
+    let angle_error = angle_sd * certificate::angle_sensitivity_m(problem, coefficients, psi);
     let allowance = MODEL_ALLOWANCE * coefficients[0].abs();
     let expected_m = expected.stated_m.unwrap_or(expected.scatter_m.hypot(angle_error).max(allowance));
     let (chi2_per_dof, dof) = chi2(problem, &left, expected_m, 2 * fit.order + 1);

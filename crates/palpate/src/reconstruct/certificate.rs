@@ -122,8 +122,9 @@ fn unstable_samples(evidence: &Evidence) -> usize {
             let (theta1, theta2) = contact_angles(instant, **psi);
             let (one, two) = (support(evidence.coefficients, theta1), support(evidence.coefficients, theta2));
             let stiffness = (one.v - one.r) * instant.sin12 + (two.v - two.r) * instant.sin1;
-            // Also over a hinge only: the formula holds while both palms carry (sin φ12 > 0, sin φ1 > 0 up to the sign of sin φ2).
-            stiffness < -slack
+            let balance = one.d * instant.sin12 + two.d * instant.sin1;
+            // A pose off its balance is on its way (ringing); only one that rests can rest unstably.
+            stiffness < -slack && balance.abs() < 4.0 * evidence.balance_m
         })
         .count()
 }
@@ -134,11 +135,7 @@ pub(super) fn angle_sensitivity_m(problem: &Problem, coefficients: &[f64], psi: 
     let (mut sum, mut count) = (0.0, 0.0);
     for (instant, &psi) in problem.instants.iter().zip(psi) {
         let here = residuals(instant, coefficients, psi).value;
-        let mut moved = *instant;
-        moved.phi2 += step;
-        (moved.sin2, moved.cos2) = moved.phi2.sin_cos();
-        (moved.sin12, moved.cos12) = (moved.phi1 + moved.phi2).sin_cos();
-        let there = residuals(&moved, coefficients, psi).value;
+        let there = residuals(&instant.turned(0.0, step), coefficients, psi).value;
         for (weight, j) in [(instant.weight1, 0), (instant.weight2, 1)] {
             if weight > 0.0 {
                 sum += ((there[j] - here[j]) / step).powi(2);

@@ -150,7 +150,7 @@ fn updated_noise(smoother: &Smoother, estimate: &Estimate, variance: &[f64], fre
     let (mut squares, mut redundancy) = ([0.0; 2], [0.0; 2]);
     for (instant, &psi) in smoother.problem.instants.iter().zip(&estimate.psi) {
         let at = residuals(instant, &estimate.coefficients, psi);
-        let weights = smoother.weights(instant);
+        let weights = smoother.noise.weights(instant);
         let information: f64 = (0..3).map(|j| (weights[j] * at.by_psi[j]).powi(2)).sum();
         for j in 0..3 {
             if weights[j] > 0.0 {

@@ -55,21 +55,39 @@ pub(super) struct Grown {
     pub hypotheses: Vec<Hypothesis>,
 }
 
-/// The noise that the search believes in: never less than a share of the size, so that no start is trapped.
-pub(super) fn loose(share: f64, scatter_m: f64, prior: Prior) -> Noise {
-    let sd = (share * prior.size_m).max(scatter_m);
-    Noise { sensor_m: sd, balance_m: sd }
+/// The noise that the search believes in.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Tolerance {
+    /// Scatter of the contact positions, metres.
+    pub scatter_m: f64,
+    /// Size of the object, metres.
+    pub size_m: f64,
+    /// How many times less the balance is trusted than the contacts.
+    pub balance: f64,
 }
 
-/// The noise at which hypotheses are judged.
-pub(super) fn sharp(scatter_m: f64, prior: Prior) -> Noise {
-    loose(0.003, scatter_m, prior)
+impl Tolerance {
+    /// At a share of the size, never below the scatter.
+    fn at(&self, share: f64) -> Noise {
+        let sd = (share * self.size_m).max(self.scatter_m);
+        Noise { sensor_m: sd, balance_m: self.balance * sd }
+    }
+
+    /// So loose that no start is trapped by the sharp valley of the exact problem.
+    pub fn loose(&self) -> Noise {
+        self.at(0.01)
+    }
+
+    /// The noise at which arrangements are judged.
+    pub fn sharp(&self) -> Noise {
+        self.at(0.003)
+    }
 }
 
 struct Growth<'a> {
     windows: &'a [Window],
     order: usize,
-    scatter_m: f64,
+    tolerance: Tolerance,
     prior: Prior,
     /// Windows placed, in the order of placing.
     placed: Vec<usize>,
@@ -86,13 +104,13 @@ pub(super) fn grow(
     seed: Range<usize>,
     seeds: Vec<Estimate>,
     order: usize,
-    scatter_m: f64,
+    tolerance: Tolerance,
     prior: Prior,
 ) -> Grown {
     let mut growth = Growth {
         windows,
         order,
-        scatter_m,
+        tolerance,
         prior,
         placed: Vec::new(),
         offset: vec![None; windows.len()],
@@ -135,7 +153,7 @@ impl Growth<'_> {
 
     fn place(&mut self, window: usize, neighbour: Option<usize>) {
         let piece = &self.windows[window];
-        let judged_at = sharp(self.scatter_m, self.prior);
+        let judged_at = self.tolerance.sharp();
         let proposals: Vec<Estimate> = self
             .beam
             .par_iter()
@@ -179,7 +197,7 @@ impl Growth<'_> {
     /// What the placed windows tell of the shape: the Gaussian of the smoother, with its rotation held fast (turning the
     /// shape would turn the placed windows with it).
     fn belief(&self, known: &Estimate) -> Option<Belief> {
-        let smoother = Smoother::new(&self.thin, self.order, loose(0.01, self.scatter_m, self.prior), self.prior);
+        let smoother = Smoother::new(&self.thin, self.order, self.tolerance.loose(), self.prior);
         let mut information: DMatrix<f64> = smoother.linearise(&known.coefficients, &known.psi).matrix;
         let order = self.order;
         let mut coefficients = known.coefficients.clone();
@@ -221,7 +239,7 @@ impl Growth<'_> {
         let (one, two) = (support(&known.coefficients, theta1), support(&known.coefficients, theta2));
         let at = &run.instants[anchor];
         let h0 = (one.r * at.sin12 + two.r * at.sin1) / at.sin2 - relative[anchor];
-        let noise = loose(0.01, self.scatter_m, self.prior);
+        let noise = self.tolerance.loose();
         let smoother = Smoother::with_belief(&piece.thin, self.order, noise, self.prior, belief);
         [0.003, 0.01, 0.04]
             .into_iter()
@@ -237,7 +255,7 @@ impl Growth<'_> {
 
     /// Ways to place a window that hangs on nothing, best first.
     fn search(&self, piece: &Window, known: &Estimate, belief: &Belief) -> Vec<Estimate> {
-        let noise = loose(0.01, self.scatter_m, self.prior);
+        let noise = self.tolerance.loose();
         let Some((relative, (low, high))) = heights(&piece.thin, self.prior.size_m) else { return Vec::new() };
         let every = piece.thin.len().div_ceil(SPARSE);
         let few = Problem { instants: piece.thin.instants.iter().step_by(every).copied().collect() };
@@ -290,12 +308,12 @@ impl Growth<'_> {
         let mut polished: Vec<Hypothesis> = proposals
             .into_par_iter()
             .filter_map(|mut estimate| {
-                for noise in [loose(0.01, self.scatter_m, self.prior), sharp(self.scatter_m, self.prior)] {
+                for noise in [self.tolerance.loose(), self.tolerance.sharp()] {
                     let smoother = Smoother::new(placed, self.order, noise, self.prior);
                     let effort = Effort { iterations: 12, tolerance: 1e-3 };
                     estimate = smoother.run(estimate.coefficients, estimate.psi, effort);
                 }
-                let smoother = Smoother::new(placed, self.order, sharp(self.scatter_m, self.prior), self.prior);
+                let smoother = Smoother::new(placed, self.order, self.tolerance.sharp(), self.prior);
                 let normal = smoother.linearise(&estimate.coefficients, &estimate.psi);
                 let factor = smoother.factor(&normal)?;
                 let log_determinant: f64 = factor.l_dirty().diagonal().iter().map(|value| 2.0 * value.ln()).sum();

@@ -8,13 +8,12 @@ use nalgebra::{DMatrix, DVector};
 
 use super::evidence::Fit;
 use super::problem::{Instant, Problem};
-use super::residuals::{contact_angles, support};
+use super::residuals::{contact_angles, residuals, support};
 use super::smooth::{Normal, Smoother};
 
 /// Posterior covariances in the gauge described above.
 pub(super) struct Posterior {
     covariance: DMatrix<f64>,
-    projection: DMatrix<f64>,
     normal: Normal,
     inflation: f64,
 }
@@ -55,7 +54,7 @@ impl Posterior {
             projection -= &rotation * weights.transpose() / scale;
         }
         let covariance = &projection * inverse * projection.transpose();
-        Some(Self { covariance, projection, normal, inflation })
+        Some(Self { covariance, normal, inflation })
     }
 
     fn quadratic(&self, row: &DVector<f64>) -> f64 {
@@ -68,19 +67,16 @@ impl Posterior {
         (self.inflation * self.quadratic(&basis(theta, order))).sqrt()
     }
 
-    /// Covariance matrix of the coefficients, inflation included.
-    pub fn covariance(&self) -> DMatrix<f64> {
-        &self.covariance * self.inflation
-    }
-
-    /// Standard deviations of ψ (radians) and of the centre of mass (metres) at one instant.
-    pub fn pose_sd(&self, index: usize, instant: &Instant, coefficients: &[f64], psi: f64) -> (f64, f64) {
-        let order = coefficients.len() / 2;
+    /// Standard deviations of ψ (radians) and of the centre of mass (metres) at one instant, the palm angles being known to
+    /// `angle_sd` (radians).
+    pub fn pose_sd(&self, index: usize, instant: &Instant, fit: &Fit, angle_sd: f64) -> (f64, f64) {
+        let coefficients = &fit.estimate.coefficients;
+        let psi = fit.estimate.psi[index];
         let slope = DVector::from_row_slice(self.normal.psi_slope(index));
         let own = 1.0 / (self.normal.psi_information(index) + 1.0);
         let psi_variance = self.quadratic(&slope) + own;
         let (theta1, theta2) = contact_angles(instant, psi);
-        let (basis1, basis2) = (basis(theta1, order), basis(theta2, order));
+        let (basis1, basis2) = (basis(theta1, fit.order), basis(theta2, fit.order));
         let (one, two) = (support(coefficients, theta1), support(coefficients, theta2));
         let mut variance = 0.0;
         for (weight1, weight2) in [(instant.cos12, instant.cos1), (instant.sin12, instant.sin1)] {
@@ -89,12 +85,41 @@ impl Posterior {
             let row = (&basis1 * weight1 + &basis2 * weight2) / instant.sin2 + &slope * by_psi;
             variance += self.quadratic(&row) + by_psi * by_psi * own;
         }
-        ((self.inflation * psi_variance).sqrt(), (self.inflation * 0.5 * variance).sqrt())
+        let (psi_by_angle, com_by_angle) = angle_sensitivity(instant, fit, psi);
+        let angle_variance = angle_sd * angle_sd;
+        (
+            (self.inflation * psi_variance + angle_variance * psi_by_angle).sqrt(),
+            (self.inflation * 0.5 * variance + angle_variance * 0.5 * com_by_angle).sqrt(),
+        )
     }
+}
 
-    /// The projection on the gauge, for tests.
-    #[cfg(test)]
-    pub fn projection(&self) -> &DMatrix<f64> {
-        &self.projection
+/// By how much errors of the two palm angles move the pose of one sample, the shape being known: sums of squares of the
+/// derivatives of ψ and of the centre of mass (m²/rad²).
+fn angle_sensitivity(instant: &Instant, fit: &Fit, psi: f64) -> (f64, f64) {
+    const STEP: f64 = 1e-6;
+    let coefficients = &fit.estimate.coefficients;
+    let weights = fit.noise.weights(instant);
+    let center = |instant: &Instant, psi: f64| {
+        let (theta1, theta2) = contact_angles(instant, psi);
+        let (r1, r2) = (support(coefficients, theta1).r, support(coefficients, theta2).r);
+        [
+            (r1 * instant.cos12 + r2 * instant.cos1) / instant.sin2,
+            (r1 * instant.sin12 + r2 * instant.sin1) / instant.sin2,
+        ]
+    };
+    let here = residuals(instant, coefficients, psi);
+    let at = center(instant, psi);
+    let information: f64 = (0..3).map(|j| (weights[j] * here.by_psi[j]).powi(2)).sum();
+    let (mut by_psi, mut by_center) = (0.0, 0.0);
+    for turned in [instant.turned(STEP, 0.0), instant.turned(0.0, STEP)] {
+        let there = residuals(&turned, coefficients, psi);
+        let pull: f64 =
+            (0..3).map(|j| weights[j].powi(2) * here.by_psi[j] * (there.value[j] - here.value[j])).sum();
+        let step = -pull / (information + 1.0);
+        let moved = center(&turned, psi + step);
+        by_psi += (step / STEP).powi(2);
+        by_center += ((moved[0] - at[0]) / STEP).powi(2) + ((moved[1] - at[1]) / STEP).powi(2);
     }
+    (by_psi, by_center)
 }

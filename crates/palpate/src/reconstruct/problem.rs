@@ -9,9 +9,7 @@ use crate::palms::Palm;
 /// One sample, measured from the point where the lines of both palms meet.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Instant {
-    /// Index of the sample in the log.
-    pub sample: usize,
-    /// Place in the log: `sample`, or the mean of it where instants were thinned.
+    /// Index of the sample in the log, or the mean of it where instants were thinned.
     pub position: f64,
     pub phi1: f64,
     pub phi2: f64,
@@ -49,7 +47,6 @@ impl Instant {
             (Some(_), _, _) => 1.0,
         };
         Self {
-            sample: index,
             position: index as f64,
             phi1: palms.phi1_rad,
             phi2: palms.phi2_rad,
@@ -67,6 +64,15 @@ impl Instant {
         }
     }
 
+    /// The same readings had the palms been turned by these angles more, radians (each against the horizontal).
+    pub fn turned(&self, palm1: f64, palm2: f64) -> Self {
+        let (phi1, phi2) = (self.phi1 + palm1, self.phi2 + palm2 - palm1);
+        let (sin1, cos1) = phi1.sin_cos();
+        let (sin12, cos12) = (phi1 + phi2).sin_cos();
+        let (sin2, cos2) = phi2.sin_cos();
+        Self { phi1, phi2, sin1, cos1, sin12, cos12, sin2, cos2, ..*self }
+    }
+
     pub fn both_seen(&self) -> bool {
         self.weight1 > 0.0 && self.weight2 > 0.0
     }
@@ -76,10 +82,6 @@ impl Instant {
         (self.s1 * self.sin12 - self.s2 * self.sin1) / self.sin2
     }
 
-    /// Height of the point where the three force lines meet.
-    pub fn force_line_height(&self) -> f64 {
-        self.s1 * self.sin1 + (self.s2 - self.s1 * self.cos2) / self.sin2 * self.cos1
-    }
 }
 
 /// All instants of a log, in order of time.
@@ -112,13 +114,7 @@ impl Problem {
         chords.get(chords.len() / 2).map_or(0.0, |chord| 0.5 * chord)
     }
 
-    /// The same motion at about `count` instants: means over runs of neighbours that saw both contacts.
-    pub fn thinned(&self, count: usize) -> Self {
-        let seen = self.instants.iter().filter(|instant| instant.both_seen()).count();
-        self.thinned_by((seen / count.max(1)).max(1))
-    }
-
-    /// Means over runs of `run` neighbours that saw both contacts.
+    /// The same motion at fewer instants: means over runs of `run` neighbours that saw both contacts.
     pub fn thinned_by(&self, run: usize) -> Self {
         let seen: Vec<&Instant> = self.instants.iter().filter(|instant| instant.both_seen()).collect();
         let instants = seen
@@ -127,25 +123,15 @@ impl Problem {
             .map(|chunk| {
                 let mean = |f: fn(&Instant) -> f64| chunk.iter().map(|i| f(i)).sum::<f64>() / run as f64;
                 let (phi1, phi2) = (mean(|i| i.phi1), mean(|i| i.phi2));
-                let (sin1, cos1) = phi1.sin_cos();
-                let (sin12, cos12) = (phi1 + phi2).sin_cos();
-                let (sin2, cos2) = phi2.sin_cos();
+                let middle = chunk[run / 2];
                 Instant {
-                    sample: chunk[run / 2].sample,
                     position: mean(|i| i.position),
-                    phi1,
-                    phi2,
-                    sin1,
-                    cos1,
-                    sin12,
-                    cos12,
-                    sin2,
-                    cos2,
                     s1: mean(|i| i.s1),
                     s2: mean(|i| i.s2),
                     weight1: 1.0,
                     weight2: 1.0,
                     balance_weight: 1.0,
+                    ..middle.turned(phi1 - middle.phi1, phi1 + phi2 - middle.phi1 - middle.phi2)
                 }
             })
             .collect();

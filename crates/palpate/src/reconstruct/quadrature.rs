@@ -12,14 +12,12 @@
 
 use super::problem::{Instant, Problem};
 
-/// Orientation and contact support functions that a trial height of the centre of mass leads to.
+/// Orientation and size that a trial height of the centre of mass leads to.
 #[derive(Clone, Debug)]
 pub(super) struct Integrated {
     pub psi: Vec<f64>,
-    pub r1: Vec<f64>,
-    pub d1: Vec<f64>,
-    pub r2: Vec<f64>,
-    pub d2: Vec<f64>,
+    /// Mean of r1 and r2 over all instants, metres.
+    pub mean_r_m: f64,
 }
 
 /// Height of the centre of mass at every instant, above its value at the first (trapezoid rule).
@@ -105,5 +103,6 @@ pub(super) fn integrate(problem: &Problem, relative: &[f64], h0: f64, noise_m: f
     for step in right {
         psi.push(psi[psi.len() - 1] + step);
     }
-    Integrated { psi, r1, d1, r2, d2 }
+    let mean_r_m = r1.iter().chain(&r2).sum::<f64>() / (2 * count).max(1) as f64;
+    Integrated { psi, mean_r_m }
 }

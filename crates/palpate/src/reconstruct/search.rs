@@ -6,7 +6,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::grow::{EXPLAINED, Grown, grow, loose, misfit, sharp};
+use super::grow::{EXPLAINED, Grown, Tolerance, grow, misfit};
 use super::pieces::pieces;
 use super::problem::Problem;
 use super::repair::best_orientation;
@@ -16,6 +16,10 @@ use super::windows::{Window, joined, spans, windows};
 
 /// Samples that the search works on; a longer log is thinned to about this many.
 const SAMPLES: usize = 250;
+
+/// How much less the balance is trusted than the contacts, in turn: at first both alike; where that explains nothing
+/// (friction, fast palms), hardly at all.
+const BALANCES: [f64; 2] = [1.0, 15.0];
 
 /// An arrangement of the whole log below this cost per instant ends the search.
 const CERTAIN: f64 = 1.5;
@@ -45,32 +49,50 @@ pub(super) struct Found {
 /// Searches; `None` when no stretch is long enough or none can be at rest.
 pub(super) fn search(problem: &Problem, scatter_m: f64, prior: Prior, tell: &dyn Fn(f64)) -> Option<Found> {
     let windows = windows(problem, &pieces(problem, scatter_m), SAMPLES);
+    let mut best: Option<(f64, Grown)> = None;
+    for (number, balance) in BALANCES.into_iter().enumerate() {
+        let tolerance = Tolerance { scatter_m, size_m: prior.size_m, balance };
+        let tell = |share: f64| tell((number as f64 + share) / BALANCES.len() as f64);
+        let next = arrange(&windows, tolerance, prior, &tell);
+        best = best.into_iter().chain(next).min_by(|a, b| a.0.total_cmp(&b.0));
+        if best.as_ref().is_some_and(|(cost, _)| *cost < EXPLAINED) {
+            break;
+        }
+    }
+    let (_, arranged) = best?;
+    let ranges = stretches(&windows, &arranged.windows);
+    let estimates = arranged.hypotheses.into_iter().map(|hypothesis| hypothesis.estimate).collect();
+    Some(Found { thin: arranged.thin, ranges, estimates })
+}
+
+/// The best arrangement of all windows, with its cost per instant.
+fn arrange(
+    windows: &[Window],
+    tolerance: Tolerance,
+    prior: Prior,
+    tell: &dyn Fn(f64),
+) -> Option<(f64, Grown)> {
     let whole: usize = windows.iter().map(|window| window.thin.len()).sum();
-    let judged_at = sharp(scatter_m, prior);
+    let judged_at = tolerance.sharp();
     let mut best: Option<(f64, Grown)> = None;
     let mut fallback: Option<Seed> = None;
     let mut grown = 0;
-    let mut consider = |seed: Seed, best: &mut Option<(f64, Grown)>| {
-        let arranged = grow(&windows, seed.span, seed.candidates, seed.order, scatter_m, prior);
+    let consider = |seed: Seed, best: &mut Option<(f64, Grown)>| {
+        let arranged = grow(windows, seed.span, seed.candidates, seed.order, tolerance, prior);
         let Some(top) = arranged.hypotheses.first() else { return };
         // What is not arranged counts as not explained.
         let missing = (whole - arranged.thin.len()) as f64;
         let cost = (misfit(&arranged.thin, &top.estimate, judged_at) + 10.0 * missing) / whole as f64;
         if std::env::var_os("DBG").is_some() {
-            eprintln!(
-                "  K {} grown to {} of {whole}, {} hypotheses, cost {cost:.2}",
-                seed.order,
-                arranged.thin.len(),
-                arranged.hypotheses.len()
-            );
+            eprintln!("  K {} grown to {} of {whole}, {} hypotheses, cost {cost:.2}", seed.order, arranged.thin.len(), arranged.hypotheses.len());
         }
         if best.as_ref().is_none_or(|(champion, _)| cost < *champion) {
             *best = Some((cost, arranged));
         }
     };
-    for (number, span) in spans(&windows).into_iter().take(SPANS).enumerate() {
+    for (number, span) in spans(windows).into_iter().take(SPANS).enumerate() {
         tell(number as f64 / SPANS as f64);
-        let Some(seed) = seed(&windows, span, scatter_m, prior) else { continue };
+        let Some(seed) = seed(windows, span, tolerance, prior) else { continue };
         if std::env::var_os("DBG").is_some() {
             eprintln!("  span {:?} own {:.2} order {}", seed.span, seed.misfit, seed.order);
         }
@@ -89,10 +111,7 @@ pub(super) fn search(problem: &Problem, scatter_m: f64, prior: Prior, tell: &dyn
     if best.is_none() {
         consider(fallback?, &mut best);
     }
-    let (_, arranged) = best?;
-    let ranges = stretches(&windows, &arranged.windows);
-    let estimates = arranged.hypotheses.into_iter().map(|hypothesis| hypothesis.estimate).collect();
-    Some(Found { thin: arranged.thin, ranges, estimates })
+    best
 }
 
 /// Candidates over a run of windows, best first, with the number of harmonics that they took.
@@ -105,10 +124,10 @@ struct Seed {
 }
 
 /// Searches a run of windows for candidates; with more harmonics where few explain nothing (nearly flat sides, corners).
-fn seed(windows: &[Window], span: Range<usize>, scatter_m: f64, prior: Prior) -> Option<Seed> {
+fn seed(windows: &[Window], span: Range<usize>, tolerance: Tolerance, prior: Prior) -> Option<Seed> {
     let thin = joined(&windows[span.clone()]);
-    let judged_at = sharp(scatter_m, prior);
-    let mut candidates = start::from_heights(&thin, loose(0.01, scatter_m, prior), prior, ORDERS[0]);
+    let judged_at = tolerance.sharp();
+    let mut candidates = start::from_heights(&thin, tolerance.loose(), prior, ORDERS[0]);
     candidates.truncate(CANDIDATES);
     let mut best: Option<Seed> = None;
     for order in ORDERS {
@@ -116,7 +135,7 @@ fn seed(windows: &[Window], span: Range<usize>, scatter_m: f64, prior: Prior) ->
             .par_iter()
             .map(|estimate| {
                 let mut estimate = estimate.clone();
-                for noise in [loose(0.01, scatter_m, prior), judged_at] {
+                for noise in [tolerance.loose(), judged_at] {
                     let smoother = Smoother::new(&thin, order, noise, prior);
                     let effort = Effort { iterations: 15, tolerance: 1e-3 };
                     estimate = smoother.run(estimate.coefficients, estimate.psi, effort);

@@ -10,7 +10,7 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
-use super::problem::Problem;
+use super::problem::{Instant, Problem};
 use super::residuals::{Harmonics, Residuals, residuals};
 
 /// Standard deviations of the measurements, metres.
@@ -20,6 +20,14 @@ pub(super) struct Noise {
     pub sensor_m: f64,
     /// Of the balance equation g.
     pub balance_m: f64,
+}
+
+impl Noise {
+    /// Weights of the three residuals of an instant, 1/m.
+    pub fn weights(&self, instant: &Instant) -> [f64; 3] {
+        let inverse = 1.0 / self.sensor_m;
+        [instant.weight1 * inverse, instant.weight2 * inverse, instant.balance_weight / self.balance_m]
+    }
 }
 
 /// What is believed of the shape before anything is felt: a_k, b_k ~ N(0, (c/k²)²) for k ≥ 2, and a wide prior on the mean
@@ -224,12 +232,6 @@ impl<'a> Smoother<'a> {
         Self { belief: Some(belief), ..Self::new(problem, order, noise, prior) }
     }
 
-    /// Weights of the three residuals of an instant, 1/m.
-    pub fn weights(&self, instant: &super::problem::Instant) -> [f64; 3] {
-        let inverse = 1.0 / self.noise.sensor_m;
-        [instant.weight1 * inverse, instant.weight2 * inverse, instant.balance_weight / self.noise.balance_m]
-    }
-
     fn shape_cost(&self, coefficients: &[f64]) -> f64 {
         let prior: f64 = match self.belief {
             Some(belief) => {
@@ -249,7 +251,7 @@ impl<'a> Smoother<'a> {
     fn settle(&self, coefficients: &[f64], psi: &mut [f64], rounds: usize) -> f64 {
         let mut cost = self.shape_cost(coefficients);
         for (instant, psi) in self.problem.instants.iter().zip(psi.iter_mut()) {
-            let weights = self.weights(instant);
+            let weights = self.noise.weights(instant);
             let weighted = |at: &Residuals| {
                 let (mut square, mut slope, mut curvature) = (0.0, 0.0, 0.0);
                 for ((weight, value), by_psi) in weights.iter().zip(at.value).zip(at.by_psi) {
@@ -291,7 +293,7 @@ impl<'a> Smoother<'a> {
         let mut psi_information = vec![0.0; count];
         for (index, instant) in self.problem.instants.iter().enumerate() {
             let at = harmonics.linearise(instant, coefficients, psi[index], &mut rows);
-            let w = self.weights(instant);
+            let w = self.noise.weights(instant);
             let e = [w[0] * at.value[0], w[1] * at.value[1], w[2] * at.value[2]];
             let p = [w[0] * at.by_psi[0], w[1] * at.by_psi[1], w[2] * at.by_psi[2]];
             let information = p[0] * p[0] + p[1] * p[1] + p[2] * p[2];

@@ -4,7 +4,7 @@
 use rayon::prelude::*;
 
 use super::problem::Problem;
-use super::quadrature::{Integrated, feasible_heights, integrate, relative_height};
+use super::quadrature::{feasible_heights, integrate, relative_height};
 use super::smooth::{Effort, Estimate, Noise, Prior, Smoother};
 
 /// Trial heights of the centre of mass at the first sample.
@@ -20,9 +20,7 @@ pub(super) fn from_heights(thin: &Problem, noise: Noise, prior: Prior, order: us
             let h0 = low + (high - low) * (index as f64 + 0.5) / HEIGHTS as f64;
             let smoother = Smoother::new(thin, order, noise, prior);
             let guess = integrate(thin, &relative, h0, noise.sensor_m, 0.01);
-            let mean = guess.r1.iter().chain(&guess.r2).sum::<f64>() / (2 * thin.len()) as f64;
-            let Integrated { psi, .. } = guess;
-            let estimate = smoother.run(vec![mean], psi, Effort { iterations: 8, tolerance: 1e-3 });
+            let estimate = smoother.run(vec![guess.mean_r_m], guess.psi, Effort { iterations: 8, tolerance: 1e-3 });
             estimate.cost.is_finite().then_some(estimate)
         })
         .collect();
