@@ -5,22 +5,24 @@ use std::path::PathBuf;
 use palpate::reconstruct::ReconstructOptions;
 use palpate::sensor::Touchpad;
 use palpate::shape::NamedShape;
-use palpate::simulate::{PalmLimits, SimulateOptions, plan_turn, simulate};
+use palpate::simulate::{SimulateOptions, plan_turn, simulate};
 use palpate_io::LogFile;
 
 use crate::reconstruct::{Job, solve, told};
+use crate::simulate::limits;
 use crate::terminal::{Ending, Failure, Terminal};
 
 /// Mean radius of the object, metres.
-const RADIUS_M: f64 = 0.03;
+const RADIUS_M: f64 = 0.02;
 /// Duration of the palm motion, seconds.
 const DURATION_S: f64 = 90.0;
 /// Samples per second.
 const RATE_HZ: f64 = 20.0;
 
 const AFTER_HELP: &str = "\
-A pebble of 30 mm mean radius lies between two palms that carry it round once. Their touchpads are those of Moll & Erdmann (2001):
-readings in steps of 0.127 mm, with 0.1 mm of noise. The log is reconstructed from nothing, and compared with the truth afterwards.
+A pebble of 20 mm mean radius lies between two palms that carry it round once. Their touchpads are those of Moll & Erdmann (2001):
+55.5 mm long, with readings in steps of 0.127 mm; 0.1 mm of noise comes on top. The log is reconstructed from nothing, and compared
+with the truth afterwards.
 
 Example:
   palpate demo -o /tmp/demo";
@@ -42,12 +44,15 @@ pub fn run(arguments: &Arguments) -> Result<Ending, Failure> {
     let terminal = Terminal::new(arguments.quiet);
     palpate_io::check_result_target(&arguments.out)?;
     let shape = NamedShape::Pebble.shape(RADIUS_M)?;
-    // The pads are longer than the original ones, so that the object has room to roll.
-    let touchpad = Touchpad { length_m: 0.15, noise_sd_m: 1e-4, ..Touchpad::interlink() };
-    let limits = PalmLimits { palm_length_m: touchpad.length_m, ..PalmLimits::default() };
-    let planned = plan_turn(&shape, &limits, DURATION_S)?;
-    let options =
-        SimulateOptions { touchpad, seed: 1, start_psi_rad: planned.start_psi_rad, ..SimulateOptions::default() };
+    let touchpad = Touchpad { noise_sd_m: 1e-4, ..Touchpad::interlink() };
+    let planned = plan_turn(&shape, &limits(&touchpad), DURATION_S)?;
+    let options = SimulateOptions {
+        touchpad,
+        seed: 1,
+        start_psi_rad: planned.start_psi_rad,
+        with_stated_noise: true,
+        ..SimulateOptions::default()
+    };
     let simulation = simulate(&shape, &planned.motion.sample(RATE_HZ)?, &options)?;
     terminal.say(&format!(
         "simulated: a pebble between two palms, {} samples in {DURATION_S:.0} s, contacts felt to {:.2} mm",

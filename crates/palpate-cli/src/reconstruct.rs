@@ -149,9 +149,7 @@ pub fn told(summary: &Summary, out: &Path) -> String {
         _ => "NOT certified",
     };
     let mut lines = vec![verdict.to_string()];
-    lines.extend(
-        summary.reason.split("; ").filter(|reason| !reason.is_empty()).map(|reason| format!("  because {reason}")),
-    );
+    lines.extend(summary.reason.split("; ").filter(|reason| !reason.is_empty()).map(|reason| format!("  - {reason}")));
     let jumps = match summary.jumps.len() {
         0 => String::new(),
         1 => ", 1 jump".to_string(),

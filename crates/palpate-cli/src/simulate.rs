@@ -20,7 +20,7 @@ LOG.csv is what a robot would know; LOG.truth/ beside it holds what only the sim
 Examples:
   palpate simulate -o pebble.csv
   palpate simulate --shape random:5 --noise-mm 0.3 --angle-noise-deg 0.1 -o five.csv
-  palpate simulate --pad interlink --radius-mm 11 -o pad.csv       as in the experiment of Moll & Erdmann (2001)
+  palpate simulate --pad interlink --radius-mm 20 -o pad.csv       as in the experiment of Moll & Erdmann (2001)
   palpate simulate --motion zigzag --duration-s 120 -o jumps.csv   a motion that knows nothing of the object: it will jump
   palpate reconstruct pebble.csv -o pebble --truth pebble.truth";
 
@@ -100,7 +100,7 @@ pub enum Motion {
 pub enum Pad {
     /// Endless, no rounding
     Ideal,
-    /// The pad of the paper: 55.5 mm long, 200 counts per inch, 128 levels of pressure; use --radius-mm 11 or less
+    /// The pad of the paper: 55.5 mm long, 200 counts per inch, 128 levels of pressure
     Interlink,
 }
 
@@ -137,6 +137,11 @@ pub fn run(arguments: &Arguments) -> Result<Ending, Failure> {
     palpate_io::write_log(&arguments.out, &simulation.log, &metadata)?;
     terminal.say(&told(arguments, &simulation))?;
     Ok(Ending::Success)
+}
+
+/// Where the palms may go, with a little room left at the ends of the pads.
+pub fn limits(touchpad: &Touchpad) -> PalmLimits {
+    PalmLimits { palm_length_m: 0.97 * touchpad.length_m, ..PalmLimits::default() }
 }
 
 /// Whether the origin, the centre of mass, lies inside the shape.
@@ -211,8 +216,7 @@ fn course(arguments: &Arguments, shape: &SupportFunction, touchpad: &Touchpad) -
     let half = 0.5e-3 * arguments.finger_gap_mm;
     let (motion, start_psi_rad) = match arguments.motion {
         Motion::Turn => {
-            let limits = PalmLimits { palm_length_m: touchpad.length_m, ..PalmLimits::default() };
-            let planned = plan_turn(shape, &limits, duration_s)?;
+            let planned = plan_turn(shape, &limits(touchpad), duration_s)?;
             (planned.motion, planned.start_psi_rad)
         }
         Motion::Zigzag => (PalmMotion::squeeze_and_rotate(duration_s, 2)?, 0.0),

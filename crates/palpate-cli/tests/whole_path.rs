@@ -86,7 +86,7 @@ fn a_log_with_jumps_is_right_or_not_certified() {
         assert!(error_mm(&summary) < 0.1, "{summary}");
     } else {
         assert_eq!(ran.code, Some(3));
-        assert!(ran.stdout.starts_with("NOT certified\n  because "), "{}", ran.stdout);
+        assert!(ran.stdout.starts_with("NOT certified\n  - "), "{}", ran.stdout);
         assert_ne!(summary["reason"], "");
     }
 }
