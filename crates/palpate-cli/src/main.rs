@@ -19,8 +19,8 @@ const AFTER_HELP: &str = "\
 Examples:
   palpate demo                                     see it work: simulate, reconstruct, report
   palpate reconstruct trial.csv -o trial           your own log -> trial/report.html, shape.csv, motion.csv, summary.json
-  palpate simulate --shape stone -o stone.csv      a log to try things on, with the truth beside it
-  palpate reconstruct stone.csv -o stone --truth stone.truth
+  palpate simulate --shape egg -o egg.csv          a log to try things on, with the truth beside it
+  palpate reconstruct egg.csv -o egg --truth egg.truth
 
 Exit codes: 0 success, for `reconstruct`: certified;  3 a result that is not certified;  2 bad input or usage;  1 anything else.";
 

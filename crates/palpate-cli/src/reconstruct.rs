@@ -25,7 +25,7 @@ Examples:
   palpate reconstruct trial.csv                          writes trial.palpate/
   palpate reconstruct trial.csv -o out/trial
   palpate reconstruct trial.csv --json | jq .certified
-  palpate reconstruct stone.csv --truth stone.truth      compares with what is known, after the fact
+  palpate reconstruct egg.csv --truth egg.truth          compares with what is known, after the fact
 
 Exit codes: 0 certified;  3 a result that is not certified (summary.json and the report say why);  2 bad input or usage, nothing
 written;  1 anything else.";
