@@ -17,7 +17,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let browser = browser::provide(!arguments.no_install);
     let mut test = workspace::cargo();
-    test.args(["test", "--workspace"]);
+    test.args(["test", "--workspace", "--no-fail-fast"]);
     if browser {
         test.env(REQUIRE_CHROMIUM, "1");
     }
