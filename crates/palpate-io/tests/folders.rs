@@ -46,6 +46,7 @@ fn reconstruction() -> Reconstruction {
         jumps: vec![palpate::reconstruct::Jump { time_s: 0.15, ..Default::default() }],
         coverage: 0.98,
         alternatives: 1,
+        others: Vec::new(),
         sensor_sd_m: 1e-4,
         balance_sd_m: 2e-5,
     }

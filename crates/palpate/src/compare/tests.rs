@@ -55,6 +55,7 @@ fn found(shape: &SupportFunction, psi: &[f64], felt: impl Fn(f64) -> bool) -> Re
         jumps: Vec::new(),
         coverage: 1.0,
         alternatives: 1,
+        others: Vec::new(),
         sensor_sd_m: 0.0,
         balance_sd_m: 0.0,
     }

@@ -30,7 +30,6 @@ pub(super) fn assemble(
     problem: &Problem,
     mut fit: Fit,
     expected: Expected,
-    alternatives: usize,
 ) -> Option<Reconstruction> {
     let turned = fit.estimate.psi[0];
     rotate(&mut fit, turned);
@@ -118,7 +117,6 @@ pub(super) fn assemble(
         sensor_m: chi2_per_dof.sqrt() * expected_m,
         balance_m: fit.noise.balance_m,
         expected_sensor_m: expected_m,
-        alternatives,
         leaps: &leaps,
         times_s: &times_s,
         largest_psi_sd: motion.iter().map(|pose| pose.psi_sd_rad).fold(0.0, f64::max),
@@ -145,7 +143,8 @@ pub(super) fn assemble(
             })
             .collect(),
         motion,
-        alternatives,
+        alternatives: 1,
+        others: Vec::new(),
         sensor_sd_m: fit.noise.sensor_m,
         balance_sd_m: fit.noise.balance_m,
     })

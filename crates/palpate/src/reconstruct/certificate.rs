@@ -24,7 +24,6 @@ pub(super) struct Evidence<'a> {
     pub sensor_m: f64,
     pub balance_m: f64,
     pub expected_sensor_m: f64,
-    pub alternatives: usize,
     pub leaps: &'a [Leap],
     pub times_s: &'a [f64],
     pub largest_psi_sd: f64,
@@ -66,13 +65,6 @@ pub(super) fn judge(evidence: &Evidence) -> Verdict {
             1e3 * evidence.expected_sensor_m
         ));
     }
-    if evidence.alternatives > 1 {
-        doubts.push(format!(
-            "{} different objects explain the log equally well; a motion that feels more of the boundary, or feels it \
-             twice, would tell them apart",
-            evidence.alternatives
-        ));
-    }
     if !evidence.convex {
         doubts.push("the shape is not convex".to_owned());
     }
@@ -107,6 +99,14 @@ pub(super) fn judge(evidence: &Evidence) -> Verdict {
         ));
     }
     Verdict { certified, com_certified: certified && balanced, reason: doubts.join("; ") }
+}
+
+/// Why a result that is not the only one is not certified.
+pub(super) fn ambiguity(alternatives: usize) -> String {
+    format!(
+        "{alternatives} different objects explain the log equally well; a motion that feels more of the boundary, or feels it \
+         twice, would tell them apart"
+    )
 }
 
 /// Samples whose pose is not a minimum of the potential energy: (v1 − r1) sin φ12 + (v2 − r2) sin φ1 > 0 fails by more than

@@ -25,6 +25,9 @@ const HEIGHTS: usize = 20;
 /// Trial orientations for a window that is searched.
 const ORIENTATIONS: usize = 48;
 /// Instants of a window on which the whole grid is tried.
+const SPARSEST: usize = 5;
+/// Trials that are looked at on more instants, and on how many.
+const SEMIFINALISTS: usize = 120;
 const SPARSE: usize = 12;
 /// Trials that are smoothed over the whole window.
 const FINALISTS: usize = 24;
@@ -34,6 +37,8 @@ const BRANCHES: usize = 4;
 const BEAM: usize = 8;
 /// Hypotheses further than this from the best (−2 log evidence) are given up.
 const HOPELESS: f64 = 150.0;
+/// Times that windows which nothing explains are cut in two and tried again.
+const SPLITS: usize = 3;
 /// Squared residuals per instant (at the noise of the search) that still count as explained.
 pub(super) const EXPLAINED: f64 = 3.0;
 
@@ -48,7 +53,7 @@ pub(super) struct Hypothesis {
 /// What growing came to.
 pub(super) struct Grown {
     /// Placed windows, in order of time.
-    pub windows: Vec<usize>,
+    pub windows: Vec<Window>,
     /// Their thinned instants, in order of time.
     pub thin: Problem,
     /// Arrangements, best first, over the instants of `thin`.
@@ -84,13 +89,34 @@ impl Tolerance {
     }
 }
 
+/// Work that may still be done: searches of a window, counted in those with 8 harmonics. (Not seconds: the result must not
+/// depend on the machine.)
+pub(super) struct Budget {
+    left: f64,
+}
+
+impl Default for Budget {
+    fn default() -> Self {
+        Self { left: 300.0 }
+    }
+}
+
+impl Budget {
+    fn charge(&mut self, searches: usize, order: usize) {
+        self.left -= searches as f64 * ((2 * order + 1) as f64 / 17.0).powi(2);
+    }
+
+    pub fn is_spent(&self) -> bool {
+        self.left <= 0.0
+    }
+}
+
 struct Growth<'a> {
-    windows: &'a [Window],
+    problem: &'a Problem,
+    windows: Vec<Window>,
     order: usize,
     tolerance: Tolerance,
     prior: Prior,
-    /// Windows placed, in the order of placing.
-    placed: Vec<usize>,
     /// Where the instants of each window begin in `thin`.
     offset: Vec<Option<usize>>,
     put_off: Vec<bool>,
@@ -98,21 +124,24 @@ struct Growth<'a> {
     beam: Vec<Hypothesis>,
 }
 
+#[expect(clippy::too_many_arguments, reason = "each is one plain thing; a struct would only rename them")]
 /// Grows `seeds`, candidates over the windows `seed`, over the whole log, with `order` harmonics.
 pub(super) fn grow(
+    problem: &Problem,
     windows: &[Window],
     seed: Range<usize>,
     seeds: Vec<Estimate>,
     order: usize,
     tolerance: Tolerance,
     prior: Prior,
+    budget: &mut Budget,
 ) -> Grown {
     let mut growth = Growth {
-        windows,
+        problem,
+        windows: windows.to_vec(),
         order,
         tolerance,
         prior,
-        placed: Vec::new(),
         offset: vec![None; windows.len()],
         put_off: vec![false; windows.len()],
         thin: Problem { instants: Vec::new() },
@@ -122,8 +151,16 @@ pub(super) fn grow(
         growth.admit(window);
     }
     growth.beam = growth.ranked(&growth.thin, seeds);
-    while let Some((window, neighbour)) = growth.next() {
-        growth.place(window, neighbour);
+    for _ in 0..=SPLITS {
+        while let Some((window, neighbour)) = growth.next() {
+            growth.place(window, neighbour, budget);
+            if budget.is_spent() {
+                return growth.in_order_of_time();
+            }
+        }
+        if !growth.split() {
+            break;
+        }
     }
     growth.in_order_of_time()
 }
@@ -131,7 +168,6 @@ pub(super) fn grow(
 impl Growth<'_> {
     fn admit(&mut self, window: usize) {
         self.offset[window] = Some(self.thin.len());
-        self.placed.push(window);
         self.thin.instants.extend(&self.windows[window].thin.instants);
     }
 
@@ -151,14 +187,27 @@ impl Growth<'_> {
         (0..count).filter(|&w| open(w)).max_by(|a, b| telling(a).total_cmp(&telling(b))).map(|w| (w, None))
     }
 
-    fn place(&mut self, window: usize, neighbour: Option<usize>) {
+    /// Cuts the windows that were put off in two, so that what is hidden in them ends between them; false when there are none.
+    fn split(&mut self) -> bool {
+        let mut any = false;
+        for window in (0..self.windows.len()).rev().filter(|&window| self.put_off[window]).collect::<Vec<_>>() {
+            let halves = self.windows[window].halves(self.problem);
+            any |= !halves.is_empty();
+            self.offset.splice(window..=window, halves.iter().map(|_| None));
+            self.put_off.splice(window..=window, halves.iter().map(|_| false));
+            self.windows.splice(window..=window, halves);
+        }
+        any
+    }
+
+    fn place(&mut self, window: usize, neighbour: Option<usize>, budget: &mut Budget) {
         let piece = &self.windows[window];
         let judged_at = self.tolerance.sharp();
-        let proposals: Vec<Estimate> = self
+        let proposals: Vec<(bool, Vec<Estimate>)> = self
             .beam
             .par_iter()
-            .flat_map_iter(|hypothesis| {
-                let Some(belief) = self.belief(&hypothesis.estimate) else { return Vec::new() };
+            .map(|hypothesis| {
+                let Some(belief) = self.belief(&hypothesis.estimate) else { return (false, Vec::new()) };
                 let followed = neighbour.and_then(|other| self.follow(window, other, &hypothesis.estimate, &belief));
                 let explained = followed.as_ref().is_some_and(|estimate| {
                     misfit(&piece.thin, estimate, judged_at) < EXPLAINED * piece.thin.len() as f64
@@ -167,7 +216,7 @@ impl Growth<'_> {
                 if !explained {
                     placements.extend(self.search(piece, &hypothesis.estimate, &belief));
                 }
-                placements
+                let extended = placements
                     .into_iter()
                     .map(|placement| {
                         let mut estimate = hypothesis.estimate.clone();
@@ -175,9 +224,12 @@ impl Growth<'_> {
                         estimate.psi.extend(placement.psi);
                         estimate
                     })
-                    .collect()
+                    .collect();
+                (!explained, extended)
             })
             .collect();
+        budget.charge(proposals.iter().filter(|(searched, _)| *searched).count(), self.order);
+        let proposals: Vec<Estimate> = proposals.into_iter().flat_map(|(_, extended)| extended).collect();
         let mut together = self.thin.clone();
         together.instants.extend(&piece.thin.instants);
         let beam = self.ranked(&together, proposals);
@@ -257,9 +309,6 @@ impl Growth<'_> {
     fn search(&self, piece: &Window, known: &Estimate, belief: &Belief) -> Vec<Estimate> {
         let noise = self.tolerance.loose();
         let Some((relative, (low, high))) = heights(&piece.thin, self.prior.size_m) else { return Vec::new() };
-        let every = piece.thin.len().div_ceil(SPARSE);
-        let few = Problem { instants: piece.thin.instants.iter().step_by(every).copied().collect() };
-        let sparse = Smoother::with_belief(&few, self.order, noise, self.prior, belief);
         let whole = Smoother::with_belief(&piece.thin, self.order, noise, self.prior, belief);
         let tracks: Vec<Vec<f64>> = (0..HEIGHTS)
             .map(|height| {
@@ -267,22 +316,24 @@ impl Growth<'_> {
                 integrate(&piece.thin, &relative, h0, noise.sensor_m, 0.01).psi
             })
             .collect();
-        let mut trials: Vec<(f64, usize, f64)> = Vec::with_capacity(HEIGHTS * ORIENTATIONS);
-        for (height, track) in tracks.iter().enumerate() {
-            for orientation in 0..ORIENTATIONS {
-                let psi0 = TAU * orientation as f64 / ORIENTATIONS as f64;
-                let psi = track.iter().step_by(every).map(|psi| psi + psi0).collect();
-                let effort = Effort { iterations: 2, tolerance: 1e-2 };
-                let cost = sparse.run(known.coefficients.clone(), psi, effort).cost;
-                if cost.is_finite() {
-                    trials.push((cost, height, psi0));
-                }
+        let mut trials: Vec<(f64, usize, f64)> = (0..HEIGHTS * ORIENTATIONS)
+            .map(|trial| (0.0, trial / ORIENTATIONS, TAU * (trial % ORIENTATIONS) as f64 / ORIENTATIONS as f64))
+            .collect();
+        for (instants, iterations, kept) in [(SPARSEST, 1, SEMIFINALISTS), (SPARSE, 2, FINALISTS)] {
+            let every = piece.thin.len().div_ceil(instants);
+            let few = Problem { instants: piece.thin.instants.iter().step_by(every).copied().collect() };
+            let sparse = Smoother::with_belief(&few, self.order, noise, self.prior, belief).without_convexity();
+            for (cost, height, psi0) in &mut trials {
+                let psi = tracks[*height].iter().step_by(every).map(|psi| psi + *psi0).collect();
+                let effort = Effort { iterations, tolerance: 1e-2 };
+                *cost = sparse.run(known.coefficients.clone(), psi, effort).cost;
             }
+            trials.retain(|(cost, _, _)| cost.is_finite());
+            trials.sort_by(|a, b| a.0.total_cmp(&b.0));
+            trials.truncate(kept);
         }
-        trials.sort_by(|a, b| a.0.total_cmp(&b.0));
         let mut placements: Vec<Estimate> = trials
             .into_iter()
-            .take(FINALISTS)
             .map(|(_, height, psi0)| {
                 let psi = tracks[height].iter().map(|psi| psi + psi0).collect();
                 whole.run(known.coefficients.clone(), psi, Effort { iterations: 8, tolerance: 1e-3 })
@@ -346,8 +397,9 @@ impl Growth<'_> {
                 hypothesis
             })
             .collect();
-        let mut windows = self.placed;
-        windows.sort_unstable();
+        let mut windows = self.windows;
+        let mut placed = self.offset.iter().map(Option::is_some);
+        windows.retain(|_| placed.next() == Some(true));
         Grown { windows, thin, hypotheses }
     }
 }

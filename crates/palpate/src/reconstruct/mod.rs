@@ -32,6 +32,8 @@ pub use reconstruction::{Jump, OutlinePoint, Pose, Reconstruction};
 use crate::log::Log;
 use crate::palms::PalmPair;
 use crate::shape::SupportFunction;
+use rayon::prelude::*;
+
 use assemble::{Expected, assemble};
 use evidence::{Fit, Freedom, ROUNDS, choose_order, fit};
 use problem::Problem;
@@ -65,20 +67,41 @@ pub fn reconstruct(
     let tell = |stage, fraction| progress(Progress { stage, fraction });
     check(log, options)?;
     let task = Task::new(log, options);
-    tell("searching for a start", 0.0);
-    let found = search::search(&task.problem, task.scatter_m, task.prior, &|share| {
-        tell("searching for a start", 0.5 * share);
-    })
-    .ok_or_else(|| ReconstructError::NoStart {
-        advice: "check the units and signs of the palm angles and contact positions".to_owned(),
-    })?;
-    tell("smoothing all samples", 0.5);
-    let refined = task.refine(&found, 0)?;
-    tell("weighing alternatives", 0.9);
-    let alternatives = count_alternatives(&found.thin, &found.estimates, &refined.coarse);
-    let result = task.assemble(refined, alternatives)?;
+    let mut best: Option<Reconstruction> = None;
+    let mut failure = None;
+    search::search(
+        &task.problem,
+        task.scatter_m,
+        task.prior,
+        &|share| tell("searching for arrangements", 0.9 * share),
+        &mut |found| {
+            match task.judge(&found) {
+                Ok(result) => {
+                    let better = best.as_ref().is_none_or(|other| doubt(&result) < doubt(other));
+                    if better {
+                        best = Some(result);
+                    }
+                }
+                Err(error) => failure = Some(error),
+            }
+            best.as_ref().is_some_and(|result| result.certified)
+        },
+    );
     tell("done", 1.0);
-    Ok(result)
+    best.ok_or_else(|| {
+        failure.unwrap_or_else(|| ReconstructError::NoStart {
+            advice: "check the units and signs of the palm angles and contact positions".to_owned(),
+        })
+    })
+}
+
+/// Orders results that are not certified: by jumps that cannot be, then by what the fit leaves.
+fn doubt(result: &Reconstruction) -> f64 {
+    if result.certified {
+        return -1.0;
+    }
+    let impossible = result.jumps.iter().filter(|jump| !jump.physical).count();
+    1e3 * impossible as f64 + result.chi2_per_dof.clamp(0.0, 999.0)
 }
 
 /// The same from a known start, one orientation per sample (radians) and a shape: nothing is searched for. For a log that
@@ -106,7 +129,7 @@ pub fn reconstruct_from(
     let estimate = Estimate { coefficients, psi: psi_rad.to_vec(), cost: 0.0 };
     let found = search::Found { thin: task.problem.clone(), ranges, estimates: vec![estimate] };
     let refined = task.refine(&found, 0)?;
-    task.assemble(refined, 1)
+    task.assemble(refined)
 }
 
 /// Harmonics that a given start is cut to before the number is chosen.
@@ -179,10 +202,52 @@ impl<'a> Task<'a> {
         Ok(Refined { coarse, fine, problem })
     }
 
-    fn assemble(&self, refined: Refined, alternatives: usize) -> Result<Reconstruction, ReconstructError> {
+    fn assemble(&self, refined: Refined) -> Result<Reconstruction, ReconstructError> {
         let expected = Expected { stated_m: self.stated_m, scatter_m: self.scatter_m };
-        assemble(self.log, &refined.problem, refined.fine, expected, alternatives).ok_or(ReconstructError::NotSolvable)
+        assemble(self.log, &refined.problem, refined.fine, expected).ok_or(ReconstructError::NotSolvable)
     }
+
+    /// Takes the arrangements that explain the log about equally well to their ends. Only those count that an object at
+    /// rest could go through; when just one does, it is the answer.
+    fn judge(&self, found: &search::Found) -> Result<Reconstruction, ReconstructError> {
+        let first = self.refine(found, 0)?;
+        let rivals = rivals(&found.thin, &found.estimates, &first.coarse);
+        let mut results = vec![self.assemble(first)?];
+        for rival in rivals {
+            results.extend(self.refine(found, rival).and_then(|refined| self.assemble(refined)));
+        }
+        let mut possible: Vec<Reconstruction> = Vec::new();
+        let mut rest = Vec::new();
+        for result in results {
+            if !result.certified {
+                rest.push(result);
+            } else if !possible.iter().any(|other| same_result(other, &result)) {
+                possible.push(result);
+            }
+        }
+        possible.sort_by(|a, b| a.chi2_per_dof.total_cmp(&b.chi2_per_dof));
+        let mut answers = possible.into_iter();
+        let Some(mut answer) = answers.next() else {
+            return rest.into_iter().min_by(|a, b| doubt(a).total_cmp(&doubt(b))).ok_or(ReconstructError::NotSolvable);
+        };
+        answer.others = answers.collect();
+        answer.alternatives = 1 + answer.others.len();
+        if answer.alternatives > 1 {
+            (answer.certified, answer.com_certified) = (false, false);
+            answer.reason = certificate::ambiguity(answer.alternatives);
+        }
+        Ok(answer)
+    }
+}
+
+/// Whether two results are one, but for a common rotation and what noise makes of it.
+fn same_result(a: &Reconstruction, b: &Reconstruction) -> bool {
+    let psi = |result: &Reconstruction| Estimate {
+        coefficients: Vec::new(),
+        psi: result.motion.iter().map(|pose| pose.psi_rad).collect(),
+        cost: 0.0,
+    };
+    grow::same_motion(&psi(a), &psi(b))
 }
 
 fn check(log: &Log, options: &ReconstructOptions) -> Result<(), ReconstructError> {
@@ -239,23 +304,24 @@ fn stated_noise_m(log: &Log) -> Option<f64> {
     (!stated.is_empty()).then(|| noise::median(&mut stated))
 }
 
-/// How many distinct objects explain the thinned log as well as the chosen one (which counts too).
-fn count_alternatives(thin: &Problem, candidates: &[Estimate], chosen: &Fit) -> usize {
+/// The arrangements but the first that explain the thinned log about as well as the chosen one, or better.
+fn rivals(thin: &Problem, candidates: &[Estimate], chosen: &Fit) -> Vec<usize> {
     let smoother = Smoother::new(thin, chosen.order, chosen.noise, chosen.prior);
     let effort = Effort { iterations: 20, tolerance: 1e-5 };
     let polished: Vec<Estimate> = candidates
-        .iter()
+        .par_iter()
         .map(|estimate| smoother.run(estimate.coefficients.clone(), estimate.psi.clone(), effort))
         .collect();
-    let Some(best) = polished.iter().map(|estimate| estimate.cost).min_by(f64::total_cmp) else { return 1 };
-    let mut distinct: Vec<&Estimate> = Vec::new();
-    for estimate in polished.iter().filter(|estimate| estimate.cost < best + NEAR_EQUAL) {
-        if !distinct.iter().any(|other| grow::same_motion(other, estimate)) {
-            distinct.push(estimate);
-        }
-    }
-    distinct.len().max(1)
+    let best = polished.iter().map(|estimate| estimate.cost).fold(f64::INFINITY, f64::min);
+    (1..polished.len())
+        .filter(|&index| polished[index].cost < best + NEAR_EQUAL)
+        .filter(|&index| !polished[..index].iter().any(|other| grow::same_motion(other, &polished[index])))
+        .take(MOST_RIVALS)
+        .collect()
 }
+
+/// Rivals that are followed to the end, at the most.
+const MOST_RIVALS: usize = 4;
 
 /// Two arrangements whose sums of squares differ by less than this explain the log equally well.
 const NEAR_EQUAL: f64 = 40.0;

@@ -27,6 +27,8 @@ pub struct Reconstruction {
     pub coverage: f64,
     /// Number of distinct arrangements that fit equally well; 1 when the answer is unique.
     pub alternatives: usize,
+    /// The arrangements besides this one that fit equally well (`alternatives` − 1 of them, at most four).
+    pub others: Vec<Reconstruction>,
     /// Standard deviation of the contact positions, metres: stated by the log, or estimated from it.
     pub sensor_sd_m: f64,
     /// Standard deviation of the balance equation, metres.

@@ -6,7 +6,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::grow::{EXPLAINED, Grown, Tolerance, grow, misfit};
+use super::grow::{Budget, EXPLAINED, Tolerance, grow, misfit};
 use super::pieces::pieces;
 use super::problem::Problem;
 use super::repair::best_orientation;
@@ -21,8 +21,11 @@ const SAMPLES: usize = 250;
 /// (friction, fast palms), hardly at all.
 const BALANCES: [f64; 2] = [1.0, 15.0];
 
-/// An arrangement of the whole log below this cost per instant ends the search.
-const CERTAIN: f64 = 1.5;
+/// What a log that is not arranged at all would cost per instant.
+const MISSING: f64 = 10.0;
+
+/// With a misfit above this few harmonics are not nearly right, and more are not tried.
+const NEARLY: f64 = 1000.0;
 
 /// Harmonics of the search, in turn.
 const ORDERS: [usize; 4] = [8, 12, 18, 28];
@@ -30,8 +33,8 @@ const ORDERS: [usize; 4] = [8, 12, 18, 28];
 /// Stretches that are searched for a seed.
 const SPANS: usize = 16;
 
-/// Seeds that are grown before the best so far is taken.
-const SEEDS: usize = 4;
+/// Seeds that are grown before the search gives up.
+const SEEDS: usize = 6;
 
 /// Candidates that each seed starts with.
 const CANDIDATES: usize = 8;
@@ -46,49 +49,72 @@ pub(super) struct Found {
     pub estimates: Vec<Estimate>,
 }
 
-/// Searches; `None` when no stretch is long enough or none can be at rest.
-pub(super) fn search(problem: &Problem, scatter_m: f64, prior: Prior, tell: &dyn Fn(f64)) -> Option<Found> {
+/// Searches, and hands each arrangement of the log that it finds to `accept` until that says enough. Most promising
+/// first as far as can be known; an arrangement that does not explain the log only if there is no other.
+pub(super) fn search(
+    problem: &Problem,
+    scatter_m: f64,
+    prior: Prior,
+    tell: &dyn Fn(f64),
+    accept: &mut dyn FnMut(Found) -> bool,
+) {
     let windows = windows(problem, &pieces(problem, scatter_m), SAMPLES);
-    let mut best: Option<(f64, Grown)> = None;
+    let mut poor: Option<(f64, Found)> = None;
+    let mut any = false;
     for (number, balance) in BALANCES.into_iter().enumerate() {
         let tolerance = Tolerance { scatter_m, size_m: prior.size_m, balance };
         let tell = |share: f64| tell((number as f64 + share) / BALANCES.len() as f64);
-        let next = arrange(&windows, tolerance, prior, &tell);
-        best = best.into_iter().chain(next).min_by(|a, b| a.0.total_cmp(&b.0));
-        if best.as_ref().is_some_and(|(cost, _)| *cost < EXPLAINED) {
-            break;
+        let enough = arrange(problem, &windows, tolerance, prior, &tell, &mut |cost, found| {
+            if cost < EXPLAINED {
+                any = true;
+                return accept(found);
+            }
+            if poor.as_ref().is_none_or(|(champion, _)| cost < *champion) {
+                poor = Some((cost, found));
+            }
+            false
+        });
+        if enough {
+            return;
+        }
+        // Arrangements that hold the balance were found, and none was good enough: leaving the balance out makes none better.
+        if any {
+            return;
         }
     }
-    let (_, arranged) = best?;
-    let ranges = stretches(&windows, &arranged.windows);
-    let estimates = arranged.hypotheses.into_iter().map(|hypothesis| hypothesis.estimate).collect();
-    Some(Found { thin: arranged.thin, ranges, estimates })
+    if let Some((_, found)) = poor {
+        accept(found);
+    }
 }
 
-/// The best arrangement of all windows, with its cost per instant.
+/// Hands arrangements with their cost per instant to `consider` until that says enough (true), or nothing is left to try.
 fn arrange(
+    problem: &Problem,
     windows: &[Window],
     tolerance: Tolerance,
     prior: Prior,
     tell: &dyn Fn(f64),
-) -> Option<(f64, Grown)> {
-    let whole: usize = windows.iter().map(|window| window.thin.len()).sum();
-    let judged_at = tolerance.sharp();
-    let mut best: Option<(f64, Grown)> = None;
+    consider: &mut dyn FnMut(f64, Found) -> bool,
+) -> bool {
+    let whole: usize = windows.iter().map(|window| window.range.len()).sum();
+    let mut budget = Budget::default();
     let mut fallback: Option<Seed> = None;
     let mut grown = 0;
-    let consider = |seed: Seed, best: &mut Option<(f64, Grown)>| {
-        let arranged = grow(windows, seed.span, seed.candidates, seed.order, tolerance, prior);
-        let Some(top) = arranged.hypotheses.first() else { return };
+    let mut attempt = |seed: Seed, budget: &mut Budget| {
+        let order = seed.order;
+        let arranged = grow(problem, windows, seed.span, seed.candidates, order, tolerance, prior, budget);
+        let Some(top) = arranged.hypotheses.first() else { return false };
         // What is not arranged counts as not explained.
-        let missing = (whole - arranged.thin.len()) as f64;
-        let cost = (misfit(&arranged.thin, &top.estimate, judged_at) + 10.0 * missing) / whole as f64;
+        let covered: usize = arranged.windows.iter().map(|window| window.range.len()).sum();
+        let missing = 1.0 - covered as f64 / whole as f64;
+        let cost = misfit(&arranged.thin, &top.estimate, tolerance.sharp()) / arranged.thin.len() as f64
+            + MISSING * missing;
         if std::env::var_os("DBG").is_some() {
-            eprintln!("  K {} grown to {} of {whole}, {} hypotheses, cost {cost:.2}", seed.order, arranged.thin.len(), arranged.hypotheses.len());
+            eprintln!("  K {order} grown to {covered} of {whole}, {} hypotheses, cost {cost:.2}", arranged.hypotheses.len());
         }
-        if best.as_ref().is_none_or(|(champion, _)| cost < *champion) {
-            *best = Some((cost, arranged));
-        }
+        let ranges = stretches(&arranged.windows);
+        let estimates = arranged.hypotheses.into_iter().map(|hypothesis| hypothesis.estimate).collect();
+        consider(cost, Found { thin: arranged.thin, ranges, estimates })
     };
     for (number, span) in spans(windows).into_iter().take(SPANS).enumerate() {
         tell(number as f64 / SPANS as f64);
@@ -102,16 +128,18 @@ fn arrange(
             }
             continue;
         }
-        consider(seed, &mut best);
         grown += 1;
-        if best.as_ref().is_some_and(|(cost, _)| *cost < CERTAIN) || grown == SEEDS {
-            break;
+        if attempt(seed, &mut budget) {
+            return true;
+        }
+        if grown == SEEDS || budget.is_spent() {
+            return false;
         }
     }
-    if best.is_none() {
-        consider(fallback?, &mut best);
+    match fallback {
+        Some(seed) if grown == 0 => attempt(seed, &mut budget),
+        _ => false,
     }
-    best
 }
 
 /// Candidates over a run of windows, best first, with the number of harmonics that they took.
@@ -150,7 +178,7 @@ fn seed(windows: &[Window], span: Range<usize>, tolerance: Tolerance, prior: Pri
             let candidates = polished.iter().map(|(_, estimate)| estimate.clone()).collect();
             best = Some(Seed { span: span.clone(), candidates, order, misfit });
         }
-        if misfit < EXPLAINED {
+        if !(EXPLAINED..NEARLY).contains(&misfit) {
             break;
         }
         // Only what is nearly right with few harmonics can be right with more.
@@ -159,11 +187,10 @@ fn seed(windows: &[Window], span: Range<usize>, tolerance: Tolerance, prior: Pri
     best
 }
 
-/// The index ranges that the placed windows cover; windows that are joined make one range.
-fn stretches(windows: &[Window], placed: &[usize]) -> Vec<Range<usize>> {
+/// The index ranges that placed windows cover; windows that are joined make one range.
+fn stretches(placed: &[Window]) -> Vec<Range<usize>> {
     let mut ranges: Vec<Range<usize>> = Vec::new();
-    for &window in placed {
-        let Window { range, joined, .. } = &windows[window];
+    for Window { range, joined, .. } in placed {
         match ranges.last_mut() {
             Some(last) if *joined && last.end == range.start => last.end = range.end,
             _ => ranges.push(range.clone()),

@@ -232,6 +232,12 @@ impl<'a> Smoother<'a> {
         Self { belief: Some(belief), ..Self::new(problem, order, noise, prior) }
     }
 
+    /// The same with convexity left out, for a first look.
+    pub fn without_convexity(mut self) -> Self {
+        self.convexity.rows.clear();
+        self
+    }
+
     fn shape_cost(&self, coefficients: &[f64]) -> f64 {
         let prior: f64 = match self.belief {
             Some(belief) => {

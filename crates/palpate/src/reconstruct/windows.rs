@@ -22,12 +22,26 @@ pub(super) struct Window {
     pub joined: bool,
     /// Path length of the contacts in metres: how much there is to learn from the window.
     pub telling_m: f64,
+    /// Samples per thinned instant.
+    run: usize,
 }
 
 impl Window {
-    fn new(range: Range<usize>, thin: Problem, joined: bool) -> Self {
+    /// `None` when the range is too short.
+    fn new(problem: &Problem, range: Range<usize>, run: usize, joined: bool) -> Option<Self> {
+        let whole = Problem { instants: problem.instants[range.clone()].to_vec() };
+        let thin = whole.thinned_by(run);
         let telling_m = thin.instants.windows(2).map(|p| (p[1].s1 - p[0].s1).hypot(p[1].s2 - p[0].s2)).sum();
-        Self { range, thin, joined, telling_m }
+        (thin.len() >= SHORTEST).then_some(Self { range, thin, joined, telling_m, run })
+    }
+
+    /// The window cut in two, each looked at more closely; fewer where there is too little to look at.
+    pub fn halves(&self, problem: &Problem) -> Vec<Self> {
+        let Range { start, end } = self.range;
+        let middle = start + (end - start) / 2;
+        let run = (self.run / 2).max(1);
+        let parts = [(start..middle, self.joined), (middle..end, true)];
+        parts.into_iter().filter_map(|(range, joined)| Self::new(problem, range, run, joined)).collect()
     }
 }
 
@@ -41,11 +55,7 @@ pub(super) fn windows(problem: &Problem, pieces: &[Range<usize>], count: usize) 
         let share = (piece.len() / run).div_ceil(LENGTH).max(1);
         for part in 0..share {
             let range = piece.start + piece.len() * part / share..piece.start + piece.len() * (part + 1) / share;
-            let whole = Problem { instants: problem.instants[range.clone()].to_vec() };
-            let thin = whole.thinned_by(run);
-            if thin.len() >= SHORTEST {
-                windows.push(Window::new(range, thin, part > 0));
-            }
+            windows.extend(Window::new(problem, range, run, part > 0));
         }
     }
     windows
