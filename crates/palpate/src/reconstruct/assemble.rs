@@ -25,12 +25,7 @@ pub(super) struct Expected {
 }
 
 /// Puts the result together. `None` when the information matrix cannot be factored (nothing was learnt).
-pub(super) fn assemble(
-    log: &Log,
-    problem: &Problem,
-    mut fit: Fit,
-    expected: Expected,
-) -> Option<Reconstruction> {
+pub(super) fn assemble(log: &Log, problem: &Problem, mut fit: Fit, expected: Expected) -> Option<Reconstruction> {
     let turned = fit.estimate.psi[0];
     rotate(&mut fit, turned);
     unwrap(&mut fit.estimate.psi);

@@ -114,8 +114,7 @@ fn angle_sensitivity(instant: &Instant, fit: &Fit, psi: f64) -> (f64, f64) {
     let (mut by_psi, mut by_center) = (0.0, 0.0);
     for turned in [instant.turned(STEP, 0.0), instant.turned(0.0, STEP)] {
         let there = residuals(&turned, coefficients, psi);
-        let pull: f64 =
-            (0..3).map(|j| weights[j].powi(2) * here.by_psi[j] * (there.value[j] - here.value[j])).sum();
+        let pull: f64 = (0..3).map(|j| weights[j].powi(2) * here.by_psi[j] * (there.value[j] - here.value[j])).sum();
         let step = -pull / (information + 1.0);
         let moved = center(&turned, psi + step);
         by_psi += (step / STEP).powi(2);

@@ -81,7 +81,6 @@ impl Instant {
     pub fn balance_x(&self) -> f64 {
         (self.s1 * self.sin12 - self.s2 * self.sin1) / self.sin2
     }
-
 }
 
 /// All instants of a log, in order of time.

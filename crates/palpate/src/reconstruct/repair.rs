@@ -17,23 +17,23 @@ const TRIALS: usize = 240;
 /// A sample is looked at again when its contacts or its balance are missed by this many times the usual square.
 const SUSPICIOUS: f64 = 25.0;
 
-/// A sample is moved when that takes at least this much off its misfit.
-const WORTH_MOVING: f64 = 9.0;
+/// Samples around a suspicious one that are looked at as well.
+const AROUND: usize = 4;
 
-/// What it costs a few samples to leap from the poses around them and back.
-const OUTING: f64 = 40.0;
+/// A stretch is changed when that takes at least this much off its cost.
+const WORTH_CHANGING: f64 = 9.0;
 
-/// Longest run of samples that may have leapt out and back by mistake.
-const LONGEST_OUTING: usize = 3;
+/// What a leap from one sample to the next costs, in squared standard deviations. A leap must have its reasons.
+const LEAP: f64 = 20.0;
 
-/// Whether the motion leaps shortly before and shortly after a sample; `steps` are the steps of ψ.
-fn leaps_around(steps: &[f64], index: usize) -> bool {
-    let leaps = |range: std::ops::Range<usize>| steps[range].iter().any(|step| *step > 0.1);
-    leaps(index.saturating_sub(LONGEST_OUTING)..index.min(steps.len()))
-        && leaps(index.min(steps.len())..(index + LONGEST_OUTING).min(steps.len()))
-}
+/// Steps beyond this are leaps, radians.
+const LONGEST_STEP: f64 = 0.15;
 
-/// Places suspicious samples anew; returns how many moved.
+/// Orientations that one sample might have, each with its misfit.
+type Choices = Vec<(f64, f64)>;
+
+/// Places the samples of suspicious stretches anew; returns how many moved. Of all ways through the orientations that each
+/// sample might have, the one of least misfit and fewest leaps is taken (Viterbi's algorithm).
 pub(super) fn repair(problem: &Problem, palms: &[PalmPair], fit: &mut Fit, scatter_m: f64) -> usize {
     let coefficients = fit.estimate.coefficients.clone();
     let shape = SupportFunction::from_coefficients(&coefficients);
@@ -50,50 +50,111 @@ pub(super) fn repair(problem: &Problem, palms: &[PalmPair], fit: &mut Fit, scatt
         // Contacts always hold; balance may be missed in bursts, so its misfit grows slowly only.
         contacts(instant, psi) / usual_contacts + 4.0 * (1.0 + balance(instant, psi) / (4.0 * usual_balance)).ln()
     };
-    let steps: Vec<f64> =
-        fit.estimate.psi.windows(2).map(|pair| 2.0 * (0.5 * (pair[1] - pair[0])).sin().abs()).collect();
-    let mut moved = 0;
+    let psi = &fit.estimate.psi;
+    let mut doubtful = vec![false; problem.len()];
     for index in 0..problem.len() {
         let instant = &problem.instants[index];
-        let here = fit.estimate.psi[index];
-        let lonely = leaps_around(&steps, index);
-        let odd = contacts(instant, here) > SUSPICIOUS * usual_contacts
-            || balance(instant, here) > SUSPICIOUS * usual_balance;
-        if !odd && !lonely {
-            continue;
-        }
-        let at = |index: Option<usize>| index.and_then(|index| fit.estimate.psi.get(index)).copied().unwrap_or(here);
-        let (before, after) = (at(index.checked_sub(1)), at(Some(index + 1)));
-        let (long_before, long_after) =
-            (at(index.checked_sub(LONGEST_OUTING + 1)), at(Some(index + LONGEST_OUTING + 1)));
-        let near = |psi: f64, others: &[f64]| others.iter().any(|other| (0.5 * (psi - other)).sin().abs() < 0.15);
-        let out_here = if lonely || !near(here, &[before, after]) { OUTING } else { 0.0 };
-        let mut trials: Vec<f64> = vec![
-            before,
-            after,
-            long_before,
-            long_after,
-            best_orientation(instant, &coefficients, before, usual_contacts),
-        ];
-        if palms[index].phi2_rad.sin() > 0.0 {
-            trials.extend(EnergyLandscape::new(&shape, &palms[index]).stable_poses().iter().map(|rest| rest.psi_rad));
-        }
-        let best = trials
-            .into_iter()
-            .map(|trial| {
-                let (value, psi) = settled(instant, trial, &misfit);
-                let neighbours: &[f64] = if lonely { &[long_before, long_after] } else { &[before, after] };
-                (if near(psi, neighbours) { value } else { value + OUTING }, psi)
-            })
-            .min_by(|a, b| a.0.total_cmp(&b.0));
-        if let Some((rank, psi)) = best
-            && rank + WORTH_MOVING < misfit(instant, here) + out_here
+        let leaps = index > 0 && leap(psi[index - 1], psi[index]) > 0.0;
+        if leaps
+            || contacts(instant, psi[index]) > SUSPICIOUS * usual_contacts
+            || balance(instant, psi[index]) > SUSPICIOUS * usual_balance
         {
-            fit.estimate.psi[index] = psi;
-            moved += 1;
+            doubtful[index.saturating_sub(AROUND)..(index + AROUND + 1).min(problem.len())].fill(true);
         }
     }
+    let mut moved = 0;
+    let mut start = 0;
+    while start < problem.len() {
+        if !doubtful[start] {
+            start += 1;
+            continue;
+        }
+        let end = (start..problem.len()).find(|&index| !doubtful[index]).unwrap_or(problem.len());
+        let before = start.checked_sub(1).map(|index| fit.estimate.psi[index]);
+        let after = fit.estimate.psi.get(end).copied();
+        let choices: Vec<Choices> = (start..end)
+            .map(|index| {
+                let instant = &problem.instants[index];
+                let here = fit.estimate.psi[index];
+                let nearest = before.or(after).unwrap_or(here);
+                let mut trials = vec![best_orientation(instant, &coefficients, nearest, usual_contacts)];
+                trials.extend(before);
+                trials.extend(after);
+                let beside = [index.checked_sub(1), Some(index + 1)].into_iter().flatten();
+                trials.extend(beside.filter_map(|other| fit.estimate.psi.get(other).copied()));
+                if palms[index].phi2_rad.sin() > 0.0 {
+                    let rests = EnergyLandscape::new(&shape, &palms[index]).stable_poses();
+                    trials.extend(rests.iter().map(|rest| rest.psi_rad));
+                }
+                let mut choices = vec![(here, misfit(instant, here))];
+                for trial in trials {
+                    let (value, psi) = settled(instant, trial, &misfit);
+                    if choices.iter().all(|(other, _)| (0.5 * (psi - other)).sin().abs() > 2e-3) {
+                        choices.push((psi, value));
+                    }
+                }
+                choices
+            })
+            .collect();
+        let way = cheapest_way(before, &choices, after);
+        let cost = |way: &[usize]| {
+            let psi: Vec<f64> = way.iter().zip(&choices).map(|(&choice, choices)| choices[choice].0).collect();
+            let misfits: f64 = way.iter().zip(&choices).map(|(&choice, choices)| choices[choice].1).sum();
+            let all: Vec<f64> = before.into_iter().chain(psi).chain(after).collect();
+            misfits + all.windows(2).map(|pair| leap(pair[0], pair[1])).sum::<f64>()
+        };
+        if cost(&way) + WORTH_CHANGING < cost(&vec![0; choices.len()]) {
+            for (offset, &choice) in way.iter().enumerate() {
+                moved += usize::from(choice > 0);
+                fit.estimate.psi[start + offset] = choices[offset][choice].0;
+            }
+        }
+        start = end;
+    }
     moved
+}
+
+/// The cost of the step from one orientation to the next.
+fn leap(from: f64, to: f64) -> f64 {
+    if 2.0 * (0.5 * (to - from)).sin().abs() > LONGEST_STEP { LEAP } else { 0.0 }
+}
+
+/// The choice at each sample that makes the least cost in all.
+fn cheapest_way(before: Option<f64>, choices: &[Choices], after: Option<f64>) -> Vec<usize> {
+    let mut costs: Vec<f64> = Vec::new();
+    let mut origins: Vec<Vec<usize>> = Vec::new();
+    for (step, here) in choices.iter().enumerate() {
+        let mut next = Vec::with_capacity(here.len());
+        let mut origin = Vec::with_capacity(here.len());
+        for &(psi, misfit) in here {
+            let (from, cost) = match step {
+                0 => (0, before.map_or(0.0, |before| leap(before, psi))),
+                _ => costs
+                    .iter()
+                    .zip(&choices[step - 1])
+                    .map(|(cost, (other, _))| cost + leap(*other, psi))
+                    .enumerate()
+                    .min_by(|a, b| a.1.total_cmp(&b.1))
+                    .unwrap_or((0, f64::INFINITY)),
+            };
+            origin.push(from);
+            next.push(cost + misfit);
+        }
+        costs = next;
+        origins.push(origin);
+    }
+    let ends = costs.iter().zip(choices.last().into_iter().flatten());
+    let mut choice = ends
+        .map(|(cost, (psi, _))| cost + after.map_or(0.0, |after| leap(*psi, after)))
+        .enumerate()
+        .min_by(|a, b| a.1.total_cmp(&b.1))
+        .map_or(0, |(choice, _)| choice);
+    let mut way = vec![0; choices.len()];
+    for step in (0..choices.len()).rev() {
+        way[step] = choice;
+        choice = origins[step][choice];
+    }
+    way
 }
 
 /// The bottom of the misfit next to a trial orientation, by shrinking steps.
@@ -147,4 +208,25 @@ pub(super) fn best_orientation(instant: &Instant, coefficients: &[f64], nearest:
         }
     }
     best.1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_cheapest_way_leaps_once_where_each_sample_alone_would_leap_often() {
+        // Two poses explain each sample about equally well; the noise prefers now one, now the other.
+        let choices: Vec<Choices> = (0..8)
+            .map(|i| vec![(0.0, if i % 2 == 0 { 3.0 } else { 1.0 }), (1.0, if i % 2 == 0 { 1.0 } else { 3.0 })])
+            .collect();
+        assert_eq!(cheapest_way(Some(0.0), &choices, Some(0.0)), [0; 8]);
+        let way = cheapest_way(Some(0.0), &choices, Some(1.0));
+        assert_eq!(
+            way.windows(2).filter(|pair| pair[0] != pair[1]).count()
+                + usize::from(way[0] == 1)
+                + usize::from(way[7] == 0),
+            1
+        );
+    }
 }

@@ -107,10 +107,13 @@ fn arrange(
         // What is not arranged counts as not explained.
         let covered: usize = arranged.windows.iter().map(|window| window.range.len()).sum();
         let missing = 1.0 - covered as f64 / whole as f64;
-        let cost = misfit(&arranged.thin, &top.estimate, tolerance.sharp()) / arranged.thin.len() as f64
-            + MISSING * missing;
+        let cost =
+            misfit(&arranged.thin, &top.estimate, tolerance.sharp()) / arranged.thin.len() as f64 + MISSING * missing;
         if std::env::var_os("DBG").is_some() {
-            eprintln!("  K {order} grown to {covered} of {whole}, {} hypotheses, cost {cost:.2}", arranged.hypotheses.len());
+            eprintln!(
+                "  K {order} grown to {covered} of {whole}, {} hypotheses, cost {cost:.2}",
+                arranged.hypotheses.len()
+            );
         }
         let ranges = stretches(&arranged.windows);
         let estimates = arranged.hypotheses.into_iter().map(|hypothesis| hypothesis.estimate).collect();
