@@ -114,7 +114,9 @@ impl Outcome {
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let started = Instant::now();
     let trials: Vec<(u64, NoiseKind)> = if arguments.jumps {
-        (0..arguments.trials.unwrap_or(500)).map(|i| (arguments.seed + i, NOISES[(arguments.seed + i + 3) as usize % 4])).collect()
+        (0..arguments.trials.unwrap_or(500))
+            .map(|i| (arguments.seed + i, NOISES[(arguments.seed + i + 3) as usize % 4]))
+            .collect()
     } else {
         let each = arguments.trials.unwrap_or(200);
         NOISES.iter().flat_map(|noise| (0..each).map(|i| (arguments.seed + i, *noise))).collect()
@@ -135,8 +137,21 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         for o in outcomes.iter().filter(|o| o.worth_a_look()) {
             println!(
                 "seed {} {} {}: jumps {} felt {:.2} solved {} certified {} wrong {} r {:.4} mm (from truth {:.4}, bound {:.4}) psi {:.2} deg alternatives {} {:.1} s; {}",
-                o.seed, o.object, o.noise.name(), o.jumps, o.felt, o.solved, o.certified, o.wrong,
-                o.rms_r_m * 1e3, o.reference_m * 1e3, o.bound_m * 1e3, o.rms_psi_rad.to_degrees(), o.alternatives, o.seconds, o.reason
+                o.seed,
+                o.object,
+                o.noise.name(),
+                o.jumps,
+                o.felt,
+                o.solved,
+                o.certified,
+                o.wrong,
+                o.rms_r_m * 1e3,
+                o.reference_m * 1e3,
+                o.bound_m * 1e3,
+                o.rms_psi_rad.to_degrees(),
+                o.alternatives,
+                o.seconds,
+                o.reason
             );
         }
     }
@@ -172,7 +187,9 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
 }
 
 fn heading() {
-    println!("| trials of | logs | solved | certified | certified, wrong | solved, not certified | RMS r / bound (median) | RMS r (median, mm) | inside 95 % band | seconds (median) | (95 %) |");
+    println!(
+        "| trials of | logs | solved | certified | certified, wrong | solved, not certified | RMS r / bound (median) | RMS r (median, mm) | inside 95 % band | seconds (median) | (95 %) |"
+    );
     println!("|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|");
 }
 
@@ -180,14 +197,16 @@ fn row(name: &str, of: &[&Outcome]) {
     if of.is_empty() {
         return;
     }
-    let share = |test: &dyn Fn(&Outcome) -> bool| {
-        100.0 * of.iter().filter(|o| test(o)).count() as f64 / of.len() as f64
-    };
+    let share =
+        |test: &dyn Fn(&Outcome) -> bool| 100.0 * of.iter().filter(|o| test(o)).count() as f64 / of.len() as f64;
     let solved: Vec<&&Outcome> = of.iter().filter(|o| o.solved).collect();
     let quantile = |values: Vec<f64>, q: f64| {
         let mut values = values;
         values.sort_by(f64::total_cmp);
-        values.get(((values.len() as f64 * q) as usize).min(values.len().saturating_sub(1))).copied().unwrap_or(f64::NAN)
+        values
+            .get(((values.len() as f64 * q) as usize).min(values.len().saturating_sub(1)))
+            .copied()
+            .unwrap_or(f64::NAN)
     };
     println!(
         "| {name} | {} | {:.1} % | {:.1} % | {} | {:.1} % | {:.2} | {:.4} | {:.1} % | {:.2} | {:.2} |",
@@ -309,7 +328,8 @@ fn trial(seed: u64, noise: NoiseKind, arguments: &Arguments) -> anyhow::Result<O
             outcome.certified = found.certified;
             outcome.com_certified = found.com_certified;
             outcome.wrong = found.certified
-                && (errors.rms_r_m > (3.0 * reference_m).max(4.0 * bound_m) + 1e-6 || errors.rms_psi_rad > (3.0 * reference_psi).max(0.02));
+                && (errors.rms_r_m > (3.0 * reference_m).max(4.0 * bound_m) + 1e-6
+                    || errors.rms_psi_rad > (3.0 * reference_psi).max(0.02));
             outcome.inside = inside_band(&found, &truth)?;
             outcome.alternatives = found.alternatives;
             outcome.reason = found.reason.clone();
@@ -345,8 +365,7 @@ fn inside_band(found: &Reconstruction, truth: &Truth) -> anyhow::Result<f64> {
             turn -= slope / curvature;
         }
     }
-    let inside = felt.iter().filter(|point| {
-        (shape.at(point.theta_rad - turn).r - point.r_m).abs() <= 1.959_964 * point.r_sd_m
-    });
+    let inside =
+        felt.iter().filter(|point| (shape.at(point.theta_rad - turn).r - point.r_m).abs() <= 1.959_964 * point.r_sd_m);
     Ok(inside.count() as f64 / felt.len().max(1) as f64)
 }

@@ -51,9 +51,9 @@ pub(super) fn assemble(log: &Log, problem: &Problem, mut fit: Fit, expected: Exp
             ((instant.weight1 > 0.0).then_some(-value[0]), (instant.weight2 > 0.0).then_some(-value[1]))
         })
         .collect();
-    let of_sensor =
-        |pick: fn(&(Option<f64>, Option<f64>)) -> Option<f64>| -> Vec<f64> { left.iter().filter_map(pick).collect() };
-    let inflation = 0.5 * (correlation_time(&of_sensor(|both| both.0)) + correlation_time(&of_sensor(|both| both.1)));
+    let of_sensor1: Vec<f64> = left.iter().filter_map(|both| both.0).collect();
+    let of_sensor2: Vec<f64> = left.iter().filter_map(|both| both.1).collect();
+    let inflation = 0.5 * (correlation_time(&of_sensor1) + correlation_time(&of_sensor2));
     let posterior = Posterior::new(problem, &fit, &felt, inflation)?;
 
     let outline: Vec<OutlinePoint> = (0..NODES)

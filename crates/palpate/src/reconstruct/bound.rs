@@ -20,7 +20,7 @@ use crate::shape::SupportFunction;
 ///
 /// `None` when the log does not determine the shape, or when `psi_rad` is not as long as the log.
 pub fn cramer_rao_bound_m(log: &Log, shape: &SupportFunction, psi_rad: &[f64], sensor_sd_m: f64) -> Option<f64> {
-    if psi_rad.len() != log.samples.len() || !(sensor_sd_m > 0.0) {
+    if psi_rad.len() != log.samples.len() || sensor_sd_m.is_nan() || sensor_sd_m <= 0.0 {
         return None;
     }
     let problem = Problem::new(log, None);

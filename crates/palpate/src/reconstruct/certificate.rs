@@ -143,5 +143,5 @@ pub(super) fn angle_sensitivity_m(problem: &Problem, coefficients: &[f64], psi: 
             }
         }
     }
-    if count > 0.0 { (sum / count as f64).sqrt() } else { 0.0 }
+    if count > 0.0 { (sum / count).sqrt() } else { 0.0 }
 }

@@ -57,17 +57,6 @@ pub(super) fn fit(
             return best;
         }
         let normal = smoother.linearise(&estimate.coefficients, &estimate.psi);
-        if std::env::var_os("DBG").is_some() {
-            eprintln!(
-                "    fit K {order} n {} round {round} cost {:.2} minv {:.4} sensor {:.5} balance {:.5} scale {:.4}",
-                problem.len(),
-                estimate.cost,
-                1e3 * crate::shape::SupportFunction::from_coefficients(&estimate.coefficients).min_curvature_radius_m(),
-                1e3 * noise.sensor_m,
-                1e3 * noise.balance_m,
-                prior.scale_m
-            );
-        }
         let factor = smoother.factor(&normal)?;
         let half_log_determinant: f64 = factor.l_dirty().diagonal().iter().map(|value| value.ln()).sum();
         let log_evidence = log_evidence(&smoother, &estimate, &normal, half_log_determinant);
@@ -152,11 +141,14 @@ fn updated_noise(smoother: &Smoother, estimate: &Estimate, variance: &[f64], fre
         let at = residuals(instant, &estimate.coefficients, psi);
         let weights = smoother.noise.weights(instant);
         let information: f64 = (0..3).map(|j| (weights[j] * at.by_psi[j]).powi(2)).sum();
-        for j in 0..3 {
-            if weights[j] > 0.0 {
-                let kind = usize::from(j == 2);
-                squares[kind] += (weights[j] * at.value[j]).powi(2);
-                redundancy[kind] += 1.0 - (weights[j] * at.by_psi[j]).powi(2) / information.max(1e-300);
+        for (kind, weight, value, by_psi) in [
+            (0, weights[0], at.value[0], at.by_psi[0]),
+            (0, weights[1], at.value[1], at.by_psi[1]),
+            (1, weights[2], at.value[2], at.by_psi[2]),
+        ] {
+            if weight > 0.0 {
+                squares[kind] += (weight * value).powi(2);
+                redundancy[kind] += 1.0 - (weight * by_psi).powi(2) / information.max(1e-300);
             }
         }
     }

@@ -271,7 +271,7 @@ fn check(log: &Log, options: &ReconstructOptions) -> Result<(), ReconstructError
             .chain(palms.base2_m)
             .chain([sample.s1_m, sample.s2_m, sample.s1_sd_m, sample.s2_sd_m].into_iter().flatten());
         let bad = |what: &str| Err(ReconstructError::BadSample { sample: index + 1, what: what.to_owned() });
-        if numbers.into_iter().any(|value| !(value.abs() <= LARGEST_VALUE)) {
+        if numbers.into_iter().any(|value| !value.is_finite() || value.abs() > LARGEST_VALUE) {
             return bad("a value is not a finite number, or is far too large");
         }
         if palms.phi2_rad.sin().abs() < SMALLEST_OPENING {

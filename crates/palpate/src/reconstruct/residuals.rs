@@ -175,14 +175,14 @@ mod tests {
         let step = 1e-6;
         let (plus, minus) =
             (residuals(&instant, &COEFFICIENTS, 0.7 + step), residuals(&instant, &COEFFICIENTS, 0.7 - step));
-        for j in 0..3 {
+        for (j, row) in rows.iter().enumerate() {
             let slope = (plus.value[j] - minus.value[j]) / (2.0 * step);
             assert!((slope - exact.by_psi[j]).abs() < 1e-9, "by psi, residual {j}");
             for m in 0..7 {
                 let mut moved = COEFFICIENTS;
                 moved[m] += 1e-3;
                 let slope = (residuals(&instant, &moved, 0.7).value[j] - exact.value[j]) / 1e-3;
-                assert!((slope - rows[j][m]).abs() < 1e-10, "coefficient {m}, residual {j}");
+                assert!((slope - row[m]).abs() < 1e-10, "coefficient {m}, residual {j}");
             }
         }
     }

@@ -109,12 +109,6 @@ fn arrange(
         let missing = 1.0 - covered as f64 / whole as f64;
         let cost =
             misfit(&arranged.thin, &top.estimate, tolerance.sharp()) / arranged.thin.len() as f64 + MISSING * missing;
-        if std::env::var_os("DBG").is_some() {
-            eprintln!(
-                "  K {order} grown to {covered} of {whole}, {} hypotheses, cost {cost:.2}",
-                arranged.hypotheses.len()
-            );
-        }
         let ranges = stretches(&arranged.windows);
         let estimates = arranged.hypotheses.into_iter().map(|hypothesis| hypothesis.estimate).collect();
         consider(cost, Found { thin: arranged.thin, ranges, estimates })
@@ -122,9 +116,6 @@ fn arrange(
     for (number, span) in spans(windows).into_iter().take(SPANS).enumerate() {
         tell(number as f64 / SPANS as f64);
         let Some(seed) = seed(windows, span, tolerance, prior) else { continue };
-        if std::env::var_os("DBG").is_some() {
-            eprintln!("  span {:?} own {:.2} order {}", seed.span, seed.misfit, seed.order);
-        }
         if seed.misfit >= EXPLAINED {
             if fallback.as_ref().is_none_or(|other| seed.misfit < other.misfit) {
                 fallback = Some(seed);

@@ -404,10 +404,9 @@ pub(super) fn coefficients_to_order(coefficients: &mut Vec<f64>, order: usize) {
     }
     let mut changed = vec![0.0; 2 * order + 1];
     changed[0] = coefficients[0];
-    for k in 1..=old.min(order) {
-        changed[k] = coefficients[k];
-        changed[order + k] = coefficients[old + k];
-    }
+    let kept = old.min(order);
+    changed[1..=kept].copy_from_slice(&coefficients[1..=kept]);
+    changed[order + 1..=order + kept].copy_from_slice(&coefficients[old + 1..=old + kept]);
     *coefficients = changed;
 }
 
