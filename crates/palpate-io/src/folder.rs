@@ -17,10 +17,21 @@ pub(crate) struct FolderKind {
     pub(crate) kind: &'static str,
     /// The files that it has.
     pub(crate) files: &'static [&'static str],
+    /// A folder of numbered folders that it may have, and the files of each of those.
+    pub(crate) numbered: Option<Numbered>,
     /// The file that tells such a folder from others.
     pub(crate) mark: &'static str,
     /// Whether the content of that file does.
     pub(crate) is_mark: fn(&Path) -> bool,
+}
+
+/// A folder that holds folders named 1, 2, 3 ...
+#[derive(Clone, Copy)]
+pub(crate) struct Numbered {
+    /// Its name.
+    pub(crate) name: &'static str,
+    /// The files of each numbered folder.
+    pub(crate) files: &'static [&'static str],
 }
 
 impl FolderKind {
@@ -33,15 +44,17 @@ impl FolderKind {
         fs::remove_dir(&probe).map_err(|error| WriteError::io(&probe, &error))
     }
 
-    /// Writes a folder with these files in place of an earlier one, making parents as needed.
-    pub(crate) fn write(&self, dir: &Path, files: &[(&str, &str)]) -> Result<(), WriteError> {
+    /// Writes a folder with these files (paths inside it) in place of an earlier one, making parents as needed.
+    pub(crate) fn write(&self, dir: &Path, files: &[(PathBuf, &str)]) -> Result<(), WriteError> {
         let target = self.target(dir)?;
         let place = parent(&target);
         make_parents(&place)?;
         let failed = |error: io::Error| WriteError::io(dir, &error);
-        let staging = Aside(make_aside(&place, "partial").map_err(failed)?);
-        for (name, content) in files {
-            write_synced(&staging.0.join(name), content.as_bytes()).map_err(failed)?;
+        let staging = Staging(make_aside(&place, "partial").map_err(failed)?);
+        for (path, content) in files {
+            let file = staging.0.join(path);
+            fs::create_dir_all(parent(&file)).map_err(failed)?;
+            write_synced(&file, content.as_bytes()).map_err(failed)?;
         }
         // Looked at again: the computation may have taken hours.
         self.check_content(&target, dir)?;
@@ -55,13 +68,27 @@ impl FolderKind {
             fs::rename(&earlier, &target).map_err(failed)?;
             return Err(failed(error));
         }
-        // The new folder is in place. What cannot be removed of the earlier one, or came to it in the meantime, stays aside:
-        // no reason to call the work a failure.
-        for name in self.files.iter().chain(&CLUTTER) {
-            let _ = fs::remove_file(earlier.join(name));
-        }
-        let _ = fs::remove_dir(&earlier);
+        self.remove(&earlier);
         Ok(())
+    }
+
+    /// Removes an earlier folder of this kind. What cannot be removed, or came to it in the meantime, stays: no reason to call
+    /// the work a failure.
+    fn remove(&self, earlier: &Path) {
+        let remove = |dir: &Path, files: &[&str]| {
+            for name in files.iter().chain(&CLUTTER) {
+                let _ = fs::remove_file(dir.join(name));
+            }
+            let _ = fs::remove_dir(dir);
+        };
+        if let Some(Numbered { name, files }) = self.numbered {
+            let folder = earlier.join(name);
+            for number in content(&folder).unwrap_or_default().iter().filter(|name| is_number(name)) {
+                remove(&folder.join(number), files);
+            }
+            remove(&folder, &[]);
+        }
+        remove(earlier, self.files);
     }
 
     /// The folder to write: links resolved, content checked.
@@ -97,30 +124,73 @@ impl FolderKind {
             return Ok(());
         }
         let failed = |error| WriteError::io(dir, &error);
-        let mut names: Vec<OsString> = Vec::new();
-        for entry in fs::read_dir(target).map_err(failed)? {
-            let entry = entry.map_err(failed)?;
-            if CLUTTER.iter().any(|clutter| entry.file_name() == *clutter) {
-                continue;
-            }
-            names.push(entry.file_name());
+        let mut names = content(target).map_err(failed)?;
+        let mut foreign = None;
+        if let Some(numbered) = self.numbered {
+            names.retain(|name| name != numbered.name);
+            foreign = numbered.foreign(&target.join(numbered.name)).map_err(failed)?;
         }
-        names.sort();
-        let is_file = |name: &OsStr| fs::symlink_metadata(target.join(name)).is_ok_and(|found| found.is_file());
-        let is_ours = |name: &OsStr| self.files.iter().any(|file| name == *file) && is_file(name);
-        let foreign = names.iter().find(|name| !is_ours(name)).or_else(|| {
+        let foreign = foreign.or_else(|| foreign_file(target, &names, self.files)).or_else(|| {
             // All names are ours; so must be the file that tells.
             let first = names.first()?;
-            (!(self.is_mark)(&target.join(self.mark))).then_some(first)
+            (!(self.is_mark)(&target.join(self.mark))).then(|| PathBuf::from(first))
         });
         match foreign {
             None => Ok(()),
-            Some(name) => {
-                let found = text::quoted(&name.to_string_lossy());
+            Some(path) => {
+                let found = text::quoted(&path.to_string_lossy());
                 Err(WriteError::new(dir, WriteProblem::Foreign { kind: self.kind, found }))
             }
         }
     }
+}
+
+impl Numbered {
+    /// The first thing in the folder `dir` that is not ours, as a path from the folder around it.
+    fn foreign(&self, dir: &Path) -> io::Result<Option<PathBuf>> {
+        let found = match fs::symlink_metadata(dir) {
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
+            found => found?,
+        };
+        if !found.is_dir() {
+            return Ok(Some(PathBuf::from(self.name)));
+        }
+        for name in content(dir)? {
+            let (folder, path) = (dir.join(&name), Path::new(self.name).join(&name));
+            if !is_number(&name) || !fs::symlink_metadata(&folder)?.is_dir() {
+                return Ok(Some(path));
+            }
+            if let Some(file) = foreign_file(&folder, &content(&folder)?, self.files) {
+                return Ok(Some(path.join(file)));
+            }
+        }
+        Ok(None)
+    }
+}
+
+/// Names in a folder but for the clutter, in order.
+fn content(dir: &Path) -> io::Result<Vec<OsString>> {
+    let mut names = Vec::new();
+    for entry in fs::read_dir(dir)? {
+        let name = entry?.file_name();
+        if !CLUTTER.iter().any(|clutter| name == *clutter) {
+            names.push(name);
+        }
+    }
+    names.sort();
+    Ok(names)
+}
+
+/// The first of the names in `dir` that is none of the files.
+fn foreign_file(dir: &Path, names: &[OsString], files: &[&str]) -> Option<PathBuf> {
+    let is_file = |name: &OsStr| fs::symlink_metadata(dir.join(name)).is_ok_and(|found| found.is_file());
+    let is_ours = |name: &OsString| files.iter().any(|file| name == *file) && is_file(name);
+    names.iter().find(|name| !is_ours(name)).map(PathBuf::from)
+}
+
+/// Whether a folder is one of those named 1, 2, 3 ...
+fn is_number(name: &OsStr) -> bool {
+    name.to_str().is_some_and(|name| name.parse::<usize>().is_ok_and(|number| number > 0 && number.to_string() == name))
 }
 
 /// Writes one file whole or not at all, making parents as needed. A device or pipe is written to directly.
@@ -135,23 +205,27 @@ pub(crate) fn write_file(path: &Path, content: &[u8]) -> Result<(), WriteError> 
     };
     let place = parent(&target);
     make_parents(&place)?;
-    let staging = Aside(make_aside(&place, "partial").map_err(failed)?);
+    let staging = Staging(make_aside(&place, "partial").map_err(failed)?);
     let partial = staging.0.join("file");
     write_synced(&partial, content).map_err(failed)?;
     fs::rename(&partial, &target).map_err(failed)
 }
 
-/// A folder of ours that goes with its files when this does, unless it was renamed before. A folder inside it stays.
+/// A folder that we fill, and that goes with all that is in it when this does, unless it was renamed before.
+struct Staging(PathBuf);
+
+impl Drop for Staging {
+    fn drop(&mut self) {
+        // Best effort: there is no one left to tell.
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+/// A folder that goes when this does, unless there is something left in it.
 struct Aside(PathBuf);
 
 impl Drop for Aside {
     fn drop(&mut self) {
-        // Best effort: there is no one left to tell.
-        if let Ok(entries) = fs::read_dir(&self.0) {
-            for entry in entries.flatten() {
-                let _ = fs::remove_file(entry.path());
-            }
-        }
         let _ = fs::remove_dir(&self.0);
     }
 }

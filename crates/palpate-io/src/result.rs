@@ -1,12 +1,12 @@
-//! The result folder: shape.csv, motion.csv, summary.json and report.html, there as a whole or not at all.
+//! The result folder: shape.csv, motion.csv, summary.json, report.html and the alternatives, there as a whole or not at all.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use palpate::Reconstruction;
 use palpate::reconstruct::{OutlinePoint, Pose};
 
-use crate::folder::FolderKind;
+use crate::folder::{FolderKind, Numbered};
 use crate::number::{number, push_row};
 use crate::read_error::{ReadError, ReadProblem};
 use crate::summary::Summary;
@@ -18,6 +18,7 @@ const SHAPE_FILE: &str = "shape.csv";
 const MOTION_FILE: &str = "motion.csv";
 const SUMMARY_FILE: &str = "summary.json";
 const REPORT_FILE: &str = "report.html";
+const ALTERNATIVES_FOLDER: &str = "alternatives";
 const SHAPE_HEADER: &str = "theta_rad,r_m,r_sd_m,x_m,y_m,curvature_radius_m,touches";
 const MOTION_HEADER: &str = "time_s,psi_rad,psi_sd_rad,com_x_m,com_y_m,com_sd_m,theta1_rad,theta2_rad,piece";
 
@@ -45,6 +46,7 @@ const MOTION: [Quantity; 9] = [
 const RESULT: FolderKind = FolderKind {
     kind: "result",
     files: &[SHAPE_FILE, MOTION_FILE, SUMMARY_FILE, REPORT_FILE],
+    numbered: Some(Numbered { name: ALTERNATIVES_FOLDER, files: &[SHAPE_FILE, MOTION_FILE, SUMMARY_FILE] }),
     mark: SUMMARY_FILE,
     is_mark: |path| fs::read(path).is_ok_and(|bytes| serde_json::from_slice::<Summary>(&bytes).is_ok()),
 };
@@ -57,7 +59,8 @@ pub fn check_result_target(dir: &Path) -> Result<(), WriteError> {
     RESULT.check(dir)
 }
 
-/// Writes a result folder: `shape.csv`, `motion.csv`, `summary.json`, `report.html`.
+/// Writes a result folder: `shape.csv`, `motion.csv`, `summary.json`, `report.html`; and for each arrangement besides that fits
+/// equally well a folder `alternatives/1`, `alternatives/2` ... with the first three (see [`alternative_dir_of`]).
 ///
 /// The folder is written aside, in its parent, and renamed, so that a killed run leaves no half result under its name. An earlier
 /// result is replaced; an empty folder is used; folders on the way are made; a link to a folder is followed. Numbers are written
@@ -71,18 +74,39 @@ pub fn write_result(
     summary: &Summary,
     report_html: &str,
 ) -> Result<(), WriteError> {
+    let mut files = files_of(Path::new(""), reconstruction, summary, dir)?.to_vec();
+    for (index, other) in reconstruction.others.iter().enumerate() {
+        let inside = alternative_dir_of(Path::new(""), index + 1);
+        files.extend(files_of(&inside, other, &summary.of_alternative(other), dir)?);
+    }
+    let mut files: Vec<(PathBuf, &str)> = files.iter().map(|(path, text)| (path.clone(), text.as_str())).collect();
+    files.push((REPORT_FILE.into(), report_html));
+    RESULT.write(dir, &files)
+}
+
+/// Where the alternative of that number (from 1) is in the result folder `dir`. Its `shape.csv`, `motion.csv` and `summary.json`
+/// are read as those of the result itself.
+pub fn alternative_dir_of(dir: &Path, number: usize) -> PathBuf {
+    dir.join(ALTERNATIVES_FOLDER).join(number.to_string())
+}
+
+/// The three files of one arrangement, to lie in the folder `inside` of the result folder `dir`.
+fn files_of(
+    inside: &Path,
+    reconstruction: &Reconstruction,
+    summary: &Summary,
+    dir: &Path,
+) -> Result<[(PathBuf, String); 3], WriteError> {
+    let summary_path = inside.join(SUMMARY_FILE);
     let json = summary.to_json().map_err(|error| {
         let message = error.to_string();
-        WriteError::new(&dir.join(SUMMARY_FILE), WriteProblem::Io { kind: std::io::ErrorKind::InvalidData, message })
+        WriteError::new(&dir.join(&summary_path), WriteProblem::Io { kind: std::io::ErrorKind::InvalidData, message })
     })?;
-    let files = [
-        (SHAPE_FILE, shape_csv(&reconstruction.outline)),
-        (MOTION_FILE, motion_csv(&reconstruction.motion)),
-        (SUMMARY_FILE, json),
-    ];
-    let mut files: Vec<(&str, &str)> = files.iter().map(|(name, text)| (*name, text.as_str())).collect();
-    files.push((REPORT_FILE, report_html));
-    RESULT.write(dir, &files)
+    Ok([
+        (inside.join(SHAPE_FILE), shape_csv(&reconstruction.outline)),
+        (inside.join(MOTION_FILE), motion_csv(&reconstruction.motion)),
+        (summary_path, json),
+    ])
 }
 
 fn shape_csv(outline: &[OutlinePoint]) -> String {

@@ -1,6 +1,7 @@
 //! What summary.json says.
 
 use palpate::Reconstruction;
+use palpate::reconstruct::Jump;
 use serde::{Deserialize, Serialize};
 
 /// The summary of a result, `summary.json`. A number that could not be computed (NaN or infinite) is `null` in JSON and reads back
@@ -18,6 +19,9 @@ pub struct Summary {
     pub chi2_per_dof: f64,
     /// Times in seconds of the first sample after each jump.
     pub jumps: Vec<f64>,
+    /// The same jumps, with what happened.
+    #[serde(default)]
+    pub jump_details: Vec<JumpSummary>,
     /// Fraction of the boundary (in normal angle) that was felt, 0 to 1.
     #[serde(with = "number_or_null")]
     pub coverage: f64,
@@ -49,6 +53,36 @@ pub struct Summary {
     pub truth: Option<TruthSummary>,
 }
 
+/// One jump of the object to another resting pose. A number that could not be computed is `null` in JSON and reads back as NaN.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct JumpSummary {
+    /// Time of the first sample after it, seconds.
+    pub time_s: f64,
+    /// Orientation before, radians.
+    #[serde(with = "number_or_null")]
+    pub psi_before_rad: f64,
+    /// Orientation after, radians.
+    #[serde(with = "number_or_null")]
+    pub psi_after_rad: f64,
+    /// How much lower the centre of mass is afterwards, over the palms as they are then, metres.
+    #[serde(with = "number_or_null")]
+    pub height_drop_m: f64,
+    /// Whether the object that was found would make this jump: downhill all the way.
+    pub physical: bool,
+}
+
+impl From<&Jump> for JumpSummary {
+    fn from(jump: &Jump) -> Self {
+        Self {
+            time_s: jump.time_s,
+            psi_before_rad: jump.psi_before_rad,
+            psi_after_rad: jump.psi_after_rad,
+            height_drop_m: jump.height_before_m - jump.height_after_m,
+            physical: jump.physical,
+        }
+    }
+}
+
 /// How far a result is from the truth. A number that could not be computed is `null` in JSON and reads back as NaN.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TruthSummary {
@@ -72,12 +106,15 @@ pub struct TruthSummary {
 impl Summary {
     /// The summary of a reconstruction that took `seconds`. Set `log`, `notes` and `truth` where there is something to say.
     pub fn new(reconstruction: &Reconstruction, seconds: f64) -> Self {
+        // JSON has no NaN, and a list of times has no gaps.
+        let jumps = || reconstruction.jumps.iter().filter(|jump| jump.time_s.is_finite());
         Self {
             certified: reconstruction.certified,
             com_certified: reconstruction.com_certified,
             reason: reconstruction.reason.clone(),
             chi2_per_dof: reconstruction.chi2_per_dof,
-            jumps: reconstruction.jumps.iter().map(|jump| jump.time_s).filter(|time| time.is_finite()).collect(),
+            jumps: jumps().map(|jump| jump.time_s).collect(),
+            jump_details: jumps().map(JumpSummary::from).collect(),
             coverage: reconstruction.coverage,
             alternatives: reconstruction.alternatives,
             sensor_sd_m: reconstruction.sensor_sd_m,
@@ -89,6 +126,22 @@ impl Summary {
             log: None,
             notes: Vec::new(),
             truth: None,
+        }
+    }
+
+    /// The summary of another arrangement that fits as well as the one summarised here. For that very reason it is not certified;
+    /// how far it is from a truth is left out.
+    #[must_use]
+    pub fn of_alternative(&self, other: &Reconstruction) -> Self {
+        Self {
+            certified: false,
+            com_certified: false,
+            reason: if other.reason.is_empty() { self.reason.clone() } else { other.reason.clone() },
+            alternatives: self.alternatives,
+            version: self.version.clone(),
+            log: self.log.clone(),
+            notes: self.notes.clone(),
+            ..Self::new(other, self.seconds)
         }
     }
 

@@ -31,8 +31,13 @@ const MIN_DIRECTIONS: usize = 8;
 /// A last row this close to 2π repeats the first one, radians.
 const CLOSING_RAD: f64 = 1e-6;
 
-const TRUTH: FolderKind =
-    FolderKind { kind: "truth", files: &[SHAPE_FILE, MOTION_FILE], mark: SHAPE_FILE, is_mark: is_truth_shape };
+const TRUTH: FolderKind = FolderKind {
+    kind: "truth",
+    files: &[SHAPE_FILE, MOTION_FILE],
+    numbered: None,
+    mark: SHAPE_FILE,
+    is_mark: is_truth_shape,
+};
 
 /// A result folder has a shape.csv too, with more columns: it is told apart by the header.
 fn is_truth_shape(path: &Path) -> bool {
@@ -150,5 +155,5 @@ pub fn write_truth(dir: &Path, truth: &Truth) -> Result<(), WriteError> {
     for pose in &truth.motion {
         push_row(&mut motion, [pose.time_s, pose.psi_rad, pose.com_x_m, pose.com_y_m].map(number));
     }
-    TRUTH.write(dir, &[(SHAPE_FILE, &shape), (MOTION_FILE, &motion)])
+    TRUTH.write(dir, &[(SHAPE_FILE.into(), &shape), (MOTION_FILE.into(), &motion)])
 }

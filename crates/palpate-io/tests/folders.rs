@@ -3,13 +3,13 @@
 use std::fs;
 use std::path::Path;
 
-use palpate::reconstruct::{OutlinePoint, Pose};
+use palpate::reconstruct::{Jump, OutlinePoint, Pose};
 use palpate::shape::SupportFunction;
 use palpate::truth::TruePose;
 use palpate::{Reconstruction, Truth};
 use palpate_io::{
-    Summary, TruthSummary, WriteProblem, check_result_target, read_motion_csv, read_shape_csv, read_summary,
-    read_truth, truth_dir_of, write_result, write_truth,
+    Summary, TruthSummary, WriteProblem, alternative_dir_of, check_result_target, read_motion_csv, read_shape_csv,
+    read_summary, read_truth, truth_dir_of, write_result, write_truth,
 };
 
 fn reconstruction() -> Reconstruction {
@@ -43,7 +43,14 @@ fn reconstruction() -> Reconstruction {
         com_certified: false,
         reason: "the balance does not hold".to_string(),
         chi2_per_dof: 1.02,
-        jumps: vec![palpate::reconstruct::Jump { time_s: 0.15, ..Default::default() }],
+        jumps: vec![Jump {
+            time_s: 0.15,
+            psi_before_rad: -0.2,
+            psi_after_rad: 1.5,
+            height_before_m: 0.0625,
+            height_after_m: 0.0600,
+            physical: true,
+        }],
         coverage: 0.98,
         alternatives: 1,
         others: Vec::new(),
@@ -97,11 +104,76 @@ fn a_result_reads_back_the_same() {
     );
 }
 
+/// A result beside which two others fit equally well.
+fn ambiguous() -> Reconstruction {
+    let mut result = reconstruction();
+    let mut other = reconstruction();
+    (other.certified, other.com_certified, other.reason) = (true, true, String::new());
+    other.outline.iter_mut().for_each(|point| point.r_m += 0.001);
+    let mut third = other.clone();
+    third.reason = "a reason of its own".to_string();
+    third.motion.iter_mut().for_each(|pose| pose.psi_rad += 1.0);
+    (result.certified, result.reason) = (false, "3 different objects explain the log equally well".to_string());
+    (result.alternatives, result.others) = (3, vec![other, third]);
+    result.jumps.clear();
+    result
+}
+
+#[test]
+fn alternatives_read_back_the_same_and_are_never_certified() {
+    let folder = tempfile::tempdir().expect("a folder for the test");
+    let dir = folder.path().join("out");
+    let result = ambiguous();
+    let mut summary = Summary::new(&result, 1.5);
+    summary.log = Some("trial.csv".to_string());
+    let write = || write_result(&dir, &result, &summary, "<!doctype html>").unwrap_or_else(|error| panic!("{error}"));
+    write();
+    assert_eq!(names(&dir), ["alternatives", "motion.csv", "report.html", "shape.csv", "summary.json"]);
+    assert_eq!(names(&dir.join("alternatives")), ["1", "2"]);
+    for (index, other) in result.others.iter().enumerate() {
+        let place = alternative_dir_of(&dir, index + 1);
+        assert_eq!(names(&place), ["motion.csv", "shape.csv", "summary.json"]);
+        assert_eq!(read_shape_csv(&place), Ok(other.outline.clone()));
+        assert_eq!(read_motion_csv(&place), Ok(other.motion.clone()));
+        let read = read_summary(&place).unwrap_or_else(|error| panic!("{error}"));
+        assert!(!read.certified && !read.com_certified);
+        assert_eq!(read.reason, ["3 different objects explain the log equally well", "a reason of its own"][index]);
+        assert_eq!((read.alternatives, read.jumps.len()), (3, 1));
+        assert_eq!(read.log.as_deref(), Some("trial.csv"));
+    }
+
+    // It is replaced as a whole, by one of its kind or by one without alternatives.
+    write();
+    fs::write(dir.join("alternatives/2/.DS_Store"), "").expect("a file for the test");
+    crate::write(&dir).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(names(&dir), RESULT);
+    assert_eq!(names(folder.path()), ["out"]);
+}
+
+#[test]
+fn alternatives_with_anything_else_are_left_alone() {
+    let result = ambiguous();
+    let summary = Summary::new(&result, 1.5);
+    for foreign in ["alternatives/notes.txt", "alternatives/1/notes.txt", "alternatives/01", "alternatives/best"] {
+        let folder = tempfile::tempdir().expect("a folder for the test");
+        let dir = folder.path().join("out");
+        write_result(&dir, &result, &summary, "").unwrap_or_else(|error| panic!("{error}"));
+        fs::write(dir.join(foreign), "").expect("a file for the test");
+        for outcome in [check_result_target(&dir), write(&dir)] {
+            let problem = outcome.expect_err("it must be refused").problem;
+            assert_eq!(problem, WriteProblem::Foreign { kind: "result", found: foreign.to_string() });
+        }
+        assert_eq!(names(folder.path()), ["out"]);
+        assert!(dir.join(foreign).exists() && dir.join("alternatives/2/shape.csv").exists());
+    }
+}
+
 #[test]
 fn the_summary_has_the_promised_keys_and_no_number_that_json_lacks() {
     let mut reconstruction = reconstruction();
     reconstruction.chi2_per_dof = f64::INFINITY;
     reconstruction.sensor_sd_m = f64::NAN;
+    reconstruction.jumps[0].psi_after_rad = f64::NAN;
     let json = Summary::new(&reconstruction, 1.5).to_json().expect("it has a JSON form");
     let expected = r#"{
   "certified": true,
@@ -110,6 +182,15 @@ fn the_summary_has_the_promised_keys_and_no_number_that_json_lacks() {
   "chi2_per_dof": null,
   "jumps": [
     0.15
+  ],
+  "jump_details": [
+    {
+      "time_s": 0.15,
+      "psi_before_rad": -0.2,
+      "psi_after_rad": null,
+      "height_drop_m": 0.0025000000000000022,
+      "physical": true
+    }
   ],
   "coverage": 0.98,
   "alternatives": 1,
