@@ -107,7 +107,9 @@ pub(super) fn choose_order(
             }
         }
     }
-    Some(best)
+    // One step more than the evidence asks for: what was not resolved belongs into the error bars.
+    let richer = ORDERS.iter().copied().find(|&order| order > best.order).unwrap_or(best.order);
+    fit(problem, richer, best.estimate.clone(), best.noise, best.prior, freedom, ROUNDS).or(Some(best))
 }
 
 /// Balance is missed in bursts (ringing after a jump, a stick and a slip), so its errors follow Student's t, not a Gaussian:
