@@ -82,3 +82,111 @@ pub(super) fn correlation_time(residuals: &[f64]) -> f64 {
     }
     tau.max(1.0)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::palms::PalmMotion;
+    use crate::sensor::Touchpad;
+    use crate::shape::NamedShape;
+    use crate::simulate::{SimulateOptions, simulate};
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::StandardNormal;
+
+    /// A motion of 40 s with jumps at 50 samples per second.
+    fn problem(touchpad: Touchpad) -> Problem {
+        let shape = NamedShape::Stone.shape(0.03).expect("a positive size");
+        let motion = PalmMotion::random(1, 40.0, 1.0).and_then(|motion| motion.sample(50.0)).expect("possible");
+        let run = simulate(&shape, &motion, &SimulateOptions { touchpad, ..SimulateOptions::default() });
+        let run = run.expect("possible");
+        assert!(!run.jumps.is_empty());
+        Problem::new(&run.log, None)
+    }
+
+    #[test]
+    fn gaussian_noise_is_told_to_a_tenth_through_motion_and_jumps() {
+        for noise_sd_m in [3e-5, 1e-4, 3e-4] {
+            let found = contact_scatter_m(&problem(Touchpad { noise_sd_m, ..Touchpad::ideal() }));
+            assert!((found / noise_sd_m - 1.0).abs() < 0.1, "{found} for {noise_sd_m}");
+        }
+    }
+
+    #[test]
+    fn an_exact_log_has_next_to_no_scatter() {
+        assert!(contact_scatter_m(&problem(Touchpad::ideal())) < 1e-6);
+    }
+
+    #[test]
+    fn the_counts_of_a_touchpad_are_found() {
+        let step = 0.0254 / 200.0;
+        let pad = Touchpad { counts_per_inch: Some(200.0), ..Touchpad::ideal() };
+        let problem = problem(pad);
+        for channel in [|i: &Instant| i.s1, |i: &Instant| i.s2] {
+            assert!((lattice_m(&problem, channel) / step - 1.0).abs() < 1e-6);
+        }
+        // Never less than rounding alone. More where the contact moves by about half a count per sample: 0, 1, 0, 1 …
+        // looks 1.55 times as noisy as rounding at random.
+        let found = contact_scatter_m(&problem) / pad.position_sd_m();
+        assert!((1.0 - 1e-6..1.55).contains(&found), "{found}");
+    }
+
+    #[test]
+    fn noisy_readings_lie_on_no_lattice() {
+        let problem = problem(Touchpad { noise_sd_m: 1e-4, ..Touchpad::ideal() });
+        assert_eq!(lattice_m(&problem, |i| i.s1), 0.0);
+    }
+
+    #[test]
+    fn noise_of_the_palm_angles_is_told_as_well() {
+        for angle_noise_sd_rad in [1e-4, 2e-3] {
+            let found = angle_scatter_rad(&problem(Touchpad { angle_noise_sd_rad, ..Touchpad::ideal() }));
+            assert!((found / angle_noise_sd_rad - 1.0).abs() < 0.1, "{found} for {angle_noise_sd_rad}");
+        }
+        assert!(angle_scatter_rad(&problem(Touchpad::ideal())) < 1e-5);
+    }
+
+    fn normal(seed: u64, count: usize) -> Vec<f64> {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        (0..count).map(|_| rng.sample(StandardNormal)).collect()
+    }
+
+    #[test]
+    fn white_noise_is_uncorrelated() {
+        let times: Vec<f64> = (0..20).map(|seed| correlation_time(&normal(seed, 2000))).collect();
+        let mean = times.iter().sum::<f64>() / times.len() as f64;
+        assert!((0.97..1.1).contains(&mean) && times.iter().all(|time| *time < 1.4), "{times:?}");
+    }
+
+    #[test]
+    fn the_memory_of_an_autoregressive_process_is_found() {
+        // e_i = ρ e_{i−1} + white noise has the integrated correlation time (1 + ρ)/(1 − ρ).
+        for rho in [0.5, 0.8] {
+            let times: Vec<f64> = (0..20)
+                .map(|seed| {
+                    let mut state = 0.0;
+                    let process = normal(100 + seed, 6000).into_iter().map(|white| {
+                        state = rho * state + white;
+                        state
+                    });
+                    correlation_time(&process.collect::<Vec<f64>>())
+                })
+                .collect();
+            let mean = times.iter().sum::<f64>() / times.len() as f64;
+            let expected = (1.0 + rho) / (1.0 - rho);
+            assert!((mean / expected - 1.0).abs() < 0.1, "{mean} for {expected}");
+        }
+    }
+
+    #[test]
+    fn too_few_residuals_or_none_left_count_as_white() {
+        assert_eq!(correlation_time(&[1.0; 10]), 1.0);
+        assert_eq!(correlation_time(&[0.0; 100]), 1.0);
+    }
+
+    #[test]
+    fn the_median_of_nothing_is_nothing() {
+        assert_eq!(median(&mut []), 0.0);
+        assert_eq!(median(&mut [3.0, 1.0, 2.0]), 2.0);
+    }
+}

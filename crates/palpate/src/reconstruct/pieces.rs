@@ -50,3 +50,69 @@ pub(super) fn pieces(problem: &Problem, scatter_m: f64) -> Vec<Range<usize>> {
     }
     pieces
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::palms::PalmMotion;
+    use crate::reconstruct::noise::contact_scatter_m;
+    use crate::sensor::Touchpad;
+    use crate::shape::NamedShape;
+    use crate::simulate::{SimulateOptions, Simulation, simulate};
+
+    fn run(seed: u64, touchpad: Touchpad) -> Simulation {
+        let shape = NamedShape::Stone.shape(0.03).expect("a positive size");
+        let motion = PalmMotion::random(seed, 20.0, 1.0).and_then(|motion| motion.sample(100.0)).expect("possible");
+        simulate(&shape, &motion, &SimulateOptions { touchpad, ..SimulateOptions::default() }).expect("possible")
+    }
+
+    #[test]
+    fn a_log_is_cut_where_the_object_jumps_and_nowhere_else() {
+        let mut jumps = 0;
+        for seed in 0..8 {
+            for noise_sd_m in [0.0, 5e-5] {
+                let run = run(seed, Touchpad { noise_sd_m, ..Touchpad::ideal() });
+                let problem = Problem::new(&run.log, None);
+                let pieces = pieces(&problem, contact_scatter_m(&problem));
+                // Cuts and pieces make up the log.
+                assert_eq!(pieces.iter().map(|piece| piece.len()).sum::<usize>(), problem.len());
+                assert!(pieces.windows(2).all(|pair| pair[0].end == pair[1].start));
+                let cuts: Vec<usize> = pieces[1..].iter().map(|piece| piece.start).collect();
+                let after = |time_s: f64| run.log.samples.partition_point(|sample| sample.time_s < time_s);
+                for jump in &run.jumps {
+                    let at = after(jump.time_s);
+                    let leap = |s: fn(&crate::Sample) -> Option<f64>| {
+                        let value = |index: usize| s(&run.log.samples[index]).expect("seen");
+                        (value(at) - value(at - 1)).abs()
+                    };
+                    // A jump that moves a contact by 4 mm or more is not overlooked.
+                    if f64::max(leap(|sample| sample.s1_m), leap(|sample| sample.s2_m)) > 4e-3 {
+                        jumps += 1;
+                        assert!(cuts.contains(&at), "seed {seed}: the jump before sample {at}, cuts {cuts:?}");
+                    }
+                }
+                assert!(cuts.len() <= run.jumps.len() + 2, "seed {seed}: {cuts:?} for {} jumps", run.jumps.len());
+            }
+        }
+        assert!(jumps > 12, "{jumps}");
+    }
+
+    #[test]
+    fn a_piece_ends_with_the_contacts() {
+        let mut log = run(1, Touchpad::ideal()).log;
+        log.samples[..5].iter_mut().for_each(|sample| sample.s1_m = None);
+        let last = log.samples.len();
+        log.samples[last - 7..].iter_mut().for_each(|sample| sample.s2_m = None);
+        let problem = Problem::new(&log, None);
+        let pieces = pieces(&problem, 1e-6);
+        assert_eq!((pieces[0].start, pieces[pieces.len() - 1].end), (5, last - 7));
+    }
+
+    #[test]
+    fn no_contacts_no_pieces() {
+        let mut log = run(1, Touchpad::ideal()).log;
+        log.samples.iter_mut().for_each(|sample| sample.s1_m = None);
+        assert!(pieces(&Problem::new(&log, None), 1e-6).is_empty());
+        assert!(pieces(&Problem { instants: Vec::new() }, 1e-6).is_empty());
+    }
+}

@@ -106,3 +106,137 @@ pub(super) fn integrate(problem: &Problem, relative: &[f64], h0: f64, noise_m: f
     let mean_r_m = r1.iter().chain(&r2).sum::<f64>() / (2 * count).max(1) as f64;
     Integrated { psi, mean_r_m }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::palms::PalmMotion;
+    use crate::shape::{NamedShape, SupportFunction};
+    use crate::simulate::{SimulateOptions, Simulation, simulate};
+    use std::f64::consts::TAU;
+
+    const SIZE_M: f64 = 0.03;
+
+    fn shape() -> SupportFunction {
+        NamedShape::Pebble.shape(SIZE_M).expect("a positive size")
+    }
+
+    /// A piece of a motion without a jump, at `count` samples, with the force lines well away from the centre of mass.
+    fn run(count: usize) -> (Problem, Simulation) {
+        let motion = PalmMotion::through(&[(0.0, 1.2, 1.2), (12.0, 0.9, 1.4)])
+            .and_then(|motion| motion.sample((count - 1) as f64 / 12.0))
+            .expect("possible");
+        let options = SimulateOptions { start_psi_rad: 4.0, ..SimulateOptions::default() };
+        let run = simulate(&shape(), &motion, &options).expect("possible");
+        assert!(run.jumps.is_empty() && run.log.samples.len() == count);
+        for (sample, pose) in run.log.samples.iter().zip(&run.truth.motion) {
+            assert!(shape().at(sample.palms.contact_angles(pose.psi_rad).0).d.abs() > 0.3 * SIZE_M);
+        }
+        (Problem::new(&run.log, None), run)
+    }
+
+    fn heights(run: &Simulation) -> Vec<f64> {
+        run.truth.motion.iter().map(|pose| pose.com_y_m).collect()
+    }
+
+    #[test]
+    fn height_is_virtual_work_to_second_order() {
+        let worst = |count: usize| {
+            let (problem, run) = run(count);
+            let true_height = heights(&run);
+            let relative = relative_height(&problem);
+            let off = relative.iter().zip(&true_height).map(|(rise, height)| (rise - (height - true_height[0])).abs());
+            off.fold(0.0, f64::max)
+        };
+        let errors = [worst(101), worst(201), worst(401)];
+        assert!(errors[0] < 1e-3 * SIZE_M, "{errors:?}");
+        for pair in errors.windows(2) {
+            // The error of the trapezoid rule falls by 4 when the step is halved.
+            assert!((3.7..4.3).contains(&(pair[0] / pair[1])), "{errors:?}");
+        }
+    }
+
+    #[test]
+    fn heights_of_palms_apart_count_from_where_their_lines_meet() {
+        // The same angles and object, once on a hinge and once with base points that lie out on the palms.
+        let (problem, run) = run(201);
+        let moved: Vec<_> = run
+            .log
+            .samples
+            .iter()
+            .map(|sample| {
+                // Base points slid along their own palms: s shrinks by as much, the meeting point stays.
+                let mut sample = *sample;
+                let (one, two) = (sample.palms.phi1_rad.sin_cos(), sample.palms.phi12_rad().sin_cos());
+                sample.palms.base1_m = [0.01 * one.1, 0.01 * one.0];
+                sample.palms.base2_m = [0.004 * two.1, 0.004 * two.0];
+                sample.s1_m = sample.s1_m.map(|s| s - 0.01);
+                sample.s2_m = sample.s2_m.map(|s| s - 0.004);
+                sample
+            })
+            .collect();
+        let apart = Problem::new(&crate::Log { samples: moved }, None);
+        for (a, b) in relative_height(&problem).iter().zip(relative_height(&apart)) {
+            assert!((a - b).abs() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn the_true_height_is_feasible() {
+        let (problem, run) = run(201);
+        let (low, high) = feasible_heights(&problem, &relative_height(&problem), SIZE_M).expect("an object is there");
+        let truth = run.truth.motion[0].com_y_m;
+        assert!(low < truth && truth < high, "{low} {truth} {high}");
+        // And the bounds say something: no object of six times the size.
+        assert!(low > 0.0 && high < 12.0 * SIZE_M, "{low} {high}");
+    }
+
+    #[test]
+    fn a_log_that_contradicts_itself_has_no_feasible_height() {
+        let (problem, _) = run(201);
+        let mut relative = relative_height(&problem);
+        // A rise by a hundred sizes half-way is more than the palms can hold.
+        relative[100..].iter_mut().for_each(|rise| *rise += 100.0 * SIZE_M);
+        assert_eq!(feasible_heights(&problem, &relative, SIZE_M), None);
+    }
+
+    #[test]
+    fn the_true_height_gives_the_true_motion_and_size() {
+        let worst = |count: usize| {
+            let (problem, run) = run(count);
+            let true_psi: Vec<f64> = run.truth.motion.iter().map(|pose| pose.psi_rad).collect();
+            let turned = true_psi.iter().fold(0.0, |most, psi| f64::max(most, (psi - true_psi[0]).abs()));
+            assert!(turned > 0.3, "a motion that tells something: {turned}");
+            let found = integrate(&problem, &relative_height(&problem), heights(&run)[0], 1e-9, 0.01);
+            let off = found.psi.iter().zip(&true_psi).map(|(found, truth)| (found - (truth - true_psi[0])).abs());
+            let radii: Vec<f64> = run
+                .log
+                .samples
+                .iter()
+                .zip(&true_psi)
+                .flat_map(|(sample, psi)| {
+                    let (theta1, theta2) = sample.palms.contact_angles(*psi);
+                    [shape().at(theta1).r, shape().at(theta2).r]
+                })
+                .collect();
+            let mean = radii.iter().sum::<f64>() / radii.len() as f64;
+            assert!((found.mean_r_m - mean).abs() < 1e-3 * SIZE_M, "{} {mean}", found.mean_r_m);
+            off.fold(0.0, f64::max)
+        };
+        let errors = [worst(101), worst(201), worst(401)];
+        assert!(errors[0] < 1.0f64.to_radians(), "{errors:?}");
+        for pair in errors.windows(2) {
+            assert!((3.4..4.6).contains(&(pair[0] / pair[1])), "{errors:?}");
+        }
+    }
+
+    #[test]
+    fn a_wrong_height_gives_another_motion() {
+        // Were it not so, the search over h0 could not find the right one.
+        let (problem, run) = run(201);
+        let relative = relative_height(&problem);
+        let end = |h0: f64| integrate(&problem, &relative, h0, 1e-7, 0.01).psi[200];
+        let truth = heights(&run)[0];
+        assert!((end(truth + 0.1 * SIZE_M) - end(truth)).rem_euclid(TAU) > 0.05);
+    }
+}

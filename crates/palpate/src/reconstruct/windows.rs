@@ -99,3 +99,76 @@ pub(super) fn heights(thin: &Problem, size_m: f64) -> Option<(Vec<f64>, (f64, f6
     let range = feasible_heights(thin, &relative, size_m)?;
     Some((relative, range))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::palms::PalmMotion;
+    use crate::shape::NamedShape;
+    use crate::simulate::{SimulateOptions, simulate};
+
+    fn problem() -> Problem {
+        let shape = NamedShape::Egg.shape(0.03).expect("a positive size");
+        let motion = PalmMotion::random(3, 20.0, 0.5).and_then(|motion| motion.sample(50.0)).expect("possible");
+        let run = simulate(&shape, &motion, &SimulateOptions::default()).expect("possible");
+        Problem::new(&run.log, None)
+    }
+
+    #[test]
+    fn windows_cover_their_pieces_and_never_cross_a_leap() {
+        let problem = problem();
+        let pieces = [0..400, 400..430, 430..problem.len()];
+        let windows = windows(&problem, &pieces, 250);
+        for piece in pieces {
+            let of: Vec<&Window> =
+                windows.iter().filter(|w| piece.start <= w.range.start && w.range.end <= piece.end).collect();
+            assert_eq!((of[0].range.start, of[of.len() - 1].range.end), (piece.start, piece.end));
+            assert!(of.windows(2).all(|pair| pair[0].range.end == pair[1].range.start));
+            // The first of a piece stands behind a leap; the others carry on.
+            assert!(!of[0].joined && of[1..].iter().all(|window| window.joined));
+        }
+        let crossing =
+            |w: &&Window| (w.range.start < 400 && w.range.end > 400) || (w.range.start < 430 && w.range.end > 430);
+        assert_eq!(windows.iter().filter(crossing).count(), 0);
+    }
+
+    #[test]
+    fn thinning_keeps_about_as_many_instants_as_asked_for() {
+        let problem = problem();
+        for count in [100, 250] {
+            let windows = windows(&problem, &[0..problem.len()], count);
+            let instants: usize = windows.iter().map(|window| window.thin.len()).sum();
+            assert!(instants >= count * 4 / 5 && instants <= count * 3 / 2, "{instants} of {count}");
+            assert!(windows.iter().all(|window| window.thin.len() >= SHORTEST));
+        }
+    }
+
+    #[test]
+    fn halves_are_looked_at_more_closely() {
+        let problem = problem();
+        let window = Window::new(&problem, 100..196, 4, false).expect("long enough");
+        let halves = window.halves(&problem);
+        assert_eq!(halves.iter().map(|half| half.range.clone()).collect::<Vec<_>>(), [100..148, 148..196]);
+        assert_eq!(halves.iter().map(|half| half.joined).collect::<Vec<_>>(), [false, true]);
+        assert!(halves.iter().all(|half| half.thin.len() == 24), "as many instants in each half as in the whole");
+        let short = Window::new(&problem, 0..SHORTEST, 1, false).expect("just long enough");
+        assert!(short.halves(&problem).is_empty());
+        assert!(Window::new(&problem, 0..SHORTEST - 1, 1, false).is_none());
+    }
+
+    #[test]
+    fn spans_begin_with_what_tells_most_and_stay_within_pieces() {
+        let problem = problem();
+        let windows = windows(&problem, &[0..300, 300..problem.len()], 250);
+        let spans = spans(&windows);
+        let telling = |span: &Range<usize>| windows[span.clone()].iter().map(|w| w.telling_m).sum::<f64>();
+        assert!(spans.windows(2).all(|pair| telling(&pair[0]) >= telling(&pair[1])));
+        for span in &spans {
+            assert!(!span.is_empty());
+            assert!(windows[span.start + 1..span.end].iter().all(|window| window.joined));
+        }
+        // Both pieces as wholes are among them.
+        let second = windows.iter().position(|window| window.range.start == 300).expect("a second piece");
+        assert!(spans.contains(&(0..second)) && spans.contains(&(second..windows.len())));
+    }
+}
