@@ -1,9 +1,13 @@
-(() => {
-  "use strict";
+"use strict";
 
+/**
+ * Draws one arrangement into an untouched <main>, beginning at the time and speed of what was shown before.
+ * Returns what ends it and says where it was.
+ */
+function report(data, before) {
   // ---------------------------------------------------------------- data
 
-  const data = JSON.parse(document.getElementById("data").textContent);
+  const ending = new AbortController(), signal = ending.signal;
   const byId = (id) => document.getElementById(id);
   const finite = Number.isFinite;
   const RAD = Math.PI / 180;
@@ -164,8 +168,8 @@
   /** Draws all figures again, at the width of a sheet of paper or (null) of their boxes. */
   const drawAgain = [];
   const SHEET = 660;
-  window.addEventListener("beforeprint", () => drawAgain.forEach((refresh) => refresh(SHEET)));
-  window.addEventListener("afterprint", () => drawAgain.forEach((refresh) => refresh()));
+  window.addEventListener("beforeprint", () => drawAgain.forEach((refresh) => refresh(SHEET)), { signal });
+  window.addEventListener("afterprint", () => drawAgain.forEach((refresh) => refresh()), { signal });
 
   /** Keeps a drawing at the width of its box; the height is set before, so that nothing moves. */
   function figure(host, height, render) {
@@ -182,7 +186,9 @@
     };
     refresh();
     drawAgain.push(refresh);
-    new ResizeObserver(() => refresh()).observe(host);
+    const observer = new ResizeObserver(() => refresh());
+    observer.observe(host);
+    signal.addEventListener("abort", () => observer.disconnect());
   }
 
   function empty(host, text) {
@@ -827,7 +833,7 @@
       const option = document.createElement("option");
       option.value = String(value);
       option.textContent = `${value}×`;
-      option.selected = value === best;
+      option.selected = value === (before ? before.speed : best);
       speed.appendChild(option);
     }
 
@@ -852,39 +858,25 @@
 
     document.addEventListener("keydown", (event) => {
       const target = event.target instanceof Element ? event.target : document.body;
-      if (event.ctrlKey || event.metaKey || event.altKey || target.closest("select, summary, a")) return;
+      if (event.ctrlKey || event.metaKey || event.altKey || target.closest("select, summary, a, [type=radio]")) return;
       const direction = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
       if (event.key === " " && !target.closest("button")) toggle();
       else if (direction) { stop(); setTime(time[Math.min(count - 1, Math.max(0, nearestAt(now) + direction * (event.shiftKey ? 10 : 1)))]); }
       else return;
       event.preventDefault();
-    });
-  }
+    }, { signal });
 
-  // ---------------------------------------------------------------- theme and tips
-
-  function theme() {
-    const root = document.documentElement, key = "palpate-theme";
-    // Storage can be forbidden for files; the page then follows the system each time.
-    const remembered = () => { try { return localStorage.getItem(key); } catch { return null; } };
-    const remember = (value) => { try { localStorage.setItem(key, value); } catch { /* see above */ } };
-    const stored = remembered();
-    if (stored === "light" || stored === "dark") root.dataset.theme = stored;
-    byId("theme").addEventListener("click", () => {
-      const dark = root.dataset.theme ? root.dataset.theme === "dark" : matchMedia("(prefers-color-scheme: dark)").matches;
-      root.dataset.theme = dark ? "light" : "dark";
-      remember(root.dataset.theme);
-    });
-    for (const box of document.querySelectorAll(".figure")) {
-      const place = () => box.classList.toggle("flip", box.getBoundingClientRect().left + 290 > document.documentElement.clientWidth);
-      box.addEventListener("pointerenter", place);
-      box.addEventListener("focus", place);
+    for (const button of document.querySelectorAll(".jumps button")) {
+      button.addEventListener("click", () => {
+        stop();
+        setTime(Number(button.dataset.time || start));
+        byId("card-motion").scrollIntoView({ block: "nearest" });
+      });
     }
   }
 
   // ---------------------------------------------------------------- go
 
-  theme();
   controls();
   shapePanel();
   stage();
@@ -892,5 +884,57 @@
   else for (const id of ["psi", "com", "residual1"]) empty(byId(id), "No samples.");
   supportChart();
   hoverNode(null);
-  setTime(end);
+  setTime(before ? before.time : end);
+  return () => {
+    playing = false;
+    ending.abort();
+    return { time: now, speed: Number(speed.value) };
+  };
+}
+
+// ------------------------------------------------------------------ theme and tips
+
+(() => {
+  const root = document.documentElement, key = "palpate-theme";
+  // Storage can be forbidden for files; the page then follows the system each time.
+  const remembered = () => { try { return localStorage.getItem(key); } catch { return null; } };
+  const remember = (value) => { try { localStorage.setItem(key, value); } catch { /* see above */ } };
+  const stored = remembered();
+  if (stored === "light" || stored === "dark") root.dataset.theme = stored;
+  document.getElementById("theme").addEventListener("click", () => {
+    const dark = root.dataset.theme ? root.dataset.theme === "dark" : matchMedia("(prefers-color-scheme: dark)").matches;
+    root.dataset.theme = dark ? "light" : "dark";
+    remember(root.dataset.theme);
+  });
+  for (const box of document.querySelectorAll("header .figure")) {
+    const place = () => box.classList.toggle("flip", box.getBoundingClientRect().left + 290 > document.documentElement.clientWidth);
+    box.addEventListener("pointerenter", place);
+    box.addEventListener("focus", place);
+  }
+})();
+
+// ------------------------------------------------------------------ which arrangement is shown
+
+(() => {
+  const { log, arrangements } = JSON.parse(document.getElementById("data").textContent);
+  const untouched = document.querySelector("main").cloneNode(true);
+  let leave = null;
+
+  function show(number) {
+    const left = leave ? leave() : null;
+    if (leave) {
+      // A new <main>, as high as the old one while it fills, so that the page stays where it was scrolled to.
+      const old = document.querySelector("main"), fresh = untouched.cloneNode(true);
+      const folded = [...old.querySelectorAll(".card > details")];
+      fresh.style.minHeight = `${old.offsetHeight}px`;
+      fresh.querySelectorAll(".card > details").forEach((details, k) => { details.open = folded[k].open; });
+      old.replaceWith(fresh);
+    }
+    for (const part of document.querySelectorAll("[data-arrangement]")) part.hidden = Number(part.dataset.arrangement) !== number;
+    leave = report({ ...log, ...arrangements[number] }, left);
+    document.querySelector("main").style.minHeight = "";
+  }
+
+  for (const choice of document.querySelectorAll("[name=arrangement]")) choice.addEventListener("change", () => show(Number(choice.value)));
+  show(0);
 })();

@@ -16,14 +16,23 @@ const TWO_SIDED_95: f64 = 1.959_963_984_540_054;
 
 const MM_PER_M: f64 = 1e3;
 const OUTLINE_POINTS: usize = 720;
+/// Jumps beyond these are not marked.
+pub(crate) const MAX_JUMPS_SHOWN: usize = 1000;
 const HISTOGRAM_BINS: usize = 41;
 /// Half of the histogram's range, in standard deviations of the sensor.
 const HISTOGRAM_REACH: f64 = 4.0;
 
 /// Columns of numbers; what is not finite becomes `null`.
 #[derive(Serialize)]
-#[serde(rename_all = "camelCase")]
 struct Data {
+    log: LogData,
+    /// What was made of the log; the result first, then what fits equally well.
+    arrangements: Vec<Arrangement>,
+}
+
+#[derive(Serialize)]
+#[serde(rename_all = "camelCase")]
+struct LogData {
     time_origin: f64,
     time: Vec<f64>,
     phi1: Vec<f64>,
@@ -31,6 +40,11 @@ struct Data {
     base: Option<[Vec<f64>; 4]>,
     s1: Vec<f64>,
     s2: Vec<f64>,
+}
+
+#[derive(Serialize)]
+#[serde(rename_all = "camelCase")]
+struct Arrangement {
     psi: Vec<f64>,
     psi_band: Vec<f64>,
     x: Vec<f64>,
@@ -90,19 +104,27 @@ pub(crate) fn json(input: &ReportInput) -> String {
 }
 
 fn data(input: &ReportInput) -> Data {
-    let (log, result) = (input.log, input.reconstruction);
     let shown = shown_samples(input);
-    let mm = Millimetres::for_object_of(result.shape.mean_radius_m());
-    let sample = |pick: &dyn Fn(&palpate::Sample) -> f64| shown.iter().map(|&i| pick(&log.samples[i])).collect();
-    let pose =
-        |pick: &dyn Fn(&palpate::reconstruct::Pose) -> f64| shown.iter().map(|&i| pick(&result.motion[i])).collect();
-    // Clocks that count from 1970 would fill the axis with digits.
+    Data {
+        log: log(input, &shown),
+        arrangements: input.arrangements().map(|result| arrangement(input, result, &shown)).collect(),
+    }
+}
+
+/// Clocks that count from 1970 would fill an axis with digits: the time that counts as 0, seconds.
+pub(crate) fn time_origin_s(log: &Log) -> f64 {
     let start = log.samples.first().map_or(0.0, |first| first.time_s);
-    let time_origin = if start.is_finite() && start.abs() > 1e5 { start } else { 0.0 };
+    if start.is_finite() && start.abs() > 1e5 { start } else { 0.0 }
+}
+
+fn log(input: &ReportInput, shown: &[usize]) -> LogData {
+    let log = input.log;
+    let mm = Millimetres::for_object_of(input.reconstruction.shape.mean_radius_m());
+    let sample = |pick: &dyn Fn(&palpate::Sample) -> f64| shown.iter().map(|&i| pick(&log.samples[i])).collect();
+    let time_origin = time_origin_s(log);
     let hinged =
         shown.iter().all(|&i| log.samples[i].palms.base1_m == [0.0; 2] && log.samples[i].palms.base2_m == [0.0; 2]);
-    let centroid = result.shape.centroid();
-    Data {
+    LogData {
         time_origin,
         time: sample(&|s| rounded(s.time_s - time_origin, 5)),
         phi1: sample(&|s| degrees(s.palms.phi1_rad)),
@@ -117,19 +139,29 @@ fn data(input: &ReportInput) -> Data {
         }),
         s1: sample(&|s| mm.of_option(s.s1_m)),
         s2: sample(&|s| mm.of_option(s.s2_m)),
+    }
+}
+
+fn arrangement(input: &ReportInput, result: &Reconstruction, shown: &[usize]) -> Arrangement {
+    let mm = Millimetres::for_object_of(result.shape.mean_radius_m());
+    let pose =
+        |pick: &dyn Fn(&palpate::reconstruct::Pose) -> f64| shown.iter().map(|&i| pick(&result.motion[i])).collect();
+    let time_origin = time_origin_s(input.log);
+    let centroid = result.shape.centroid();
+    Arrangement {
         psi: pose(&|p| degrees(p.psi_rad)),
         psi_band: pose(&|p| significant(TWO_SIDED_95 * p.psi_sd_rad.to_degrees())),
         x: pose(&|p| mm.of(p.com_x_m)),
         y: pose(&|p| mm.of(p.com_y_m)),
         com_band: pose(&|p| significant(TWO_SIDED_95 * p.com_sd_m * MM_PER_M)),
         piece: shown.iter().map(|&i| result.motion[i].piece).collect(),
-        residuals: [residuals(result, &shown, |p| p.residual1_m), residuals(result, &shown, |p| p.residual2_m)],
+        residuals: [residuals(result, shown, |p| p.residual1_m), residuals(result, shown, |p| p.residual2_m)],
         sensor_sd: significant(result.sensor_sd_m * MM_PER_M),
-        jumps: result.jumps.iter().take(1000).map(|jump| rounded(jump.time_s - time_origin, 5)).collect(),
+        jumps: result.jumps.iter().take(MAX_JUMPS_SHOWN).map(|jump| rounded(jump.time_s - time_origin, 5)).collect(),
         outline: outline(result, mm),
         centroid: [mm.of(centroid.x_m), mm.of(centroid.y_m)],
         mean_radius: mm.of(result.shape.mean_radius_m()),
-        truth: input.truth.as_ref().map(|overlay| truth(log, result, overlay, &shown, mm)),
+        truth: input.truth.as_ref().map(|overlay| truth(input.log, result, overlay, shown, mm)),
     }
 }
 
@@ -137,13 +169,14 @@ fn data(input: &ReportInput) -> Data {
 /// residuals between.
 pub(crate) fn shown_samples(input: &ReportInput) -> Vec<usize> {
     let motion = &input.reconstruction.motion;
-    let count = motion.len().min(input.log.samples.len());
+    let lengths = input.arrangements().map(|result| result.motion.len());
+    let count = lengths.fold(input.log.samples.len(), usize::min);
     if count <= MAX_SAMPLES_SHOWN {
         return (0..count).collect();
     }
     let stride = count.div_ceil(MAX_SAMPLES_SHOWN / 3);
     let mut kept: BTreeSet<usize> = (0..count).step_by(stride).chain([count - 1]).collect();
-    let ends = (1..count).filter(|&i| motion[i].piece != motion[i - 1].piece);
+    let ends = (1..count).filter(|&i| input.arrangements().any(|r| r.motion[i].piece != r.motion[i - 1].piece));
     kept.extend(ends.flat_map(|i| [i - 1, i]).take(MAX_SAMPLES_SHOWN / 3));
     let size = |i: usize| {
         let pose = &motion[i];
@@ -276,7 +309,7 @@ fn degrees(radians: f64) -> f64 {
 }
 
 /// Rounded to a number of decimals.
-fn rounded(value: f64, decimals: i32) -> f64 {
+pub(crate) fn rounded(value: f64, decimals: i32) -> f64 {
     let scale = 10_f64.powi(decimals);
     let scaled = value * scale;
     // Beyond 2^53 there is nothing behind the point to round.

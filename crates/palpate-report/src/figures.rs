@@ -2,7 +2,7 @@
 
 use palpate::Reconstruction;
 
-use crate::data::{MAX_SAMPLES_SHOWN, felt_half_width_m, shown_samples};
+use crate::data::{MAX_JUMPS_SHOWN, MAX_SAMPLES_SHOWN, felt_half_width_m, rounded, shown_samples, time_origin_s};
 use crate::html::escape;
 use crate::{ReportInput, TruthOverlay};
 
@@ -41,6 +41,8 @@ fn length_text(metres: f64) -> String {
     format!("{value} {unit}")
 }
 
+const CROSS: &str = "M5 5l10 10M15 5L5 15";
+
 /// The badge and the sentence beside it.
 pub(crate) fn verdict(result: &Reconstruction) -> String {
     let (class, icon, badge, sentence) = match (result.certified, result.com_certified) {
@@ -57,9 +59,13 @@ pub(crate) fn verdict(result: &Reconstruction) -> String {
             "Shape and motion certified, centre of mass not",
             "Shape and motion can be relied on within their error bars. The centre of mass is only a best guess.",
         ),
-        (false, _) => {
-            ("bad", "M5 5l10 10M15 5L5 15", "Not certified", "What follows is the best fit found. Do not rely on it.")
-        }
+        (false, _) if !result.others.is_empty() => (
+            "bad",
+            CROSS,
+            "Not certified",
+            "The log has more than one answer. Each of those below fits; do not rely on any one of them.",
+        ),
+        (false, _) => ("bad", CROSS, "Not certified", "What follows is the best fit found. Do not rely on it."),
     };
     let reason = result.reason.trim();
     let reason = if reason.is_empty() {
@@ -73,9 +79,97 @@ pub(crate) fn verdict(result: &Reconstruction) -> String {
     )
 }
 
-/// The strip of key figures.
+/// The choice between arrangements that fit equally well; empty when there is only one.
+pub(crate) fn chooser(result: &Reconstruction) -> String {
+    if result.others.is_empty() {
+        return String::new();
+    }
+    let options: String = std::iter::once(result)
+        .chain(&result.others)
+        .enumerate()
+        .map(|(index, arrangement)| {
+            let checked = if index == 0 { " checked" } else { "" };
+            format!(
+                "<label><input type=\"radio\" name=\"arrangement\" value=\"{index}\"{checked}>{}<span>{}</span></label>",
+                thumbnail(arrangement),
+                index + 1
+            )
+        })
+        .collect();
+    include_str!("../assets/chooser.html").replace("{{options}}", &options)
+}
+
+/// A small picture of the outline.
+fn thumbnail(result: &Reconstruction) -> String {
+    let stride = (result.outline.len() / 90).max(1);
+    let points = || result.outline.iter().step_by(stride).filter(|p| p.x_m.is_finite() && p.y_m.is_finite());
+    let reach = points().map(|p| p.x_m.hypot(p.y_m)).fold(1e-12, f64::max);
+    let path: String = points()
+        .enumerate()
+        .map(|(index, p)| {
+            let pen = if index == 0 { 'M' } else { 'L' };
+            format!("{pen}{:.1} {:.1}", 20.0 + 18.0 * p.x_m / reach, 20.0 - 18.0 * p.y_m / reach)
+        })
+        .collect();
+    let path = if path.is_empty() { path } else { path + "Z" };
+    format!("<svg viewBox=\"0 0 40 40\" aria-hidden=\"true\"><path d=\"{path}\"/></svg>")
+}
+
+/// The attribute of what belongs to one of several arrangements; all but the first wait until they are chosen.
+fn belongs_to(index: usize) -> String {
+    let hidden = if index == 0 { "" } else { " hidden" };
+    format!(" data-arrangement=\"{index}\"{hidden}")
+}
+
+/// The table of jumps, one for each arrangement; empty when nothing jumped.
+pub(crate) fn jumps(input: &ReportInput) -> String {
+    let origin = time_origin_s(input.log);
+    let cards = input.arrangements().enumerate().filter(|(_, result)| !result.jumps.is_empty());
+    cards
+        .map(|(index, result)| {
+            let rows: String = result
+                .jumps
+                .iter()
+                .take(MAX_JUMPS_SHOWN)
+                .map(|jump| {
+                    let time = rounded(jump.time_s - origin, 5);
+                    let turn = (jump.psi_after_rad - jump.psi_before_rad).to_degrees();
+                    let drop = 1e3 * (jump.height_before_m - jump.height_after_m);
+                    let place = if time.is_finite() { format!("{time}") } else { String::new() };
+                    let physical = if jump.physical { "<td>yes</td>" } else { "<td class=\"no\">no</td>" };
+                    format!(
+                        "<tr><td><button type=\"button\" data-time=\"{place}\">{} s</button></td><td>{}°</td><td>{} mm</td>\
+                         {physical}</tr>",
+                        decimals(time, 2),
+                        decimals(turn, 1),
+                        decimals(drop, 2),
+                    )
+                })
+                .collect();
+            include_str!("../assets/jumps.html").replace("{{of}}", &belongs_to(index)).replace("{{rows}}", &rows)
+        })
+        .collect()
+}
+
+/// A number with so many decimals, for a column of its like.
+fn decimals(value: f64, decimals: usize) -> String {
+    if !value.is_finite() || value.abs() >= 1e6 {
+        return number(value);
+    }
+    let text = format!("{value:.decimals$}");
+    // No minus before what is nothing but zeros.
+    let zero = text.chars().all(|c| matches!(c, '-' | '0' | '.'));
+    if zero { text.replace('-', "") } else { text.replace('-', "\u{2212}") }
+}
+
+/// The strip of key figures, one for each arrangement.
 pub(crate) fn key_figures(input: &ReportInput) -> String {
-    let result = input.reconstruction;
+    let strip =
+        |(index, result)| format!("<dl class=\"figures\"{}>{}</dl>", belongs_to(index), key_figures_of(input, result));
+    input.arrangements().enumerate().map(strip).collect()
+}
+
+fn key_figures_of(input: &ReportInput, result: &Reconstruction) -> String {
     let centroid = result.shape.centroid();
     let mut strip = String::new();
     let mut add = |label: &str, (value, unit): (String, &str), tip: &str| {
@@ -135,7 +229,7 @@ pub(crate) fn key_figures(input: &ReportInput) -> String {
     );
     add(
         "Arrangements",
-        (result.alternatives.to_string(), ""),
+        (input.reconstruction.alternatives.to_string(), ""),
         "Number of distinct ways to arrange the pieces that fit equally well. 1 means the answer is unique.",
     );
     let times = || input.log.samples.iter().map(|sample| sample.time_s).filter(|time| time.is_finite());
@@ -159,7 +253,7 @@ pub(crate) fn truth_errors(truth: Option<&TruthOverlay>) -> String {
         .iter()
         .map(|(what, value, how)| format!("<div class=\"figure\"><dt>{what}</dt><dd>{value}</dd><p>{how}</p></div>"))
         .collect();
-    include_str!("../assets/errors.html").replace("{{rows}}", &rows)
+    include_str!("../assets/errors.html").replace("{{of}}", &belongs_to(0)).replace("{{rows}}", &rows)
 }
 
 /// A note where the plots do not show every sample.
@@ -178,7 +272,7 @@ pub(crate) fn command(command: Option<&str>) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{length, number};
+    use super::{decimals, length, number};
 
     #[test]
     fn numbers_read_well() {
@@ -195,6 +289,12 @@ mod tests {
         ] {
             assert_eq!(number(value), text, "{value}");
         }
+    }
+
+    #[test]
+    fn columns_have_their_decimals() {
+        let shown = [-0.001, 12.3456, -7.0, f64::NAN, 1e9].map(|value| decimals(value, 2));
+        assert_eq!(shown, ["0.00", "12.35", "\u{2212}7.00", "–", "1.00e9"]);
     }
 
     #[test]

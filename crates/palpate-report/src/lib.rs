@@ -24,7 +24,8 @@
 //! The page needs no network and no other file: styles, script and data are inside, and its content security policy
 //! forbids everything else. Lengths in it are millimetres and angles degrees, because people read it; the result files
 //! hold SI units. A log of more than [`MAX_SAMPLES_SHOWN`] samples is thinned for the plots (ends of pieces and the
-//! worst residuals stay); the figures and the histograms still come from all samples.
+//! worst residuals stay); the figures and the histograms still come from all samples. Where several arrangements fit
+//! equally well, the page has a choice of them and shows one at a time.
 //!
 //! Nothing here fails: a value that is not finite leaves a gap in its curve, and a result without samples gives a page
 //! that says so.
@@ -75,6 +76,13 @@ pub struct TruthOverlay<'a> {
     pub rms_com_m: f64,
 }
 
+impl<'a> ReportInput<'a> {
+    /// The result and whatever fits equally well.
+    fn arrangements(&self) -> impl Iterator<Item = &'a Reconstruction> + use<'a> {
+        std::iter::once(self.reconstruction).chain(&self.reconstruction.others)
+    }
+}
+
 /// The whole page as one HTML document.
 pub fn page(input: &ReportInput) -> String {
     let json = data::json(input);
@@ -84,6 +92,8 @@ pub fn page(input: &ReportInput) -> String {
         "script" => include_str!("../assets/report.js").to_owned(),
         "verdict" => figures::verdict(input.reconstruction),
         "figures" => figures::key_figures(input),
+        "chooser" => figures::chooser(input.reconstruction),
+        "jumps" => figures::jumps(input),
         "errors" => figures::truth_errors(input.truth.as_ref()),
         "thinned" => figures::thinned(input),
         "command" => figures::command(input.command),

@@ -13,6 +13,7 @@ use std::time::Duration;
 
 use devtools::Browser;
 use fixture::fixture;
+use palpate::shape::SupportFunction;
 use palpate_report::{ReportInput, TruthOverlay, page};
 use serde_json::json;
 
@@ -150,6 +151,84 @@ fn the_page_fits_every_screen_in_both_themes() {
                 assert_eq!(browser.evaluate(overflow), json!(0), "the page is wider than a window of {width} px");
                 picture(browser, &format!("egg-{width}-{scheme}.png"));
             }
+        }
+    });
+}
+
+/// A result with another beside it that has a different shape and no jumps.
+fn ambiguous_page() -> (fixture::Fixture, String) {
+    let mut egg = fixture(800, 12.0, 1.4);
+    let mut other = egg.reconstruction.clone();
+    other.jumps.clear();
+    other.shape = SupportFunction::new(1.2 * other.shape.mean_radius_m(), vec![[0.0, 0.0], [0.004, 0.0]]);
+    for point in &mut other.outline {
+        (point.x_m, point.y_m, point.r_m) = (1.35 * point.x_m, 1.1 * point.y_m, 1.2 * point.r_m);
+    }
+    for pose in &mut other.motion {
+        (pose.psi_rad, pose.piece) = (1.3 * pose.psi_rad, 0);
+    }
+    let result = &mut egg.reconstruction;
+    (result.certified, result.com_certified, result.alternatives) = (false, false, 2);
+    result.reason = "2 different objects explain the log equally well".to_owned();
+    result.others = vec![other];
+    let html = page(&ReportInput {
+        title: "two_answers.csv",
+        log: &egg.log,
+        reconstruction: &egg.reconstruction,
+        truth: None,
+        seconds: 3.21,
+        command: None,
+        version: "0.1.0",
+    });
+    (egg, html)
+}
+
+#[test]
+fn the_choice_of_an_arrangement_changes_what_is_shown() {
+    in_browser(&ambiguous_page().1, |browser, _| {
+        let outline = "document.querySelector('#shape svg .body').getAttribute('d')";
+        let radius = "[...document.querySelectorAll('dl.figures')].filter((e) => e.offsetHeight).map((e) => e.querySelector('dd').textContent).join()";
+        let jumps = "[...document.querySelectorAll('.jumps')].filter((e) => e.offsetHeight).length";
+        let look = |browser: &mut Browser| [outline, radius, jumps].map(|what| browser.evaluate(what));
+        let first = look(browser);
+        assert_eq!(first[2], json!(1), "the jumps are not listed");
+        picture(browser, "arrangement-1.png");
+
+        browser.evaluate("document.getElementById('time').value = 7; document.getElementById('time').dispatchEvent(new Event('input'))");
+        browser.evaluate("document.querySelector('#card-shape details').open = true");
+        browser.click("[name=arrangement][value='1']");
+        let second = look(browser);
+        assert_ne!(first[0], second[0], "the shape did not change");
+        assert_ne!(first[1], second[1], "the figures did not change");
+        assert_eq!(second[2], json!(0), "the jumps of another arrangement are listed");
+        assert!((time(browser) - 7.0).abs() < 0.02, "the time went to {}", time(browser));
+        assert_eq!(browser.evaluate("document.querySelector('#card-shape details').open"), json!(true));
+        picture(browser, "arrangement-2.png");
+
+        // What is shown moves, and only once.
+        browser.click("[name=arrangement][value='0']");
+        assert_eq!(look(browser), first, "the first arrangement did not come back");
+        browser.evaluate("document.activeElement.blur()");
+        let there = time(browser);
+        browser.press("ArrowRight");
+        let stepped = time(browser) - there;
+        assert!(stepped > 0.0 && stepped < 0.031, "an arrow key stepped by {stepped} s");
+        let at_rest = transform(browser);
+        browser.click("#play");
+        std::thread::sleep(Duration::from_millis(500));
+        assert_ne!(at_rest, transform(browser), "play did not move the object");
+
+        // A jump of the table is a time of the stage.
+        browser.evaluate("document.querySelector('.jumps:not([hidden])').scrollIntoView()");
+        let wanted = browser.evaluate("Number(document.querySelector('.jumps:not([hidden]) button').dataset.time)");
+        let wanted = wanted.as_f64().expect("a time");
+        browser.click(".jumps:not([hidden]) button");
+        assert!((time(browser) - wanted).abs() < 1e-3, "the jump at {wanted} s led to {} s", time(browser));
+        for (width, scheme) in [(390, "light"), (390, "dark"), (320, "light")] {
+            browser.window(width, 844, scheme);
+            let overflow = "document.documentElement.scrollWidth - document.documentElement.clientWidth";
+            assert_eq!(browser.evaluate(overflow), json!(0), "the page is wider than a window of {width} px");
+            picture(browser, &format!("arrangements-{width}-{scheme}.png"));
         }
     });
 }

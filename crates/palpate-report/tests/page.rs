@@ -3,6 +3,7 @@
 mod fixture;
 
 use fixture::{Fixture, fixture};
+use palpate::reconstruct::Jump;
 use palpate::{Log, Reconstruction};
 use palpate_report::{ReportInput, TruthOverlay, page};
 use proptest::prelude::*;
@@ -27,6 +28,10 @@ fn data(html: &str) -> serde_json::Value {
     let (_, rest) = html.split_once("id=\"data\">").expect("data in the page");
     let (json, _) = rest.split_once("</script>").expect("an end of the data");
     serde_json::from_str(json).expect("valid JSON")
+}
+
+fn first(html: &str) -> serde_json::Value {
+    data(html)["arrangements"][0].clone()
 }
 
 #[test]
@@ -54,12 +59,13 @@ fn a_thinned_log_keeps_ends_of_pieces_and_the_worst_residual() {
     egg.reconstruction.motion[11_111..].iter_mut().for_each(|pose| pose.piece += 1);
     let html = with_truth(&egg);
     assert!(html.contains("of 20000 samples"));
-    let data = data(&html);
-    let shown = data["time"].as_array().expect("times").len();
+    let times = data(&html)["log"]["time"].clone();
+    let times = times.as_array().expect("times");
+    let shown = times.len();
     assert!(shown <= palpate_report::MAX_SAMPLES_SHOWN, "{shown}");
-    let worst = data["residuals"][0]["values"].as_array().expect("residuals").iter().any(|r| r.as_f64() == Some(5.0));
+    let worst =
+        first(&html)["residuals"][0]["values"].as_array().expect("residuals").iter().any(|r| r.as_f64() == Some(5.0));
     assert!(worst, "the worst residual is not drawn");
-    let times = data["time"].as_array().expect("times");
     for end in [11_110, 11_111] {
         let time = egg.log.samples[end].time_s;
         let kept = times.iter().any(|shown| shown.as_f64().is_some_and(|shown| (shown - time).abs() < 1e-4));
@@ -70,7 +76,7 @@ fn a_thinned_log_keeps_ends_of_pieces_and_the_worst_residual() {
 #[test]
 fn the_truth_is_laid_over_the_estimate() {
     // The true frame is turned against that of the estimate; once aligned, only the small errors are left.
-    let data = data(&with_truth(&fixture(500, 10.0, 1.0)));
+    let data = first(&with_truth(&fixture(500, 10.0, 1.0)));
     let largest = |column: &serde_json::Value| {
         let values = column.as_array().expect("a column").iter().map(|v| v.as_f64().expect("a number").abs());
         values.fold(0.0, f64::max)
@@ -105,6 +111,45 @@ fn verdicts_are_told_apart() {
         let found: Vec<_> = badges.iter().filter(|text| html.contains(**text)).collect();
         assert!(found.len() == 1 && found[0].contains(badge), "{found:?} instead of {badge}");
     }
+}
+
+#[test]
+fn jumps_are_listed() {
+    let mut egg = fixture(50, 1.0, 1.0);
+    egg.reconstruction.jumps.clear();
+    assert!(!with_truth(&egg).contains("<h2>Jumps</h2>"));
+    let jump = Jump {
+        time_s: 0.5,
+        psi_before_rad: 0.1,
+        psi_after_rad: 0.1 - 0.5,
+        height_before_m: 0.0412,
+        height_after_m: 0.0400,
+        physical: true,
+    };
+    egg.reconstruction.jumps = vec![jump, Jump { time_s: f64::NAN, physical: false, ..jump }];
+    let html = with_truth(&egg);
+    assert!(html.contains(
+        "<td><button type=\"button\" data-time=\"0.5\">0.50 s</button></td><td>\u{2212}28.6°</td><td>1.20 mm</td><td>yes</td>"
+    ));
+    assert!(html.contains(">– s</button>") && html.contains("<td class=\"no\">no</td>"));
+}
+
+#[test]
+fn arrangements_that_fit_equally_well_are_all_there() {
+    let mut egg = fixture(50, 1.0, 1.0);
+    assert!(!with_truth(&egg).contains("<fieldset"));
+    let mut other = egg.reconstruction.clone();
+    other.jumps.clear();
+    other.motion.iter_mut().for_each(|pose| pose.psi_rad += 1.0);
+    egg.reconstruction.certified = false;
+    egg.reconstruction.alternatives = 2;
+    egg.reconstruction.others = vec![other];
+    let html = with_truth(&egg);
+    assert_eq!(html.matches("name=\"arrangement\"").count(), 2);
+    assert_eq!(html.matches("<dl class=\"figures\"").count(), 2);
+    let arrangements = data(&html)["arrangements"].clone();
+    assert_eq!(arrangements.as_array().map(Vec::len), Some(2));
+    assert_ne!(arrangements[0]["psi"], arrangements[1]["psi"]);
 }
 
 /// Any number a computer can hold.
@@ -148,9 +193,10 @@ proptest! {
         egg.reconstruction.coverage = at(12);
         egg.reconstruction.jumps = numbers
             .iter()
-            .map(|&time_s| palpate::reconstruct::Jump { time_s, ..Default::default() })
+            .map(|&time_s| Jump { time_s, psi_after_rad: at(15), height_after_m: at(16), ..Default::default() })
             .collect();
         egg.reconstruction.shape = palpate::shape::SupportFunction::new(at(13), vec![[at(14), at(15)]]);
+        egg.reconstruction.others = vec![egg.reconstruction.clone()];
         data(&with_truth(&egg));
     }
 }
