@@ -122,3 +122,127 @@ fn angle_sensitivity(instant: &Instant, fit: &Fit, psi: f64) -> (f64, f64) {
     }
     (by_psi, by_center)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::palms::PalmMotion;
+    use crate::reconstruct::smooth::{Estimate, Noise, Prior};
+    use crate::shape::SupportFunction;
+    use crate::simulate::{SimulateOptions, simulate};
+
+    const SIZE_M: f64 = 0.03;
+    const NOISE: Noise = Noise { sensor_m: 1e-4, balance_m: 1e-5 };
+
+    /// Posterior of a short log at the truth, with the normal angles that were felt.
+    fn setting() -> (Problem, Fit, Vec<f64>) {
+        let shape = SupportFunction::new(SIZE_M, vec![[2e-3, -1e-3], [1.8e-3, 6e-4], [-5e-4, 7e-4]]);
+        let points = [(0.0, 0.5, 1.9), (3.0, 0.9, 1.2), (6.0, 0.4, 1.5), (9.0, 1.2, 1.4), (12.0, 0.8, 1.9)];
+        let motion = PalmMotion::through(&points).and_then(|motion| motion.sample(10.0)).expect("possible");
+        let options = SimulateOptions { start_psi_rad: 1.0, ..SimulateOptions::default() };
+        let run = simulate(&shape, &motion, &options).expect("possible");
+        let problem = Problem::new(&run.log, None);
+        let psi: Vec<f64> = run.truth.motion.iter().map(|pose| pose.psi_rad).collect();
+        let felt = problem.instants.iter().zip(&psi).map(|(instant, psi)| contact_angles(instant, *psi).0).collect();
+        let h = shape.harmonics_m();
+        let coefficients = vec![SIZE_M, h[0][0], h[1][0], h[2][0], h[0][1], h[1][1], h[2][1]];
+        let fit = Fit {
+            estimate: Estimate { coefficients, psi, cost: 0.0 },
+            order: 3,
+            noise: NOISE,
+            prior: Prior { size_m: SIZE_M, scale_m: SIZE_M },
+            log_evidence: 0.0,
+        };
+        (problem, fit, felt)
+    }
+
+    /// What a shape error amounts to as a rotation over the felt boundary: ∫ r' δr.
+    fn as_rotation(fit: &Fit, felt: &[f64]) -> DVector<f64> {
+        let slope = |theta: f64| -support(&fit.estimate.coefficients, theta).d;
+        felt.iter().fold(DVector::zeros(7), |sum, &theta| sum + slope(theta) * basis(theta, 3))
+    }
+
+    #[test]
+    fn a_common_rotation_is_no_error() {
+        let (problem, fit, felt) = setting();
+        let posterior = Posterior::new(&problem, &fit, &felt, 1.0).expect("determined");
+        let rotation = as_rotation(&fit, &felt);
+        let smoother = Smoother::new(&problem, 3, NOISE, fit.prior).strictly_convex();
+        let normal = smoother.linearise(&fit.estimate.coefficients, &fit.estimate.psi);
+        let raw = smoother.factor(&normal).expect("determined").inverse();
+        // Before: nearly all of the uncertainty. After: nothing.
+        let before = (&raw * &rotation).dot(&rotation);
+        let after = posterior.quadratic(&rotation);
+        assert!(after < 1e-9 * before, "{after} {before}");
+        assert!((&posterior.covariance * &rotation).amax() < 1e-9 * (&raw * &rotation).amax());
+    }
+
+    #[test]
+    fn standard_deviations_do_not_depend_on_the_orientation_of_the_frame() {
+        let (problem, fit, felt) = setting();
+        let angle: f64 = 0.7;
+        let mut turned = fit.clone();
+        let (old, new) = (&fit.estimate.coefficients, &mut turned.estimate.coefficients);
+        for k in 1..=3 {
+            // r(θ) → r(θ − angle)
+            let (sin, cos) = (angle * k as f64).sin_cos();
+            (new[k], new[3 + k]) = (old[k] * cos - old[3 + k] * sin, old[k] * sin + old[3 + k] * cos);
+        }
+        turned.estimate.psi.iter_mut().for_each(|psi| *psi -= angle);
+        let felt_turned: Vec<f64> = felt.iter().map(|theta| theta + angle).collect();
+        let here = Posterior::new(&problem, &fit, &felt, 1.0).expect("determined");
+        let there = Posterior::new(&problem, &turned, &felt_turned, 1.0).expect("determined");
+        for &theta in &felt {
+            assert!((here.r_sd_m(theta) / there.r_sd_m(theta + angle) - 1.0).abs() < 1e-4);
+        }
+        for (index, instant) in problem.instants.iter().enumerate() {
+            let (a, b) = (here.pose_sd(index, instant, &fit, 1e-4), there.pose_sd(index, instant, &turned, 1e-4));
+            assert!((a.0 / b.0 - 1.0).abs() < 1e-4 && (a.1 / b.1 - 1.0).abs() < 1e-4, "{a:?} {b:?}");
+        }
+    }
+
+    #[test]
+    fn error_bars_grow_with_noise_and_with_correlation() {
+        let (problem, fit, felt) = setting();
+        let sds = |factor: f64, inflation: f64| {
+            let noise = Noise { sensor_m: factor * NOISE.sensor_m, balance_m: factor * NOISE.balance_m };
+            let fit = Fit { noise, ..fit.clone() };
+            let posterior = Posterior::new(&problem, &fit, &felt, inflation).expect("determined");
+            let (psi, com) = posterior.pose_sd(7, &problem.instants[7], &fit, 0.0);
+            [posterior.r_sd_m(1.0), psi, com]
+        };
+        let one = sds(1.0, 1.0);
+        for ([twice, four], one) in [sds(2.0, 1.0), sds(1.0, 4.0)]
+            .map(|sds| sds.map(|sd| sd))
+            .iter()
+            .zip([one; 2])
+            .map(|(sds, one)| ([sds[0] / one[0], sds[1] / one[1]], sds[2] / one[2]))
+        {
+            assert!((twice - 2.0).abs() < 1e-2 && (four - 2.0).abs() < 1e-2 && (one - 2.0).abs() < 1e-2);
+        }
+    }
+
+    #[test]
+    fn palm_angles_move_the_pose_as_a_new_fit_of_it_says() {
+        let (problem, fit, _) = setting();
+        let (index, step) = (30, 1e-5);
+        let instant = problem.instants[index];
+        let (by_psi, _) = angle_sensitivity(&instant, &fit, fit.estimate.psi[index]);
+        let mut squares = 0.0;
+        for turned in [instant.turned(step, 0.0), instant.turned(0.0, step)] {
+            // The best ψ for the turned palms by golden sections of the exact cost.
+            let cost = |psi: f64| {
+                let (value, weights) =
+                    (residuals(&turned, &fit.estimate.coefficients, psi).value, NOISE.weights(&turned));
+                (0..3).map(|j| (weights[j] * value[j]).powi(2)).sum::<f64>()
+            };
+            let (mut low, mut high) = (fit.estimate.psi[index] - 1e-3, fit.estimate.psi[index] + 1e-3);
+            for _ in 0..80 {
+                let (left, right) = (low + 0.382 * (high - low), low + 0.618 * (high - low));
+                if cost(left) < cost(right) { high = right } else { low = left }
+            }
+            squares += ((0.5 * (low + high) - fit.estimate.psi[index]) / step).powi(2);
+        }
+        assert!((by_psi / squares - 1.0).abs() < 0.02, "{by_psi} {squares}");
+    }
+}

@@ -426,3 +426,6 @@ fn turned_frame(p: [f64; 3]) -> [[f64; 3]; 3] {
         [p[0] / norm, p[1] / norm, p[2] / norm],
     ]
 }
+
+#[cfg(test)]
+mod tests;
