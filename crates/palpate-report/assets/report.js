@@ -143,15 +143,21 @@ function report(data, before) {
   }
 
   const tidy = (text) => text.replace(/^-(0(\.0*)?)$/, "$1").replace("-", "\u2212");
+  /** 1.2e-5 as people write it: 1.2 × 10⁻⁵. */
+  function powerOfTen(value, decimals) {
+    const [mantissa, exponent] = value.toExponential(decimals).split("e");
+    const raised = [...exponent].map((c) => "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"["-0123456789".indexOf(c)] ?? "").join("");
+    return `${tidy(mantissa)}\u00a0×\u00a010${raised}`;
+  }
   function fixed(value, decimals) {
     if (!finite(value)) return "–";
-    return Math.abs(value) >= 1e7 ? tidy(value.toExponential(2)) : tidy(value.toFixed(decimals));
+    return Math.abs(value) >= 1e7 ? powerOfTen(value, 2) : tidy(value.toFixed(decimals));
   }
   /** Three significant digits. */
   function short(value) {
     if (!finite(value)) return "–";
     const size = Math.abs(value);
-    if (size >= 1e7 || (size > 0 && size < 1e-4)) return tidy(value.toExponential(1));
+    if (size >= 1e7 || (size > 0 && size < 1e-4)) return powerOfTen(value, 1);
     return fixed(value, size === 0 ? 0 : Math.max(0, Math.min(6, 2 - Math.floor(Math.log10(size)))));
   }
   const tickLabel = (value, step) => fixed(value, Math.max(0, Math.min(6, -Math.floor(Math.log10(step) + 1e-9)
@@ -226,7 +232,7 @@ function report(data, before) {
 
   /**
    * A chart over time or θ with an optional lane below for band and error.
-   * spec: { host, x, xUnit, xDomain, xTicks, height, unit, y, paint(layer, X, Y), ends, lane, right, jumps, onMove, onLeave, onPress }
+   * spec: { host, x, xUnit, xDomain, xTicks, height, unit, y, yFactor, paint(layer, X, Y), ends, lane, right, jumps, onMove, onLeave, onPress }
    */
   function chart(spec) {
     const host = byId(spec.host);
@@ -252,7 +258,7 @@ function report(data, before) {
       levels.forEach((value) => {
         const y = crisp(Y(value));
         draw(svg, "path", { class: value === 0 ? "zero" : "grid", d: `M${left} ${y}H${right}` });
-        draw(svg, "text", { x: left - 8, y: y + 4, "text-anchor": "end" }, tickLabel(value, step));
+        draw(svg, "text", { x: left - 8, y: y + 4, "text-anchor": "end" }, tickLabel(value * (spec.yFactor || 1), step * (spec.yFactor || 1)));
       });
       const laneTop = yBottom + gap, laneBottom = laneTop + laneHeight;
       const floor = spec.lane ? laneBottom : yBottom;
@@ -315,7 +321,9 @@ function report(data, before) {
     const lane = spec.lane, middle = (top + bottom) / 2, half = (bottom - top) / 2;
     const bands = lane.band.map((value, i) => (!lane.keep || lane.keep(i) ? value : NaN));
     const errors = lane.errors.flatMap((error) => error.values.filter((value, i) => finite(value) && (!lane.keep || lane.keep(i))).map(Math.abs));
-    const most = Math.max(1.25 * (quantile(bands, 0.98) || 0), 1.1 * (quantile(errors, 0.995) || 0)) || 1;
+    // An orientation that is not known at all would leave the others no room.
+    const known = lane.unit === "°" ? bands.filter((band) => band < 180) : bands;
+    const most = Math.max(1.25 * (quantile(known, 0.98) || 0), 1.1 * (quantile(errors, 0.995) || 0)) || 1;
     const micro = lane.unit === "mm" && most < 0.2;
     const factor = micro ? 1e3 : 1, unit = micro ? "µm" : lane.unit;
     const step = roundStep(most * factor, 1.4) / factor;
@@ -389,7 +397,7 @@ function report(data, before) {
 
     const psi = chart({
       ...overTime, host: "psi", height: 190, yStep: degreeStep,
-      y: padded(extent([data.psi])),
+      y: padded(withTruth([data.psi], truePsi || [])),
       paint(layer, X, Y) {
         paintPieces(layer, data.psi, X, Y);
         if (truePsi) paintTruth(layer, truePsi, X, Y);
@@ -398,13 +406,13 @@ function report(data, before) {
     });
     follow(psi, (i) => readout("psi-readout", [
       ["t", clock(time[i])],
-      ["ψ", `${fixed(data.psi[i], 2)}° ± ${short(data.psiBand[i])}°`],
+      ["ψ", data.psiBand[i] >= 180 ? "not known" : `${fixed(data.psi[i], 2)}° ± ${short(data.psiBand[i])}°`],
       ...(trueShown ? [["error", `${short(truth.psiError[i])}°`]] : []),
     ]));
 
     const com = chart({
       ...overTime, host: "com", height: 190, right: 28,
-      y: padded(extent([data.x, data.y])),
+      y: padded(withTruth([data.x, data.y], trueShown ? truth.x.concat(truth.y) : [])),
       paint(layer, X, Y, box) {
         for (const [column, name, trueColumn] of [[data.x, "x", truth && truth.x], [data.y, "y", truth && truth.y]]) {
           paintPieces(layer, column, X, Y);
@@ -428,10 +436,10 @@ function report(data, before) {
     data.residuals.forEach((sensor, k) => {
       const sd = finite(data.sensorSd) && data.sensorSd > 0 ? data.sensorSd : sensor.rms;
       const reach = Math.max(finite(sd) && sd > 0 ? 4 * sd : 0, Math.min(worst * 1.05, finite(sd) && sd > 0 ? 10 * sd : Infinity)) || 1;
-      const word = ["one", "two"][k];
+      const word = ["one", "two"][k], micro = reach < 0.2;
       const view = chart({
-        ...overTime, host: `residual${k + 1}`, height: 112, caption: `palm ${k + 1}`, right: 118,
-        y: [-reach, reach], yStep: (low, high) => roundStep(high - low, 5),
+        ...overTime, host: `residual${k + 1}`, height: 112, caption: `palm ${k + 1}, ${micro ? "µm" : "mm"}`, right: 118,
+        y: [-reach, reach], yFactor: micro ? 1e3 : 1, yStep: (low, high) => roundStep(high - low, 5),
         paint(layer, X, Y, box) {
           const dots = sensor.values.map((value, i) => {
             const x = X(time[i]), y = Y(finite(value) ? Math.max(-reach, Math.min(reach, value)) : NaN);
@@ -483,6 +491,10 @@ function report(data, before) {
     return path(points);
   }
 
+  /** A column of the truth, where it is not so far off that what was found would shrink to nothing. */
+  const near = (column, [low, high]) => column.filter((value) => finite(value) && value > low - (high - low) && value < high + (high - low));
+  const withTruth = (found, actual) => { const range = extent(found); return extent([range, near(actual, range)]); };
+
   const whole = ([x, y]) => finite(x) && finite(y);
   const ring = (place) => `${path([...Array(nodes).keys()].map(place).filter(whole))}Z`;
 
@@ -522,8 +534,10 @@ function report(data, before) {
     let mark = null, place = null;
     figure(host, (width) => Math.round(Math.min(500, Math.max(280, width))), (svg, width, high) => {
       const band = outline.band.map((_, node) => drawnBand(node) || 0);
-      const [x0, x1] = extent([outline.x.map((x, n) => x - band[n]), outline.x.map((x, n) => x + band[n])].map((column) => column.map((v, n) => (finite(outline.x[n]) ? v : NaN))));
-      const [y0, y1] = extent([outline.y.map((y, n) => y - band[n]), outline.y.map((y, n) => y + band[n])].map((column) => column.map((v, n) => (finite(outline.y[n]) ? v : NaN))));
+      const reach = (column) => [-1, 1].map((side) => column.map((value, n) => (finite(value) ? value + side * band[n] : NaN)));
+      const actual = truth ? truth.aligned : [];
+      const [x0, x1] = withTruth(reach(outline.x), actual.map(([x]) => x));
+      const [y0, y1] = withTruth(reach(outline.y), actual.map(([, y]) => y));
       const scale = Math.min((width - 84) / Math.max(1e-9, x1 - x0), (high - 84) / Math.max(1e-9, y1 - y0));
       const cx = width / 2 - scale * (x0 + x1) / 2, cy = (high - 18) / 2 + scale * (y0 + y1) / 2;
       const at = (x, y) => (finite(x) && finite(y) ? [cx + x * scale, cy - y * scale] : [NaN, NaN]);
@@ -609,9 +623,10 @@ function report(data, before) {
   function supportChart() {
     if (nodes < 3) { empty(byId("support"), "No boundary was reconstructed."); return; }
     const theta = outline.theta;
-    const [low, high] = padded(extent([outline.r]), 0.1);
     let dots = null, scales = null;
     const trueShown = truth && truth.rError.some(finite);
+    const trueR = trueShown ? outline.r.map((r, node) => minus(r, truth.rError[node])) : [];
+    const [low, high] = padded(withTruth([outline.r], trueR), 0.1);
     const view = chart({
       host: "support", x: theta, xUnit: "°", xDomain: [0, 360], xTicks: window.innerWidth < 560 ? 90 : 45, height: 190, y: [low, high],
       onMove: (value) => hoverNode(nodeAt(value)), onLeave: () => hoverNode(null),
@@ -620,7 +635,7 @@ function report(data, before) {
         for (const [kind, first, last] of runs((node) => felt[node])) {
           draw(layer, "path", { class: kind ? "felt" : "unfelt", d: runPath(first, Math.min(last, nodes - 1), place) });
         }
-        if (trueShown) draw(layer, "path", { class: "truth", d: path(theta.map((angle, node) => [X(angle), Y(minus(outline.r[node], truth.rError[node]))])) });
+        if (trueShown) draw(layer, "path", { class: "truth", d: path(theta.map((angle, node) => [X(angle), Y(trueR[node])])) });
       },
       lane: { unit: "mm", band: outline.band, keep: (node) => felt[node], errors: trueShown ? [{ values: truth.rError }] : [] },
       rendered({ svg, X, Y }) {

@@ -13,7 +13,7 @@ pub(crate) fn number(value: f64) -> String {
     }
     let size = value.abs();
     let text = match size {
-        _ if size >= 1e6 || (size > 0.0 && size < 1e-4) => format!("{value:.2e}"),
+        _ if size >= 1e6 || (size > 0.0 && size < 1e-4) => power_of_ten(&format!("{value:.2e}")),
         _ if size >= 100.0 => format!("{value:.0}"),
         _ if size >= 10.0 => format!("{value:.1}"),
         _ if size >= 1.0 || size == 0.0 => format!("{value:.2}"),
@@ -24,6 +24,19 @@ pub(crate) fn number(value: f64) -> String {
         }
     };
     text.replace('-', "\u{2212}")
+}
+
+/// 1.23e-4 as people write it: 1.23 × 10⁻⁴.
+fn power_of_ten(text: &str) -> String {
+    let Some((mantissa, exponent)) = text.split_once('e') else { return text.to_owned() };
+    let raised = exponent.chars().map(|c| match c {
+        '-' => '⁻',
+        '1' => '¹',
+        '2' => '²',
+        '3' => '³',
+        digit => char::from_u32('⁰' as u32 + digit.to_digit(10).unwrap_or(0)).unwrap_or(digit),
+    });
+    format!("{mantissa}\u{a0}×\u{a0}10{}", raised.collect::<String>())
 }
 
 /// A length given in metres as (number, unit): millimetres, or micrometres below 0.1 mm.
@@ -285,7 +298,8 @@ mod tests {
             (1.234, "1.23"),
             (-12.34, "\u{2212}12.3"),
             (1234.5, "1234"),
-            (1e300, "1.00e300"),
+            (1e300, "1.00\u{a0}×\u{a0}10³⁰⁰"),
+            (-2.345e-7, "\u{2212}2.35\u{a0}×\u{a0}10⁻⁷"),
         ] {
             assert_eq!(number(value), text, "{value}");
         }
@@ -294,7 +308,7 @@ mod tests {
     #[test]
     fn columns_have_their_decimals() {
         let shown = [-0.001, 12.3456, -7.0, f64::NAN, 1e9].map(|value| decimals(value, 2));
-        assert_eq!(shown, ["0.00", "12.35", "\u{2212}7.00", "–", "1.00e9"]);
+        assert_eq!(shown, ["0.00", "12.35", "\u{2212}7.00", "–", "1.00\u{a0}×\u{a0}10⁹"]);
     }
 
     #[test]
