@@ -8,8 +8,9 @@ use super::felt::{NODES, touches};
 use super::jumps::{leaps, standing_out, unwrap};
 use super::noise::{angle_scatter_rad, correlation_time};
 use super::posterior::Posterior;
-use super::problem::Problem;
+use super::problem::{Instant, Problem};
 use super::reconstruction::{Jump, OutlinePoint, Pose, Reconstruction};
+use super::repair::rivals;
 use super::residuals::{contact_angles, residuals};
 use crate::log::Log;
 use crate::palms::PalmPair;
@@ -39,6 +40,20 @@ pub(super) fn assemble(log: &Log, problem: &Problem, mut fit: Fit, expected: Exp
     let angles: Vec<(f64, f64)> =
         problem.instants.iter().zip(psi).map(|(instant, psi)| contact_angles(instant, *psi)).collect();
     let counts = touches(&tracks(problem, &angles, &starts));
+    let node_of = |theta: f64| (theta.rem_euclid(TAU) / TAU * NODES as f64).round() as usize % NODES;
+    let squares = [fit.noise.sensor_m.powi(2), fit.noise.balance_m.powi(2)];
+    let rivals = |index: usize| rivals(&problem.instants[index], coefficients, psi[index], squares);
+    // A piece of a few samples is placed for certain only where the others felt the boundary too; like a sample beside a jump,
+    // only where one orientation explains it.
+    let unplaced: Vec<bool> = brief_pieces(&starts, problem.len())
+        .into_iter()
+        .enumerate()
+        .map(|(index, brief)| {
+            let felt = [angles[index].0, angles[index].1].iter().all(|theta| counts[node_of(*theta)] > 0);
+            let beside = starts.iter().any(|&start| index < start + EDGE && start < index + EDGE + 1);
+            (brief && !felt) || ((brief || beside) && !rivals(index).is_empty())
+        })
+        .collect();
     let node_angle = |node: usize| TAU * node as f64 / NODES as f64;
     let felt: Vec<f64> = (0..NODES).filter(|&node| counts[node] > 0).map(node_angle).collect();
 
@@ -79,7 +94,10 @@ pub(super) fn assemble(log: &Log, problem: &Problem, mut fit: Fit, expected: Exp
         .map(|(index, sample)| {
             let (theta1, theta2) = angles[index];
             let center = sample.palms.center_of_mass_m(shape.at(theta1), shape.at(theta2));
-            let (psi_sd, com_sd) = posterior.pose_sd(index, &problem.instants[index], &fit, angle_sd);
+            let (mut psi_sd, com_sd) = posterior.pose_sd(index, &problem.instants[index], &fit, angle_sd);
+            if unplaced[index] {
+                psi_sd = psi_sd.max(UNKNOWN_PSI_SD);
+            }
             Pose {
                 time_s: sample.time_s,
                 psi_rad: psi[index],
@@ -102,6 +120,7 @@ pub(super) fn assemble(log: &Log, problem: &Problem, mut fit: Fit, expected: Exp
     let (chi2_per_dof, dof) = chi2(problem, &left, expected_m, 2 * fit.order + 1);
     let chi2_limit = 1.0 + (6.0 * (2.0 / dof).sqrt()).max(if expected.stated_m.is_some() { 0.2 } else { 0.5 });
     let times_s: Vec<f64> = log.samples.iter().map(|sample| sample.time_s).collect();
+    let placed = || motion.iter().zip(&unplaced).filter(|(_, unplaced)| !**unplaced).map(|(pose, _)| pose);
     let verdict = certificate::judge(&Evidence {
         problem,
         coefficients,
@@ -114,7 +133,8 @@ pub(super) fn assemble(log: &Log, problem: &Problem, mut fit: Fit, expected: Exp
         expected_sensor_m: expected_m,
         leaps: &leaps,
         times_s: &times_s,
-        largest_psi_sd: motion.iter().map(|pose| pose.psi_sd_rad).fold(0.0, f64::max),
+        unplaced: unplaced.iter().filter(|unplaced| **unplaced).count(),
+        largest_psi_sd: placed().map(|pose| pose.psi_sd_rad).fold(0.0, f64::max),
         largest_felt_r_sd_m: outline.iter().filter(|p| p.touches > 0).map(|p| p.r_sd_m).fold(0.0, f64::max),
         convex: shape.is_convex(),
     });
@@ -168,21 +188,52 @@ fn rotate(fit: &mut Fit, angle: f64) {
     fit.estimate.psi.iter_mut().for_each(|psi| *psi -= angle);
 }
 
-/// The contact angles of each contact over each piece, where it was seen.
+/// The contact angles of each contact over each piece, where it was seen. Pieces too short to be placed with certainty
+/// feel nothing, and a long step of ψ feels nothing in between.
 fn tracks(problem: &Problem, angles: &[(f64, f64)], starts: &[usize]) -> Vec<Vec<f64>> {
-    let mut edges = vec![0];
-    edges.extend(starts);
-    edges.push(angles.len());
+    let brief = brief_pieces(starts, angles.len());
     let mut tracks = Vec::new();
-    for edge in edges.windows(2) {
-        let piece = edge[0]..edge[1];
-        let seen = |weight: fn(usize, &Problem) -> f64, angle: fn((f64, f64)) -> f64| {
-            piece.clone().filter(|&i| weight(i, problem) > 0.0).map(|i| angle(angles[i])).collect()
-        };
-        tracks.push(seen(|i, p| p.instants[i].weight1, |both| both.0));
-        tracks.push(seen(|i, p| p.instants[i].weight2, |both| both.1));
+    let channels: [(fn(&Instant) -> f64, fn((f64, f64)) -> f64); 2] =
+        [(|instant| instant.weight1, |both| both.0), (|instant| instant.weight2, |both| both.1)];
+    for (weight, angle) in channels {
+        let mut track: Vec<f64> = Vec::new();
+        for (index, instant) in problem.instants.iter().enumerate() {
+            let theta = angle(angles[index]);
+            let broken = track.last().is_some_and(|last| (theta - last).abs() > LONGEST_SLIDE);
+            if broken || starts.contains(&index) {
+                tracks.push(std::mem::take(&mut track));
+            }
+            if weight(instant) > 0.0 && !brief[index] {
+                track.push(theta);
+            }
+        }
+        tracks.push(track);
     }
     tracks
+}
+
+/// A contact that moves further than this between two samples did not feel what lies between, radians.
+const LONGEST_SLIDE: f64 = 0.3;
+
+/// Pieces with fewer samples than this are not placed with certainty.
+const BRIEF: usize = 6;
+
+/// Samples beside a jump that are looked at one by one.
+const EDGE: usize = 3;
+
+/// Standard deviation of an angle of which nothing is known: that of a uniform distribution over the circle, radians.
+const UNKNOWN_PSI_SD: f64 = 1.813_8;
+
+/// For each sample, whether it lies in a piece too short to be placed with certainty.
+fn brief_pieces(starts: &[usize], samples: usize) -> Vec<bool> {
+    let mut edges = vec![0];
+    edges.extend(starts);
+    edges.push(samples);
+    let mut brief = vec![false; samples];
+    for edge in edges.windows(2).filter(|edge| !starts.is_empty() && edge[1] < edge[0] + BRIEF) {
+        brief[edge[0]..edge[1].max(edge[0])].fill(true);
+    }
+    brief
 }
 
 /// χ² of the contact positions per degree of freedom, and the degrees of freedom.

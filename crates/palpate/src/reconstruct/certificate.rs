@@ -26,6 +26,8 @@ pub(super) struct Evidence<'a> {
     pub expected_sensor_m: f64,
     pub leaps: &'a [Leap],
     pub times_s: &'a [f64],
+    /// Samples in pieces too short to be placed.
+    pub unplaced: usize,
     pub largest_psi_sd: f64,
     pub largest_felt_r_sd_m: f64,
     pub convex: bool,
@@ -63,6 +65,13 @@ pub(super) fn judge(evidence: &Evidence) -> Verdict {
              palms, a wrong unit or sign, or palms that are not where the log says",
             1e3 * evidence.sensor_m,
             1e3 * evidence.expected_sensor_m
+        ));
+    }
+    if evidence.unplaced > 0 {
+        doubts.push(format!(
+            "the pose of {} sample{} between jumps cannot be told: too few in a row to place them (their psi_sd_rad says so)",
+            evidence.unplaced,
+            if evidence.unplaced == 1 { "" } else { "s" }
         ));
     }
     if !evidence.convex {

@@ -64,7 +64,7 @@ pub(super) fn leaps(shape: &SupportFunction, palms: &[PalmPair], psi: &[f64]) ->
         if sample < settled {
             continue;
         }
-        let direct = passage(shape, palms, psi, sample - 1, sample);
+        let direct = passage(shape, palms, (sample - 1, psi[sample - 1]), (sample, psi[sample]));
         if direct.physical {
             leaps.extend(direct.jumped.then_some(direct.leap));
             continue;
@@ -77,10 +77,13 @@ pub(super) fn leaps(shape: &SupportFunction, palms: &[PalmPair], psi: &[f64]) ->
         let last = (sample + LONGEST_RINGING).min(psi.len() - 1);
         let quiet = |i: usize| (i + 1..(i + 5).min(psi.len())).all(|j| (psi[j] - psi[j - 1]).abs() < SMALLEST_STEP);
         let calm_after = (sample..last).find(|&i| quiet(i)).unwrap_or(last);
-        let whole = passage(shape, palms, psi, calm_before, calm_after);
+        let whole = passage(shape, palms, (calm_before, psi[calm_before]), (calm_after, psi[calm_after]));
         settled = calm_after + 1;
         if whole.physical {
-            leaps.extend(whole.jumped.then_some(Leap { sample, ..whole.leap }));
+            // In the unrest the jump is its longest step.
+            let step = |i: &usize| (psi[*i] - psi[*i - 1]).abs();
+            let longest = (calm_before + 1..=calm_after).max_by(|a, b| step(a).total_cmp(&step(b))).unwrap_or(sample);
+            leaps.extend(whole.jumped.then_some(Leap { sample: longest, ..whole.leap }));
         } else {
             leaps.push(direct.leap);
         }
@@ -95,8 +98,8 @@ struct Passage {
 }
 
 /// What statics says of the way from the pose at sample `from` to that at sample `to`.
-fn passage(shape: &SupportFunction, palms: &[PalmPair], psi: &[f64], from: usize, to: usize) -> Passage {
-    let (before, after) = (psi[from], psi[to]);
+fn passage(shape: &SupportFunction, palms: &[PalmPair], from: (usize, f64), to: (usize, f64)) -> Passage {
+    let ((from, before), (to, after)) = (from, to);
     let landscape = EnergyLandscape::new(shape, &palms[to]);
     let height = |psi: f64| landscape.height_m(psi);
     let mut path = Vec::with_capacity(to - from);

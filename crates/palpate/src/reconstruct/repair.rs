@@ -184,30 +184,55 @@ fn contact_square(instant: &Instant, coefficients: &[f64], psi: f64) -> f64 {
 /// The orientation at which the shape explains both contacts of a sample best; among those that explain them to within
 /// `usual` (squared metres), the best balanced and nearest to `nearest`.
 pub(super) fn best_orientation(instant: &Instant, coefficients: &[f64], nearest: f64, usual: f64) -> f64 {
-    let square = |psi: f64| contact_square(instant, coefficients, psi);
-    let step = TAU / TRIALS as f64;
-    let grid: Vec<f64> = (0..TRIALS).map(|trial| square(nearest + step * trial as f64)).collect();
-    let mut best = (f64::INFINITY, nearest);
-    for trial in 0..TRIALS {
-        if grid[trial] > grid[(trial + TRIALS - 1) % TRIALS] || grid[trial] > grid[(trial + 1) % TRIALS] {
-            continue;
-        }
-        let middle = nearest + step * trial as f64;
-        let (mut low, mut high) = (middle - step, middle + step);
-        for _ in 0..30 {
-            let (left, right) = (low + (high - low) / 3.0, high - (high - low) / 3.0);
-            if square(left) < square(right) { high = right } else { low = left }
-        }
-        let psi = 0.5 * (low + high);
-        let balance = residuals(instant, coefficients, psi).value[2];
+    let rank = |(psi, square): &(f64, f64)| {
+        let balance = residuals(instant, coefficients, *psi).value[2];
         // Balance and nearness decide only between orientations that explain the contacts equally well.
         let tie = (30.0 * balance / coefficients[0]).powi(2).min(1.0) + 0.1 * (1.0 - (psi - nearest).cos());
-        let rank = square(psi) / usual + 10.0 * tie;
-        if rank < best.0 {
-            best = (rank, psi);
-        }
-    }
-    best.1
+        square / usual + 10.0 * tie
+    };
+    minima(nearest, &|psi| contact_square(instant, coefficients, psi))
+        .into_iter()
+        .map(|minimum| (rank(&minimum), minimum.0))
+        .min_by(|a, b| a.0.total_cmp(&b.0))
+        .map_or(nearest, |(_, psi)| psi)
+}
+
+/// Orientations more than a few degrees from `psi` that explain a sample about as well, the shape being known. `squares`
+/// are the variances of the contacts and of the balance.
+pub(super) fn rivals(instant: &Instant, coefficients: &[f64], psi: f64, squares: [f64; 2]) -> Vec<f64> {
+    const RIVAL: f64 = 25.0;
+    let misfit = |psi: f64| {
+        let balance = residuals(instant, coefficients, psi).value[2];
+        contact_square(instant, coefficients, psi) / squares[0]
+            + 4.0 * (1.0 + balance * balance / (4.0 * squares[1])).ln()
+    };
+    let here = misfit(psi);
+    minima(psi, &misfit)
+        .into_iter()
+        .filter(|(other, value)| (0.5 * (other - psi)).sin().abs() > 0.05 && *value < here + RIVAL)
+        .map(|(other, _)| other)
+        .collect()
+}
+
+/// All minima of a function of the orientation, with their values; looked for on a grid that begins at `start`.
+fn minima(start: f64, function: &dyn Fn(f64) -> f64) -> Vec<(f64, f64)> {
+    let step = TAU / TRIALS as f64;
+    let grid: Vec<f64> = (0..TRIALS).map(|trial| function(start + step * trial as f64)).collect();
+    (0..TRIALS)
+        .filter(|&trial| {
+            grid[trial] <= grid[(trial + TRIALS - 1) % TRIALS] && grid[trial] <= grid[(trial + 1) % TRIALS]
+        })
+        .map(|trial| {
+            let middle = start + step * trial as f64;
+            let (mut low, mut high) = (middle - step, middle + step);
+            for _ in 0..30 {
+                let (left, right) = (low + (high - low) / 3.0, high - (high - low) / 3.0);
+                if function(left) < function(right) { high = right } else { low = left }
+            }
+            let psi = 0.5 * (low + high);
+            (psi, function(psi))
+        })
+        .collect()
 }
 
 #[cfg(test)]
