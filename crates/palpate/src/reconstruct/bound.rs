@@ -45,8 +45,8 @@ pub fn cramer_rao_bound_m(log: &Log, shape: &SupportFunction, psi_rad: &[f64], s
         estimate: Estimate { coefficients, psi: psi_rad.to_vec(), cost: 0.0 },
         order,
         noise: Noise { sensor_m: sensor_sd_m, balance_m: 1e-3 * sensor_sd_m },
-        // As good as none: the bound is the data's own.
-        prior: Prior { size_m: 1e3 * size_m, scale_m: 1e6 * size_m },
+        // As good as none: the bound is the data's own. (The size is the true one, for convexity is told from it.)
+        prior: Prior { size_m, scale_m: 1e6 * size_m },
         log_evidence: 0.0,
     };
     let felt: Vec<f64> = felt_nodes(&problem, psi_rad).map(|node| TAU * node as f64 / NODES as f64).collect();
