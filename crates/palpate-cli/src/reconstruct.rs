@@ -18,8 +18,10 @@ say so (s1_mm, phi1_deg, time_ms). An empty cell in s1 or s2 means that no conta
 (standard deviations), base1_x_m, base1_y_m, base2_x_m and base2_y_m (base points of the palms; default: both in the origin),
 force1_n and force2_n.
 
-DIR receives report.html (open it first), shape.csv, motion.csv and summary.json. An earlier result there is replaced; a folder
-that holds anything else is left alone.
+DIR receives report.html (open it first), shape.csv, motion.csv and summary.json. Where several objects explain the log equally well,
+DIR/alternatives holds the others. An earlier result in DIR is replaced; a folder that holds anything else is left alone.
+
+The object may jump from one resting pose to another; the pieces of the motion between the jumps are put together.
 
 Examples:
   palpate reconstruct trial.csv                          writes trial.palpate/
@@ -151,12 +153,12 @@ pub fn told(summary: &Summary, out: &Path) -> String {
     let mut lines = vec![verdict.to_string()];
     lines.extend(summary.reason.split("; ").filter(|reason| !reason.is_empty()).map(|reason| format!("  - {reason}")));
     let jumps = match summary.jumps.len() {
-        0 => String::new(),
-        1 => ", 1 jump".to_string(),
-        count => format!(", {count} jumps"),
+        0 => "no jump".to_string(),
+        1 => "1 jump".to_string(),
+        count => format!("{count} jumps"),
     };
     lines.push(format!(
-        "  felt    {:.0} % of the boundary in {} samples{jumps}; sensor noise {} mm",
+        "  felt    {:.0} % of the boundary in {} samples, {jumps}; sensor noise {} mm",
         100.0 * summary.coverage,
         summary.samples,
         three_digits(1e3 * summary.sensor_sd_m)
@@ -168,6 +170,9 @@ pub fn told(summary: &Summary, out: &Path) -> String {
             three_digits(truth.rms_psi_rad.to_degrees()),
             three_digits(1e3 * truth.rms_com_m)
         ));
+    }
+    if summary.alternatives > 1 {
+        lines.push(format!("  others  that fit equally well: {}", palpate_io::alternatives_dir_of(out).display()));
     }
     lines.push(format!("  report  {}", out.join("report.html").display()));
     lines.join("\n")

@@ -21,7 +21,7 @@ Examples:
   palpate simulate -o pebble.csv
   palpate simulate --shape random:5 --noise-mm 0.3 --angle-noise-deg 0.1 -o five.csv
   palpate simulate --pad interlink --radius-mm 20 -o pad.csv       as in the experiment of Moll & Erdmann (2001)
-  palpate simulate --motion zigzag --duration-s 120 -o jumps.csv   a motion that knows nothing of the object: it will jump
+  palpate simulate --motion random --shape stone -o jumps.csv      a motion that knows nothing of the object: it jumps
   palpate reconstruct pebble.csv -o pebble --truth pebble.truth";
 
 /// Make a palm log of a known object

@@ -5,17 +5,18 @@
 
 use std::io::{self, IsTerminal, Write};
 use std::process::ExitCode;
-use std::sync::OnceLock;
-use std::time::{Duration, Instant};
+use std::sync::mpsc::{self, RecvTimeoutError, Sender};
+use std::thread::JoinHandle;
+use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use palpate::reconstruct::{Progress, ReconstructError};
 use palpate_io::{ReadError, WriteError, WriteProblem};
 
-/// Work shorter than this needs no progress bar.
+/// Work shorter than this needs no sign of life.
 const PATIENCE: Duration = Duration::from_secs(1);
-/// Steps of the progress bar.
-const STEPS: u64 = 1000;
+/// Time between two signs of life.
+const TICK: Duration = Duration::from_millis(120);
 
 /// How a command ended, when it did what it was asked to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -97,7 +98,7 @@ impl Terminal {
 
     /// Shows how far the work has come, if someone is watching.
     pub fn progress(&self) -> ProgressLine {
-        ProgressLine { shown: !self.quiet && io::stderr().is_terminal(), started: Instant::now(), bar: OnceLock::new() }
+        ProgressLine((!self.quiet && io::stderr().is_terminal()).then(Watched::new))
     }
 }
 
@@ -112,36 +113,59 @@ pub fn print(text: &str) -> Result<(), Failure> {
     }
 }
 
-/// A progress bar that appears when the work takes long and goes away with it.
-pub struct ProgressLine {
-    shown: bool,
-    started: Instant,
-    bar: OnceLock<ProgressBar>,
+/// A line that appears when the work takes long, tells how far it has come, and goes away with it.
+pub struct ProgressLine(Option<Watched>);
+
+/// How much of the work there is cannot be known: a search ends as soon as it has found something. So there is no bar, which
+/// would creep and then vanish, but a sign of life, the time, and the share of what may have to be tried.
+struct Watched {
+    bar: ProgressBar,
+    /// Dropped when the work is done.
+    working: Option<Sender<()>>,
+    waiting: Option<JoinHandle<()>>,
+}
+
+impl Watched {
+    fn new() -> Self {
+        let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::hidden());
+        if let Ok(style) = ProgressStyle::with_template("{spinner} {elapsed}  {wide_msg}") {
+            bar.set_style(style);
+        }
+        let (working, end) = mpsc::channel::<()>();
+        let waiting = std::thread::Builder::new().spawn({
+            let bar = bar.clone();
+            move || {
+                if end.recv_timeout(PATIENCE) == Err(RecvTimeoutError::Timeout) {
+                    bar.set_draw_target(ProgressDrawTarget::stderr());
+                    bar.enable_steady_tick(TICK);
+                }
+            }
+        });
+        // Without the thread the work goes on, unseen.
+        Self { bar, working: Some(working), waiting: waiting.ok() }
+    }
 }
 
 impl ProgressLine {
     /// Takes in how far the work has come.
     pub fn update(&self, progress: Progress) {
-        if !self.shown || self.started.elapsed() < PATIENCE {
-            return;
+        // At the end the line goes away in a moment.
+        if let Some(Watched { bar, .. }) = &self.0
+            && progress.fraction < 1.0
+        {
+            let percent = (100.0 * progress.fraction.clamp(0.0, 1.0)).floor();
+            bar.set_message(format!("{}, {percent} % of all that may have to be tried", progress.stage));
         }
-        let bar = self.bar.get_or_init(|| {
-            let bar = ProgressBar::with_draw_target(Some(STEPS), ProgressDrawTarget::stderr())
-                .with_elapsed(self.started.elapsed());
-            match ProgressStyle::with_template("{bar:30} {percent:>3} %  {elapsed}  {msg}") {
-                Ok(style) => bar.with_style(style),
-                Err(_) => bar,
-            }
-        });
-        bar.set_position((progress.fraction.clamp(0.0, 1.0) * STEPS as f64) as u64);
-        bar.set_message(progress.stage);
     }
 }
 
-impl Drop for ProgressLine {
+impl Drop for Watched {
     fn drop(&mut self) {
-        if let Some(bar) = self.bar.get() {
-            bar.finish_and_clear();
+        drop(self.working.take());
+        if let Some(waiting) = self.waiting.take() {
+            // It does nothing that could panic; and if it did, the work is done all the same.
+            let _ = waiting.join();
         }
+        self.bar.finish_and_clear();
     }
 }

@@ -79,24 +79,57 @@ fn logs_of_independent_simulators_are_certified_and_right() {
 }
 
 #[test]
-fn a_log_with_jumps_is_right_or_not_certified() {
+fn a_log_with_jumps_is_certified_and_right() {
     let (ran, summary) = reconstruct_example("stone_zigzag_oracle");
-    if summary["certified"] == true {
-        assert_eq!(ran.code, Some(0));
-        assert!(error_mm(&summary) < 0.1, "{summary}");
-    } else {
-        assert_eq!(ran.code, Some(3));
-        assert!(ran.stdout.starts_with("NOT certified\n  - "), "{}", ran.stdout);
-        assert_ne!(summary["reason"], "");
+    assert_eq!(ran.code, Some(0), "{}", ran.stdout);
+    assert!(ran.stdout.contains(" samples, 8 jumps; sensor noise "), "{}", ran.stdout);
+    assert!(error_mm(&summary) < 0.01, "{summary}");
+    let (jumps, details) = (&summary["jumps"], &summary["jump_details"]);
+    assert_eq!(jumps.as_array().map(Vec::len), Some(8));
+    for (index, jump) in details.as_array().into_iter().flatten().enumerate() {
+        assert_eq!(jump["time_s"], jumps[index]);
+        assert_eq!(jump["physical"], true, "{jump}");
+        assert!(jump["height_drop_m"].as_f64() > Some(0.0), "{jump}");
     }
 }
 
 #[test]
-fn a_log_with_friction_is_not_certified() {
+fn a_log_with_friction_is_not_certified_and_the_summary_says_why() {
     let (ran, summary) = reconstruct_example("ellipse_friction_0.10_mujoco");
     assert_eq!((ran.code, ran.stderr.as_str()), (Some(3), ""), "{}", ran.stdout);
+    assert!(ran.stdout.starts_with("NOT certified\n  - "), "{}", ran.stdout);
     assert_eq!(summary["certified"], false);
     assert_eq!(summary["com_certified"], false);
+    assert!(summary["reason"].as_str().is_some_and(|reason| !reason.is_empty()), "{summary}");
+}
+
+#[test]
+fn a_killed_run_leaves_no_half_result() {
+    let dir = folder();
+    let log = example("egg_full_turn_oracle_n0.1mm.csv");
+    let arguments = ["reconstruct", text(&log), "-o", "out", "-q"];
+    let started = std::time::Instant::now();
+    assert_eq!(palpate(dir.path(), &arguments).code, Some(0));
+    let whole_run = started.elapsed();
+    fs::remove_dir_all(dir.path().join("out")).expect("there is a result");
+    for share in [0.2, 0.6, 0.9, 0.95, 1.0, 1.05] {
+        let mut child = command(dir.path(), &arguments).spawn().expect("the program starts");
+        std::thread::sleep(whole_run.mul_f64(share));
+        // It may have ended by then; all the better.
+        let _ = child.kill();
+        child.wait().expect("the program ends");
+        let out = dir.path().join("out");
+        if out.exists() {
+            assert_eq!(names(&out), RESULT_FILES, "killed after {share} of the time");
+            assert_eq!(summary(&out)["certified"], true);
+            let report = fs::read_to_string(out.join("report.html")).expect("there is a report");
+            assert!(report.trim_end().ends_with("</html>"));
+            fs::remove_dir_all(&out).expect("there is a result");
+        }
+    }
+    // What was left aside is hidden, and in nobody's way.
+    assert!(names(dir.path()).iter().all(|name| name.starts_with(".palpate-partial-")), "{:?}", names(dir.path()));
+    assert_eq!(palpate(dir.path(), &arguments).code, Some(0));
 }
 
 #[test]

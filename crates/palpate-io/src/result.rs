@@ -87,7 +87,12 @@ pub fn write_result(
 /// Where the alternative of that number (from 1) is in the result folder `dir`. Its `shape.csv`, `motion.csv` and `summary.json`
 /// are read as those of the result itself.
 pub fn alternative_dir_of(dir: &Path, number: usize) -> PathBuf {
-    dir.join(ALTERNATIVES_FOLDER).join(number.to_string())
+    alternatives_dir_of(dir).join(number.to_string())
+}
+
+/// Where the alternatives are in the result folder `dir`, if there are any.
+pub fn alternatives_dir_of(dir: &Path) -> PathBuf {
+    dir.join(ALTERNATIVES_FOLDER)
 }
 
 /// The three files of one arrangement, to lie in the folder `inside` of the result folder `dir`.
