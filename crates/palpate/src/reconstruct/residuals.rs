@@ -12,43 +12,12 @@ pub(super) struct Residuals {
     pub by_psi: [f64; 3],
 }
 
-/// Powers of e^{iθ}: cos kθ and sin kθ for k = 1 … K at both contacts, and the sums r, d, v over them.
-pub(super) struct Harmonics {
-    order: usize,
-    cos1: Vec<f64>,
-    sin1: Vec<f64>,
-    cos2: Vec<f64>,
-    sin2: Vec<f64>,
-}
-
+/// Support function, its derivatives and the radius of curvature at one normal angle.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Support {
     pub r: f64,
     pub d: f64,
     pub v: f64,
-}
-
-fn powers(theta: f64, cosines: &mut [f64], sines: &mut [f64]) {
-    let (sin, cos) = theta.sin_cos();
-    let (mut c, mut s) = (1.0, 0.0);
-    for (cosine, sine) in cosines.iter_mut().zip(sines.iter_mut()) {
-        (c, s) = (c * cos - s * sin, s * cos + c * sin);
-        (*cosine, *sine) = (c, s);
-    }
-}
-
-fn sums(coefficients: &[f64], cosines: &[f64], sines: &[f64]) -> Support {
-    let order = cosines.len();
-    let (a, b) = coefficients[1..].split_at(order);
-    let (mut r, mut d, mut v) = (coefficients[0], 0.0, coefficients[0]);
-    for k in 0..order {
-        let number = (k + 1) as f64;
-        let term = a[k] * cosines[k] + b[k] * sines[k];
-        r += term;
-        d += number * (a[k] * sines[k] - b[k] * cosines[k]);
-        v += (1.0 - number * number) * term;
-    }
-    Support { r, d, v }
 }
 
 /// Contact angles (θ1, θ2), eq. 1.
@@ -57,25 +26,51 @@ pub(super) fn contact_angles(instant: &Instant, psi: f64) -> (f64, f64) {
     (theta1, theta1 + instant.phi2 - PI)
 }
 
-/// r, d, v at one normal angle, from the coefficient vector (a0, a1 … aK, b1 … bK).
-pub(super) fn support(coefficients: &[f64], theta: f64) -> Support {
-    let order = coefficients.len() / 2;
-    let (sin, cos) = theta.sin_cos();
-    let (mut c, mut s) = (1.0, 0.0);
-    let (a, b) = coefficients[1..].split_at(order);
-    let (mut r, mut d, mut v) = (coefficients[0], 0.0, coefficients[0]);
-    for k in 0..order {
-        (c, s) = (c * cos - s * sin, s * cos + c * sin);
-        let number = (k + 1) as f64;
-        let term = a[k] * c + b[k] * s;
-        r += term;
-        d += number * (a[k] * s - b[k] * c);
-        v += (1.0 - number * number) * term;
-    }
-    Support { r, d, v }
+/// Cosines and sines of both contact angles, from the sine and cosine of one angle only.
+fn contact_directions(instant: &Instant, psi: f64) -> ([f64; 2], [f64; 2]) {
+    let (sin, cos) = (instant.phi1 - psi).sin_cos();
+    let (cos1, sin1) = (sin, -cos);
+    let cos2 = sin1 * instant.sin2 - cos1 * instant.cos2;
+    let sin2 = -(sin1 * instant.cos2 + cos1 * instant.sin2);
+    ([cos1, cos2], [sin1, sin2])
 }
 
-fn combine(instant: &Instant, one: Support, two: Support) -> Residuals {
+/// r, d, v at several normal angles, given by their cosines and sines, from the coefficient vector (a0, a1 … aK, b1 … bK).
+/// The angles go in step, so that the processor can take them together. `visit` is shown cos kθ and sin kθ for k = 1 … K.
+#[inline(always)]
+fn supports<const ANGLES: usize>(
+    coefficients: &[f64],
+    cos: [f64; ANGLES],
+    sin: [f64; ANGLES],
+    mut visit: impl FnMut(usize, [f64; ANGLES], [f64; ANGLES]),
+) -> [Support; ANGLES] {
+    let (a, b) = coefficients[1..].split_at(coefficients.len() / 2);
+    let (mut c, mut s) = ([1.0; ANGLES], [0.0; ANGLES]);
+    let (mut r, mut d, mut v) = ([coefficients[0]; ANGLES], [0.0; ANGLES], [coefficients[0]; ANGLES]);
+    let mut number = 1.0;
+    for (index, (a, b)) in a.iter().zip(b).enumerate() {
+        let bending = 1.0 - number * number;
+        for i in 0..ANGLES {
+            (c[i], s[i]) = (c[i] * cos[i] - s[i] * sin[i], s[i] * cos[i] + c[i] * sin[i]);
+            let term = a * c[i] + b * s[i];
+            r[i] += term;
+            d[i] += number * (a * s[i] - b * c[i]);
+            v[i] += bending * term;
+        }
+        visit(index, c, s);
+        number += 1.0;
+    }
+    std::array::from_fn(|i| Support { r: r[i], d: d[i], v: v[i] })
+}
+
+/// r, d, v at one normal angle, from the coefficient vector (a0, a1 … aK, b1 … bK).
+pub(super) fn support(coefficients: &[f64], theta: f64) -> Support {
+    let (sin, cos) = theta.sin_cos();
+    let [support] = supports(coefficients, [cos], [sin], |_, _, _| ());
+    support
+}
+
+fn combine(instant: &Instant, [one, two]: [Support; 2]) -> Residuals {
     let (c2, inverse) = (instant.cos2, 1.0 / instant.sin2);
     let value = [
         (one.r * c2 + two.r) * inverse - one.d - instant.s1,
@@ -93,51 +88,57 @@ fn combine(instant: &Instant, one: Support, two: Support) -> Residuals {
 
 /// The residuals of one sample for a shape and an orientation.
 pub(super) fn residuals(instant: &Instant, coefficients: &[f64], psi: f64) -> Residuals {
-    let (theta1, theta2) = contact_angles(instant, psi);
-    combine(instant, support(coefficients, theta1), support(coefficients, theta2))
+    let (cos, sin) = contact_directions(instant, psi);
+    combine(instant, supports(coefficients, cos, sin, |_, _, _| ()))
 }
 
-impl Harmonics {
+/// The residuals of one sample as functions of the coefficients: linear, through r1, r2, d1 and d2, with cos kθ and sin kθ
+/// at both contacts.
+pub(super) struct Linearised {
+    numbers: Vec<f64>,
+    cos: [Vec<f64>; 2],
+    sin: [Vec<f64>; 2],
+}
+
+impl Linearised {
     pub fn new(order: usize) -> Self {
         let empty = || vec![0.0; order];
-        Self { order, cos1: empty(), sin1: empty(), cos2: empty(), sin2: empty() }
+        Self { numbers: (1..=order).map(|k| k as f64).collect(), cos: [empty(), empty()], sin: [empty(), empty()] }
     }
 
-    /// The residuals of one sample; writes their derivatives by the coefficients into three rows of length 2K + 1.
-    pub fn linearise(
-        &mut self,
-        instant: &Instant,
-        coefficients: &[f64],
-        psi: f64,
-        rows: &mut [Vec<f64>; 3],
-    ) -> Residuals {
-        let order = self.order;
-        let (theta1, theta2) = contact_angles(instant, psi);
-        powers(theta1, &mut self.cos1, &mut self.sin1);
-        powers(theta2, &mut self.cos2, &mut self.sin2);
-        let one = sums(coefficients, &self.cos1, &self.sin1);
-        let two = sums(coefficients, &self.cos2, &self.sin2);
-        let (c2, inverse) = (instant.cos2, 1.0 / instant.sin2);
-        let (sin1, sin12) = (instant.sin1, instant.sin12);
-        let ratio = c2 * inverse;
-        let [row1, row2, row3] = rows;
-        row1[0] = ratio + inverse;
-        row2[0] = ratio + inverse;
-        row3[0] = 0.0;
-        let (row1a, row1b) = row1[1..].split_at_mut(order);
-        let (row2a, row2b) = row2[1..].split_at_mut(order);
-        let (row3a, row3b) = row3[1..].split_at_mut(order);
+    /// Moves to another sample, orientation and shape; the residuals there.
+    pub fn at(&mut self, instant: &Instant, coefficients: &[f64], psi: f64) -> Residuals {
+        let order = self.numbers.len();
+        let ([cos1, cos2], [sin1, sin2]) = (&mut self.cos, &mut self.sin);
+        let (cos1, cos2) = (&mut cos1[..order], &mut cos2[..order]);
+        let (sin1, sin2) = (&mut sin1[..order], &mut sin2[..order]);
+        let (cos, sin) = contact_directions(instant, psi);
+        let both = supports(&coefficients[..2 * order + 1], cos, sin, |index, c, s| {
+            (cos1[index], cos2[index]) = (c[0], c[1]);
+            (sin1[index], sin2[index]) = (s[0], s[1]);
+        });
+        combine(instant, both)
+    }
+
+    /// Writes the derivative, by the coefficients, of the three residuals in the mixture `share`.
+    pub fn mixed_row(&self, instant: &Instant, share: [f64; 3], row: &mut [f64]) {
+        let inverse = 1.0 / instant.sin2;
+        let ratio = instant.cos2 * inverse;
+        // What the mixture makes of r1, r2, d1 and d2.
+        let (r1, r2) = (share[0] * ratio + share[1] * inverse, share[0] * inverse + share[1] * ratio);
+        let (d1, d2) = (share[2] * instant.sin12 - share[0], share[2] * instant.sin1 + share[1]);
+        let order = self.numbers.len();
+        let (mean, harmonics) = row.split_at_mut(1);
+        mean[0] = r1 + r2;
+        let (a, b) = harmonics.split_at_mut(order);
+        let (a, b) = (&mut a[..order], &mut b[..order]);
+        let ([cos1, cos2], [sin1, sin2]) = (&self.cos, &self.sin);
+        let (cos1, cos2) = (&cos1[..order], &cos2[..order]);
+        let (sin1, sin2) = (&sin1[..order], &sin2[..order]);
         for k in 0..order {
-            let number = (k + 1) as f64;
-            let (ca, sa, cb, sb) = (self.cos1[k], self.sin1[k], self.cos2[k], self.sin2[k]);
-            row1a[k] = ca * ratio + cb * inverse - number * sa;
-            row1b[k] = sa * ratio + sb * inverse + number * ca;
-            row2a[k] = cb * ratio + ca * inverse + number * sb;
-            row2b[k] = sb * ratio + sa * inverse - number * cb;
-            row3a[k] = number * (sa * sin12 + sb * sin1);
-            row3b[k] = -number * (ca * sin12 + cb * sin1);
+            a[k] = r1 * cos1[k] + r2 * cos2[k] + self.numbers[k] * (d1 * sin1[k] + d2 * sin2[k]);
+            b[k] = r1 * sin1[k] + r2 * sin2[k] - self.numbers[k] * (d1 * cos1[k] + d2 * cos2[k]);
         }
-        combine(instant, one, two)
     }
 }
 
@@ -170,14 +171,16 @@ mod tests {
     #[test]
     fn jacobians_match_finite_differences() {
         let instant = instant();
-        let mut rows = [vec![0.0; 7], vec![0.0; 7], vec![0.0; 7]];
-        let exact = Harmonics::new(3).linearise(&instant, &COEFFICIENTS, 0.7, &mut rows);
+        let mut linearised = Linearised::new(3);
+        let exact = linearised.at(&instant, &COEFFICIENTS, 0.7);
         let step = 1e-6;
         let (plus, minus) =
             (residuals(&instant, &COEFFICIENTS, 0.7 + step), residuals(&instant, &COEFFICIENTS, 0.7 - step));
-        for (j, row) in rows.iter().enumerate() {
+        for j in 0..3 {
             let slope = (plus.value[j] - minus.value[j]) / (2.0 * step);
             assert!((slope - exact.by_psi[j]).abs() < 1e-9, "by psi, residual {j}");
+            let mut row = [0.0; 7];
+            linearised.mixed_row(&instant, std::array::from_fn(|i| f64::from(i == j)), &mut row);
             for m in 0..7 {
                 let mut moved = COEFFICIENTS;
                 moved[m] += 1e-3;

@@ -11,7 +11,7 @@
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use super::problem::{Instant, Problem};
-use super::residuals::{Harmonics, Residuals, residuals};
+use super::residuals::{Linearised, Residuals, residuals};
 
 /// Standard deviations of the measurements, metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -97,36 +97,30 @@ impl Normal {
     }
 }
 
-/// Adds `rows`ᵀ `rows` to the upper triangle; four rows a time, so that the inner loop does eight operations per element.
+/// The sum of outer products of rows, each with its residual as the last element: the normal matrix, and in its last
+/// row the gradient. Only the lower triangle (and a little above it) is kept.
 struct RowSink {
-    unknowns: usize,
+    /// Length of a row with its residual, made even.
+    width: usize,
     buffer: Vec<f64>,
     filled: usize,
-    upper: Vec<f64>,
-    gradient: Vec<f64>,
+    columns: Vec<f64>,
 }
 
 impl RowSink {
+    /// Rows that are taken in at a time, so that each element of the sum is touched once for all of them.
     const BLOCK: usize = 4;
 
     fn new(unknowns: usize) -> Self {
-        Self {
-            unknowns,
-            buffer: vec![0.0; Self::BLOCK * unknowns],
-            filled: 0,
-            upper: vec![0.0; unknowns * unknowns],
-            gradient: vec![0.0; unknowns],
-        }
+        let width = (unknowns + 1).next_multiple_of(2);
+        Self { width, buffer: vec![0.0; Self::BLOCK * width], filled: 0, columns: vec![0.0; width * width] }
     }
 
-    fn push(&mut self, residual: f64, row: impl Iterator<Item = f64>) {
-        let start = self.filled * self.unknowns;
-        for ((slot, gradient), value) in
-            self.buffer[start..start + self.unknowns].iter_mut().zip(&mut self.gradient).zip(row)
-        {
-            *slot = value;
-            *gradient += residual * value;
-        }
+    /// Takes in the row that `write` writes, of as many elements as there are unknowns, and its residual.
+    fn push(&mut self, unknowns: usize, residual: f64, write: impl FnOnce(&mut [f64])) {
+        let row = &mut self.buffer[self.filled * self.width..(self.filled + 1) * self.width];
+        write(&mut row[..unknowns]);
+        row[unknowns] = residual;
         self.filled += 1;
         if self.filled == Self::BLOCK {
             self.flush();
@@ -134,27 +128,40 @@ impl RowSink {
     }
 
     fn flush(&mut self) {
-        let m = self.unknowns;
-        self.buffer[self.filled * m..].fill(0.0);
-        let (first, rest) = self.buffer.split_at(m);
-        let (second, rest) = rest.split_at(m);
-        let (third, fourth) = rest.split_at(m);
-        for i in 0..m {
-            let (w0, w1, w2, w3) = (first[i], second[i], third[i], fourth[i]);
-            let target = &mut self.upper[i * m + i..(i + 1) * m];
-            let (f, s, t, q) = (&first[i..], &second[i..], &third[i..], &fourth[i..]);
-            for ((((slot, a), b), c), d) in target.iter_mut().zip(f).zip(s).zip(t).zip(q) {
-                *slot += w0 * a + w1 * b + w2 * c + w3 * d;
-            }
-        }
+        self.buffer[self.filled * self.width..].fill(0.0);
         self.filled = 0;
+        let mut rows = self.buffer.chunks_exact(self.width);
+        add_outer_products(&mut self.columns, self.width, std::array::from_fn(|_| rows.next().unwrap_or_default()));
     }
 
-    fn finish(mut self) -> (DMatrix<f64>, DVector<f64>) {
+    fn finish(mut self, unknowns: usize) -> (DMatrix<f64>, DVector<f64>) {
         self.flush();
-        let m = self.unknowns;
-        let matrix = DMatrix::from_fn(m, m, |i, j| self.upper[i.min(j) * m + i.max(j)]);
-        (matrix, DVector::from_vec(self.gradient))
+        let at = |row: usize, column: usize| self.columns[column * self.width + row];
+        let mut matrix = DMatrix::zeros(unknowns, unknowns);
+        for column in 0..unknowns {
+            for row in column..unknowns {
+                matrix[(row, column)] = at(row, column);
+                matrix[(column, row)] = at(row, column);
+            }
+        }
+        (matrix, DVector::from_fn(unknowns, |column, _| at(unknowns, column)))
+    }
+}
+
+/// Adds the outer products of four rows (of even length) to the lower triangle of a matrix, given by its columns. All goes
+/// in pairs of elements, as in the registers of every processor of today; so one element above the diagonal comes along.
+/// (On its own, not inlined: the compiler then knows that rows and columns do not overlap, a quarter less work.)
+#[inline(never)]
+fn add_outer_products(columns: &mut [f64], width: usize, rows: [&[f64]; RowSink::BLOCK]) {
+    let [first, second, third, fourth] = rows.map(|row| row[..width].as_chunks::<2>().0);
+    for (index, column) in columns.chunks_exact_mut(width).enumerate() {
+        let (start, i) = (index / 2, index % 2);
+        let (f, s, t, q) = (first[start][i], second[start][i], third[start][i], fourth[start][i]);
+        let target = &mut column.as_chunks_mut::<2>().0[start..];
+        let rest = first[start..].iter().zip(&second[start..]).zip(&third[start..]).zip(&fourth[start..]);
+        for (pair, (((a, b), c), d)) in target.iter_mut().zip(rest) {
+            *pair = std::array::from_fn(|i| pair[i] + (f * a[i] + s * b[i] + t * c[i] + q * d[i]));
+        }
     }
 }
 
@@ -165,6 +172,8 @@ pub(super) struct Smoother<'a> {
     pub noise: Noise,
     pub prior: Prior,
     convexity: Convexity,
+    /// 1/(prior standard deviation)² of each coefficient.
+    precision: Vec<f64>,
     belief: Option<&'a Belief>,
 }
 
@@ -178,34 +187,73 @@ pub(super) struct Belief {
 struct Convexity {
     margin_m: f64,
     sd_m: f64,
-    /// One row of v per node.
-    rows: Vec<Vec<f64>>,
+    order: usize,
+    nodes: usize,
+    /// (1 − k²) cos kθ for k = 1 … K at the nodes of half a turn, 0 to π; those of the other half mirror them.
+    cosines: Vec<f64>,
+    /// (1 − k²) sin kθ at the same.
+    sines: Vec<f64>,
 }
 
 impl Convexity {
+    /// At an even number of nodes.
     fn new(order: usize, size_m: f64, nodes: usize) -> Self {
-        let rows = (0..nodes)
-            .map(|node| {
-                let theta = std::f64::consts::TAU * node as f64 / nodes as f64;
-                let mut row = vec![1.0; 2 * order + 1];
-                for k in 1..=order {
-                    let number = k as f64;
-                    let (sin, cos) = (number * theta).sin_cos();
-                    row[k] = (1.0 - number * number) * cos;
-                    row[order + k] = (1.0 - number * number) * sin;
-                }
-                row
-            })
-            .collect();
-        Self { margin_m: 8e-3 * size_m, sd_m: 5e-4 * size_m, rows }
+        let circle: Vec<(f64, f64)> =
+            (0..nodes).map(|node| (std::f64::consts::TAU * node as f64 / nodes as f64).sin_cos()).collect();
+        let half = nodes / 2 + 1;
+        let (mut cosines, mut sines) = (Vec::with_capacity(order * half), Vec::with_capacity(order * half));
+        for k in 1..=order {
+            let bending = 1.0 - (k * k) as f64;
+            for node in 0..half {
+                let (sin, cos) = circle[k * node % nodes];
+                cosines.push(bending * cos);
+                sines.push(bending * sin);
+            }
+        }
+        Self { margin_m: 8e-3 * size_m, sd_m: 5e-4 * size_m, order, nodes, cosines, sines }
     }
 
-    /// The violated nodes: residual and row.
-    fn violations<'b>(&'b self, coefficients: &'b [f64]) -> impl Iterator<Item = (f64, &'b Vec<f64>)> {
-        self.rows.iter().filter_map(move |row| {
-            let v: f64 = row.iter().zip(coefficients).map(|(a, b)| a * b).sum();
-            (v < self.margin_m).then(|| ((self.margin_m - v) / self.sd_m, row))
+    fn none() -> Self {
+        Self { margin_m: 0.0, sd_m: 1.0, order: 0, nodes: 0, cosines: Vec::new(), sines: Vec::new() }
+    }
+
+    /// The violated nodes and their residuals.
+    fn violations(&self, coefficients: &[f64]) -> impl Iterator<Item = (usize, f64)> {
+        // What v has in common at θ and −θ, and what it has opposite.
+        let half = if self.nodes == 0 { 0 } else { self.nodes / 2 + 1 };
+        let (mut common, mut opposite) = (vec![coefficients[0]; half], vec![0.0; half]);
+        let (a, b) = coefficients[1..].split_at(coefficients.len() / 2);
+        let columns = self.cosines.chunks_exact(half.max(1)).zip(self.sines.chunks_exact(half.max(1)));
+        for ((a, b), (cosines, sines)) in a.iter().zip(b).zip(columns) {
+            for (v, cosine) in common.iter_mut().zip(cosines) {
+                *v += a * cosine;
+            }
+            for (v, sine) in opposite.iter_mut().zip(sines) {
+                *v += b * sine;
+            }
+        }
+        (0..self.nodes).filter_map(move |node| {
+            let (mirrored, sign) = self.mirrored(node);
+            let v = common[mirrored] + sign * opposite[mirrored];
+            (v < self.margin_m).then(|| (node, (self.margin_m - v) / self.sd_m))
         })
+    }
+
+    /// The node of the first half that a node is or mirrors, and the sign of its sines.
+    fn mirrored(&self, node: usize) -> (usize, f64) {
+        if 2 * node <= self.nodes { (node, 1.0) } else { (self.nodes - node, -1.0) }
+    }
+
+    /// Writes the derivative of the residual of a node by the coefficients.
+    fn row(&self, node: usize, row: &mut [f64]) {
+        let (mirrored, sign) = self.mirrored(node);
+        let half = self.nodes / 2 + 1;
+        let scale = -1.0 / self.sd_m;
+        row[0] = scale;
+        for k in 0..self.order {
+            row[1 + k] = scale * self.cosines[k * half + mirrored];
+            row[1 + self.order + k] = scale * sign * self.sines[k * half + mirrored];
+        }
     }
 }
 
@@ -217,6 +265,7 @@ impl<'a> Smoother<'a> {
             noise,
             prior,
             convexity: Convexity::new(order, prior.size_m, 6 * order + 12),
+            precision: prior.standard_deviations(order).iter().map(|sd| 1.0 / (sd * sd)).collect(),
             belief: None,
         }
     }
@@ -234,7 +283,7 @@ impl<'a> Smoother<'a> {
 
     /// The same with convexity left out, for a first look.
     pub fn without_convexity(mut self) -> Self {
-        self.convexity.rows.clear();
+        self.convexity = Convexity::none();
         self
     }
 
@@ -244,12 +293,9 @@ impl<'a> Smoother<'a> {
                 let off = DVector::from_row_slice(coefficients) - &belief.mean;
                 (&belief.information * &off).dot(&off)
             }
-            None => {
-                let sd = self.prior.standard_deviations(self.order);
-                sd.iter().zip(coefficients).map(|(sd, value)| (value / sd).powi(2)).sum()
-            }
+            None => self.precision.iter().zip(coefficients).map(|(precision, value)| precision * value * value).sum(),
         };
-        let convexity: f64 = self.convexity.violations(coefficients).map(|(residual, _)| residual * residual).sum();
+        let convexity: f64 = self.convexity.violations(coefficients).map(|(_, residual)| residual * residual).sum();
         prior + convexity
     }
 
@@ -292,51 +338,48 @@ impl<'a> Smoother<'a> {
         let unknowns = 2 * self.order + 1;
         let count = self.problem.len();
         let mut sink = RowSink::new(unknowns);
-        let mut harmonics = Harmonics::new(self.order);
-        let mut rows = [vec![0.0; unknowns], vec![0.0; unknowns], vec![0.0; unknowns]];
+        let mut linearised = Linearised::new(self.order);
         let mut psi_offset = vec![0.0; count];
         let mut psi_slope = vec![0.0; count * unknowns];
         let mut psi_information = vec![0.0; count];
         for (index, instant) in self.problem.instants.iter().enumerate() {
-            let at = harmonics.linearise(instant, coefficients, psi[index], &mut rows);
+            let at = linearised.at(instant, coefficients, psi[index]);
             let w = self.noise.weights(instant);
             let e = [w[0] * at.value[0], w[1] * at.value[1], w[2] * at.value[2]];
             let p = [w[0] * at.by_psi[0], w[1] * at.by_psi[1], w[2] * at.by_psi[2]];
-            let information = p[0] * p[0] + p[1] * p[1] + p[2] * p[2];
+            let information = dot(p, p);
             psi_information[index] = information;
-            let [first, second, third] = turned_frame(p);
-            // What ψ cannot take up: two whole rows, and of the third the share that one radian of freedom leaves.
-            let left = (PSI_INFORMATION / (information + PSI_INFORMATION)).sqrt();
-            for q in [first, second, third.map(|value| value * left)] {
-                let f = [q[0] * w[0], q[1] * w[1], q[2] * w[2]];
-                let row = rows[0].iter().zip(&rows[1]).zip(&rows[2]);
-                sink.push(
-                    q[0] * e[0] + q[1] * e[1] + q[2] * e[2],
-                    row.map(|((a, b), c)| f[0] * a + f[1] * b + f[2] * c),
-                );
+            let [first, second, along] = turned_frame(p);
+            let weighted = |q: [f64; 3]| [q[0] * w[0], q[1] * w[1], q[2] * w[2]];
+            for q in [first, second] {
+                sink.push(unknowns, dot(q, e), |row| linearised.mixed_row(instant, weighted(q), row));
             }
-            let scale = -1.0 / (information + PSI_INFORMATION);
-            let f = [scale * p[0] * w[0], scale * p[1] * w[1], scale * p[2] * w[2]];
-            psi_offset[index] = scale * (p[0] * e[0] + p[1] * e[1] + p[2] * e[2]);
-            let row = rows[0].iter().zip(&rows[1]).zip(&rows[2]);
+            // Along its own derivative ψ takes up all but the share that one radian of freedom leaves.
             let slope = &mut psi_slope[index * unknowns..(index + 1) * unknowns];
-            for (slot, ((a, b), c)) in slope.iter_mut().zip(row) {
-                *slot = f[0] * a + f[1] * b + f[2] * c;
-            }
+            linearised.mixed_row(instant, weighted(along), slope);
+            let left = (PSI_INFORMATION / (information + PSI_INFORMATION)).sqrt();
+            sink.push(unknowns, left * dot(along, e), |row| {
+                for (slot, value) in row.iter_mut().zip(slope.iter()) {
+                    *slot = left * value;
+                }
+            });
+            let scale = -information.sqrt() / (information + PSI_INFORMATION);
+            psi_offset[index] = scale * dot(along, e);
+            slope.iter_mut().for_each(|value| *value *= scale);
         }
-        for (residual, row) in self.convexity.violations(coefficients) {
-            sink.push(residual, row.iter().map(|value| -value / self.convexity.sd_m));
+        for (node, residual) in self.convexity.violations(coefficients) {
+            sink.push(unknowns, residual, |row| self.convexity.row(node, row));
         }
-        let (mut matrix, mut gradient) = sink.finish();
+        let (mut matrix, mut gradient) = sink.finish(unknowns);
         match self.belief {
             Some(belief) => {
                 gradient += &belief.information * (DVector::from_row_slice(coefficients) - &belief.mean);
                 matrix += &belief.information;
             }
             None => {
-                for (index, sd) in self.prior.standard_deviations(self.order).iter().enumerate() {
-                    matrix[(index, index)] += 1.0 / (sd * sd);
-                    gradient[index] += coefficients[index] / (sd * sd);
+                for (index, precision) in self.precision.iter().enumerate() {
+                    matrix[(index, index)] += precision;
+                    gradient[index] += precision * coefficients[index];
                 }
             }
         }
@@ -408,6 +451,10 @@ pub(super) fn coefficients_to_order(coefficients: &mut Vec<f64>, order: usize) {
     changed[1..=kept].copy_from_slice(&coefficients[1..=kept]);
     changed[order + 1..=order + kept].copy_from_slice(&coefficients[old + 1..=old + kept]);
     *coefficients = changed;
+}
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 /// Three orthonormal vectors, the last along `p` (any three, where p vanishes).
