@@ -8,7 +8,7 @@ use super::felt::{NODES, touches};
 use super::jumps::{leaps, standing_out, unwrap};
 use super::noise::{angle_scatter_rad, correlation_time};
 use super::posterior::Posterior;
-use super::problem::{Instant, Problem};
+use super::problem::Problem;
 use super::reconstruction::{Jump, OutlinePoint, Pose, Reconstruction};
 use super::repair::rivals;
 use super::residuals::{contact_angles, residuals};
@@ -193,17 +193,16 @@ fn rotate(fit: &mut Fit, angle: f64) {
 fn tracks(problem: &Problem, angles: &[(f64, f64)], starts: &[usize]) -> Vec<Vec<f64>> {
     let brief = brief_pieces(starts, angles.len());
     let mut tracks = Vec::new();
-    let channels: [(fn(&Instant) -> f64, fn((f64, f64)) -> f64); 2] =
-        [(|instant| instant.weight1, |both| both.0), (|instant| instant.weight2, |both| both.1)];
-    for (weight, angle) in channels {
+    for contact in [1, 2] {
         let mut track: Vec<f64> = Vec::new();
         for (index, instant) in problem.instants.iter().enumerate() {
-            let theta = angle(angles[index]);
+            let (theta, weight) =
+                if contact == 1 { (angles[index].0, instant.weight1) } else { (angles[index].1, instant.weight2) };
             let broken = track.last().is_some_and(|last| (theta - last).abs() > LONGEST_SLIDE);
             if broken || starts.contains(&index) {
                 tracks.push(std::mem::take(&mut track));
             }
-            if weight(instant) > 0.0 && !brief[index] {
+            if weight > 0.0 && !brief[index] {
                 track.push(theta);
             }
         }

@@ -136,7 +136,7 @@ mod tests {
     fn thinning_keeps_about_as_many_instants_as_asked_for() {
         let problem = problem();
         for count in [100, 250] {
-            let windows = windows(&problem, &[0..problem.len()], count);
+            let windows = windows(&problem, std::slice::from_ref(&(0..problem.len())), count);
             let instants: usize = windows.iter().map(|window| window.thin.len()).sum();
             assert!(instants >= count * 4 / 5 && instants <= count * 3 / 2, "{instants} of {count}");
             assert!(windows.iter().all(|window| window.thin.len() >= SHORTEST));
