@@ -215,10 +215,10 @@ fn key_figures_of(input: &ReportInput, result: &Reconstruction) -> String {
         "Standard deviation of one contact reading: stated by the log, or found from what the fit leaves over.",
     );
     add(
-        "χ² per degree of freedom",
+        "χ² per d.o.f.",
         (number(result.chi2_per_dof), ""),
-        "Squared residuals over what the noise explains. Near 1: the fit is as good as the sensors are. Far above 1: something \
-         in the log is not explained.",
+        "Squared residuals over what the noise explains, per degree of freedom. Near 1: the fit is as good as the sensors \
+         are. Far above 1: something in the log is not explained.",
     );
     add(
         "Boundary felt",
