@@ -165,8 +165,9 @@ pub fn told(summary: &Summary, out: &Path) -> String {
     ));
     if let Some(truth) = &summary.truth {
         lines.push(format!(
-            "  errors  shape {} mm, orientation {} deg, centre of mass {} mm (root mean square)",
+            "  errors  shape {} mm (form alone {} mm), orientation {} deg, centre of mass {} mm (root mean square)",
             three_digits(1e3 * truth.rms_r_m),
+            three_digits(1e3 * truth.rms_form_m),
             three_digits(truth.rms_psi_rad.to_degrees()),
             three_digits(1e3 * truth.rms_com_m)
         ));
