@@ -236,7 +236,23 @@ fn command_line() -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::three_digits;
+    use super::{three_digits, told};
+    use palpate_io::Summary;
+    use std::path::Path;
+
+    #[test]
+    fn several_answers_are_told_with_where_they_are() {
+        let summary: Summary = serde_json::from_str(
+            r#"{"certified": false, "com_certified": false, "reason": "3 different objects explain the log equally well",
+            "chi2_per_dof": 1, "jumps": [1.5], "coverage": 0.5, "alternatives": 3, "sensor_sd_m": 0.0001, "balance_sd_m": null,
+            "samples": 100, "harmonics": 8, "seconds": 1, "version": "0.1.0"}"#,
+        )
+        .expect("a summary");
+        let expected = "NOT certified\n  - 3 different objects explain the log equally well\n  \
+            felt    50 % of the boundary in 100 samples, 1 jump; sensor noise 0.100 mm\n  \
+            others  that fit equally well: out/alternatives\n  report  out/report.html";
+        assert_eq!(told(&summary, Path::new("out")), expected);
+    }
 
     #[test]
     fn three_digits_tell_enough() {
