@@ -168,7 +168,6 @@ fn palms_that_do_not_move() {
 }
 
 #[test]
-#[ignore = "certified, though nothing moved: noise passes for a motion that felt 1 % of the boundary"]
 fn palms_that_do_not_move_under_noise() {
     let results: Vec<_> = [(0.7, 1.5), (0.3, 2.0), (1.0, 1.0), (0.5, 1.3), (0.9, 1.8)]
         .map(|(phi1_rad, phi2_rad)| solve(&still(PalmPair::hinged(phi1_rad, phi2_rad), NOISE_M).log))

@@ -133,6 +133,7 @@ pub(super) fn assemble(log: &Log, problem: &Problem, mut fit: Fit, expected: Exp
         expected_sensor_m: expected_m,
         leaps: &leaps,
         times_s: &times_s,
+        coverage: felt.len() as f64 / NODES as f64,
         unplaced: unplaced.iter().filter(|unplaced| **unplaced).count(),
         largest_psi_sd: placed().map(|pose| pose.psi_sd_rad).fold(0.0, f64::max),
         largest_felt_r_sd_m: outline.iter().filter(|p| p.touches > 0).map(|p| p.r_sd_m).fold(0.0, f64::max),

@@ -12,6 +12,9 @@ pub(super) const MODEL_ALLOWANCE: f64 = 2e-3;
 /// Orientation less certain than this (radians) does not count as known.
 const MAX_PSI_SD: f64 = 0.05;
 
+/// Less of the boundary than this tells no object: noise alone could pass for the motion of a still one.
+const LEAST_COVERAGE: f64 = 0.1;
+
 /// What the certificate looks at.
 pub(super) struct Evidence<'a> {
     pub problem: &'a Problem,
@@ -26,6 +29,8 @@ pub(super) struct Evidence<'a> {
     pub expected_sensor_m: f64,
     pub leaps: &'a [Leap],
     pub times_s: &'a [f64],
+    /// Share of the boundary that was felt.
+    pub coverage: f64,
     /// Samples in pieces too short to be placed.
     pub unplaced: usize,
     pub largest_psi_sd: f64,
@@ -65,6 +70,12 @@ pub(super) fn judge(evidence: &Evidence) -> Verdict {
              palms, a wrong unit or sign, or palms that are not where the log says",
             1e3 * evidence.sensor_m,
             1e3 * evidence.expected_sensor_m
+        ));
+    }
+    if evidence.coverage < LEAST_COVERAGE {
+        doubts.push(format!(
+            "only {:.0} % of the boundary was felt, too little to tell an object by: move the palms further, so that it rolls",
+            100.0 * evidence.coverage
         ));
     }
     if evidence.unplaced > 0 {

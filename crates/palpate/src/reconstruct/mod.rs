@@ -1,8 +1,15 @@
 //! Log in, shape, motion and centre of mass out.
 //!
-//! [`reconstruct`] runs: starts from nothing (`start`, on the closed forms of `quadrature`), maximum likelihood over all
-//! samples (`smooth`), what the data say of noise and number of harmonics (`evidence`), error bars (`posterior`) and the
-//! verdict (`certificate`).
+//! [`reconstruct`] runs through these stages, a file each:
+//!
+//! 1. `noise`, `pieces`, `windows`: how noisy the log is, where the contacts leap, and what to look at;
+//! 2. `start` (on the closed forms of `quadrature`): starts from nothing, over stretches that explain themselves;
+//! 3. `grow`, `search`: from there over the whole log, through jumps, as several hypotheses;
+//! 4. `smooth` (on `residuals` and `problem`): maximum likelihood over all samples, every pose eliminated exactly;
+//! 5. `evidence`: number of harmonics, noise and prior, by what the data say of them;
+//! 6. `repair`: samples put at a wrong pose are placed anew;
+//! 7. `posterior`, `felt`: error bars, and which boundary was felt;
+//! 8. `jumps`, `certificate`: is it right, and is it the only answer. When not, the search goes on.
 
 mod assemble;
 mod bound;
