@@ -10,7 +10,6 @@ use super::noise::{angle_scatter_rad, correlation_time};
 use super::posterior::Posterior;
 use super::problem::Problem;
 use super::reconstruction::{Jump, OutlinePoint, Pose, Reconstruction};
-use super::repair::rivals;
 use super::residuals::{contact_angles, residuals};
 use crate::log::Log;
 use crate::palms::PalmPair;
@@ -26,7 +25,14 @@ pub(super) struct Expected {
 }
 
 /// Puts the result together. `None` when the information matrix cannot be factored (nothing was learnt).
-pub(super) fn assemble(log: &Log, problem: &Problem, mut fit: Fit, expected: Expected) -> Option<Reconstruction> {
+/// `margin` says of each sample how much more it costs to put it elsewhere.
+pub(super) fn assemble(
+    log: &Log,
+    problem: &Problem,
+    mut fit: Fit,
+    margin: &[f64],
+    expected: Expected,
+) -> Option<Reconstruction> {
     let turned = fit.estimate.psi[0];
     rotate(&mut fit, turned);
     unwrap(&mut fit.estimate.psi);
@@ -41,17 +47,14 @@ pub(super) fn assemble(log: &Log, problem: &Problem, mut fit: Fit, expected: Exp
         problem.instants.iter().zip(psi).map(|(instant, psi)| contact_angles(instant, *psi)).collect();
     let counts = touches(&tracks(problem, &angles, &starts));
     let node_of = |theta: f64| (theta.rem_euclid(TAU) / TAU * NODES as f64).round() as usize % NODES;
-    let squares = [fit.noise.sensor_m.powi(2), fit.noise.balance_m.powi(2)];
-    let rivals = |index: usize| rivals(&problem.instants[index], coefficients, psi[index], squares);
-    // A piece of a few samples is placed for certain only where the others felt the boundary too; like a sample beside a jump,
-    // only where one orientation explains it.
+    // A piece of a few samples is placed for certain only where the others felt the boundary too; any sample, only where no
+    // other way through the log is nearly as likely.
     let unplaced: Vec<bool> = brief_pieces(&starts, problem.len())
         .into_iter()
         .enumerate()
         .map(|(index, brief)| {
             let felt = [angles[index].0, angles[index].1].iter().all(|theta| counts[node_of(*theta)] > 0);
-            let beside = starts.iter().any(|&start| index < start + EDGE && start < index + EDGE + 1);
-            (brief && !felt) || ((brief || beside) && !rivals(index).is_empty())
+            (brief && !felt) || margin[index] < CERTAIN
         })
         .collect();
     let node_angle = |node: usize| TAU * node as f64 / NODES as f64;
@@ -218,8 +221,8 @@ const LONGEST_SLIDE: f64 = 0.3;
 /// Pieces with fewer samples than this are not placed with certainty.
 const BRIEF: usize = 6;
 
-/// Samples beside a jump that are looked at one by one.
-const EDGE: usize = 3;
+/// A pose counts as certain when every other costs this much more (squared standard deviations: four to one in sigmas).
+const CERTAIN: f64 = 16.0;
 
 /// Standard deviation of an angle of which nothing is known: that of a uniform distribution over the circle, radians.
 const UNKNOWN_PSI_SD: f64 = 1.813_8;

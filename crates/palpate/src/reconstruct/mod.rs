@@ -7,7 +7,7 @@
 //! 3. `grow`, `search`: from there over the whole log, through jumps, as several hypotheses;
 //! 4. `smooth` (on `residuals` and `problem`): maximum likelihood over all samples, every pose eliminated exactly;
 //! 5. `evidence`: number of harmonics, noise and prior, by what the data say of them;
-//! 6. `repair`: samples put at a wrong pose are placed anew;
+//! 6. `track` (on `place` and `tabulated`): the way of the shape through the log; samples put at a wrong pose are placed anew;
 //! 7. `posterior`, `felt`: error bars, and which boundary was felt;
 //! 8. `jumps`, `certificate`: is it right, and is it the only answer. When not, the search goes on.
 
@@ -21,15 +21,17 @@ mod jumps;
 mod noise;
 mod options;
 mod pieces;
+mod place;
 mod posterior;
 mod problem;
 mod quadrature;
 mod reconstruction;
-mod repair;
 mod residuals;
 mod search;
 mod smooth;
 mod start;
+mod tabulated;
+mod track;
 mod windows;
 
 pub use bound::cramer_rao_bound_m;
@@ -37,15 +39,14 @@ pub use options::{Progress, ReconstructError, ReconstructOptions};
 pub use reconstruction::{Jump, OutlinePoint, Pose, Reconstruction};
 
 use crate::log::Log;
-use crate::palms::PalmPair;
 use crate::shape::SupportFunction;
 use rayon::prelude::*;
 
 use assemble::{Expected, assemble};
 use evidence::{Fit, Freedom, ROUNDS, choose_order, fit};
 use problem::Problem;
-use repair::repair;
 use smooth::{Effort, Estimate, Noise, Prior, Smoother};
+use track::track;
 
 /// Fewest samples with both contacts seen that are tried.
 pub const FEWEST_SAMPLES: usize = 12;
@@ -160,6 +161,8 @@ struct Refined {
     fine: Fit,
     /// All samples, with the weight that the balance has at each.
     problem: Problem,
+    /// For each sample, how much more it costs to put it elsewhere (see [`track::Track`]).
+    margin: Vec<f64>,
 }
 
 impl<'a> Task<'a> {
@@ -178,40 +181,49 @@ impl<'a> Task<'a> {
         let freedom = Freedom { sensor: true, floor_m: 1e-6 * size_m };
         let mut medium = search::thinned_in_ranges(&self.problem, &found.ranges, ORDER_SAMPLES);
         let psi = search::carry_over(&found.thin, &start.psi, &start.coefficients, &medium, &found.ranges);
-        let start = Estimate { coefficients: start.coefficients.clone(), psi, cost: f64::INFINITY };
+        let mut start = Estimate { coefficients: start.coefficients.clone(), psi, cost: f64::INFINITY };
         let sd = self.scatter_m.max(1e-3 * size_m);
         let noise = Noise { sensor_m: sd, balance_m: sd };
-        let coarse = match self.options.harmonics {
-            Some(order) => fit(&mut medium, order, start, noise, self.prior, freedom, ROUNDS),
-            None => choose_order(&mut medium, start, noise, self.prior, freedom),
+        let floor_m = 0.3 * self.scatter_m;
+        // A few samples at a wrong pose would ask for harmonics that the object has not.
+        let order = start.coefficients.len() / 2;
+        if let Some(rough) = fit(&mut medium, order, start.clone(), noise, self.prior, freedom, ROUNDS) {
+            let psi = track(&medium, &rough, floor_m).psi;
+            start = Estimate { psi, ..rough.estimate };
         }
-        .ok_or(ReconstructError::NotSolvable)?;
-
-        let mut problem = self.problem.clone();
-        let coefficients = coarse.estimate.coefficients.clone();
-        let psi = search::carry_over(&medium, &coarse.estimate.psi, &coefficients, &problem, &found.ranges);
-        let start = Estimate { coefficients, psi, cost: f64::INFINITY };
-        let noise = Noise { sensor_m: self.stated_m.unwrap_or(coarse.noise.sensor_m), ..coarse.noise };
-        let freedom = Freedom { sensor: self.stated_m.is_none(), ..freedom };
-        let mut smoothed = |start, prior| {
-            let fine = fit(&mut problem, coarse.order, start, noise, prior, freedom, ROUNDS);
-            fine.ok_or(ReconstructError::NotSolvable)
-        };
-        let mut fine = smoothed(start, coarse.prior)?;
-        let palms: Vec<PalmPair> = self.log.samples.iter().map(|sample| sample.palms).collect();
-        for _ in 0..REPAIRS {
-            if repair(&self.problem, &palms, &mut fine, self.scatter_m) == 0 {
-                break;
+        let mut tracked: Option<Vec<f64>> = None;
+        let mut attempt = 0;
+        loop {
+            let coarse = match self.options.harmonics {
+                Some(order) => fit(&mut medium, order, start, noise, self.prior, freedom, ROUNDS),
+                None => choose_order(&mut medium, start, noise, self.prior, freedom),
             }
-            let Fit { estimate, prior, .. } = fine;
-            fine = smoothed(estimate, prior)?;
+            .ok_or(ReconstructError::NotSolvable)?;
+            let mut problem = self.problem.clone();
+            let coefficients = coarse.estimate.coefficients.clone();
+            let psi = tracked.unwrap_or_else(|| {
+                search::carry_over(&medium, &coarse.estimate.psi, &coefficients, &problem, &found.ranges)
+            });
+            let all = Estimate { coefficients, psi, cost: f64::INFINITY };
+            let noise = Noise { sensor_m: self.stated_m.unwrap_or(coarse.noise.sensor_m), ..coarse.noise };
+            let freedom = Freedom { sensor: self.stated_m.is_none(), ..freedom };
+            let fine = fit(&mut problem, coarse.order, all, noise, coarse.prior, freedom, ROUNDS)
+                .ok_or(ReconstructError::NotSolvable)?;
+            let track = track(&self.problem, &fine, floor_m);
+            if track.moved == 0 || attempt == REPAIRS {
+                return Ok(Refined { coarse, fine, problem, margin: track.margin });
+            }
+            attempt += 1;
+            let coefficients = fine.estimate.coefficients;
+            let psi = search::carry_over(&self.problem, &track.psi, &coefficients, &medium, &found.ranges);
+            start = Estimate { coefficients, psi, cost: f64::INFINITY };
+            tracked = Some(track.psi);
         }
-        Ok(Refined { coarse, fine, problem })
     }
 
     fn assemble(&self, refined: Refined) -> Result<Reconstruction, ReconstructError> {
         let expected = Expected { stated_m: self.stated_m, scatter_m: self.scatter_m };
-        assemble(self.log, &refined.problem, refined.fine, expected).ok_or(ReconstructError::NotSolvable)
+        assemble(self.log, &refined.problem, refined.fine, &refined.margin, expected).ok_or(ReconstructError::NotSolvable)
     }
 
     /// Takes the arrangements that explain the log about equally well to their ends. Only those count that an object at

@@ -70,7 +70,7 @@ pub(super) fn support(coefficients: &[f64], theta: f64) -> Support {
     support
 }
 
-fn combine(instant: &Instant, [one, two]: [Support; 2]) -> Residuals {
+pub(super) fn combine(instant: &Instant, [one, two]: [Support; 2]) -> Residuals {
     let (c2, inverse) = (instant.cos2, 1.0 / instant.sin2);
     let value = [
         (one.r * c2 + two.r) * inverse - one.d - instant.s1,

@@ -8,8 +8,8 @@ use rayon::prelude::*;
 
 use super::grow::{Budget, EXPLAINED, Tolerance, grow, misfit};
 use super::pieces::pieces;
+use super::place::best_orientation;
 use super::problem::Problem;
-use super::repair::best_orientation;
 use super::smooth::{Effort, Estimate, Prior, Smoother};
 use super::start;
 use super::windows::{Window, joined, spans, windows};

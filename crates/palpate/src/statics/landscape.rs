@@ -217,7 +217,7 @@ impl EnergyLandscape {
 
     /// The balanced pose near `psi_rad` if it is proved to be unique and stable there: Newton and Kantorovich's condition
     /// |g| M ≤ ¼ g'², with M a bound on |g''| over the interval of radius 2|g|/g' in which the zero then lies.
-    pub(super) fn continued(&self, psi_rad: f64) -> Option<f64> {
+    pub(crate) fn continued(&self, psi_rad: f64) -> Option<f64> {
         let [_, g, slope, third] = self.derivatives(psi_rad);
         if slope <= 0.0 {
             return None;

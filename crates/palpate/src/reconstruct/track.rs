@@ -1,0 +1,303 @@
+//! The way of a known shape through the log: of all orientations that each sample might have, those that explain the contacts
+//! with the fewest leaps that statics does not foretell (Viterbi's algorithm, forward and backward).
+//!
+//! This mends samples that the search put at a wrong pose (beside a jump, in the ringing after it, in a stretch that was put
+//! off), and it tells what cannot be known: a sample that a way of nearly the same cost puts elsewhere. Elsewhere is where the
+//! object can only come by a leap; how uncertain a pose is about its place, the error bars say.
+
+use std::f64::consts::{PI, TAU};
+
+use rayon::prelude::*;
+
+use super::evidence::Fit;
+use super::noise::median;
+use super::place::{Spread, candidates};
+use super::problem::{Instant, Problem};
+use super::tabulated::Tabulated;
+use crate::palms::PalmPair;
+use crate::shape::SupportFunction;
+use crate::statics::{EnergyLandscape, follow};
+
+/// Steps beyond this from one sample to the next need a reason, radians.
+const LONGEST_STEP: f64 = 0.15;
+
+/// What a step costs that statics foretells: the pose before vanishes, and the object falls into the pose after. In squared
+/// standard deviations, as everything here.
+const FALL: f64 = 4.0;
+
+/// What any other leap costs.
+const LEAP: f64 = 20.0;
+
+/// A way is changed when that takes at least this much off its cost.
+const WORTH_CHANGING: f64 = 9.0;
+
+/// Orientations closer than this are one, radians.
+const SAME: f64 = 0.06;
+
+/// A hill that errors of the shape may feign where the object falls, as a share of the mean radius.
+const FEIGNED_HILL: f64 = 3e-3;
+
+/// The most likely way through a log.
+pub(super) struct Track {
+    /// One orientation for each sample.
+    pub psi: Vec<f64>,
+    /// Samples that it puts elsewhere than the fit did.
+    pub moved: usize,
+    /// For each sample, how much more a way costs (squared standard deviations) that puts it elsewhere.
+    pub margin: Vec<f64>,
+}
+
+/// An orientation that a sample might have.
+#[derive(Clone, Copy, Debug)]
+struct Choice {
+    psi: f64,
+    misfit: f64,
+}
+
+/// Tracks the fitted shape through the log. Contacts are never believed to be more exact than `floor_m`.
+pub(super) fn track(problem: &Problem, fit: &Fit, floor_m: f64) -> Track {
+    let coefficients = &fit.estimate.coefficients;
+    let (shape, table) = (SupportFunction::from_coefficients(coefficients), Tabulated::new(coefficients));
+    let here = &fit.estimate.psi;
+    let spread = spread(problem, &table, here, floor_m.max(1e-5 * coefficients[0].abs()));
+    let anchor = anchor(here);
+    let choices: Vec<Vec<Choice>> = (0..problem.len())
+        .into_par_iter()
+        .map(|index| {
+            let instant = &problem.instants[index];
+            let mut choices = vec![Choice { psi: here[index], misfit: spread.misfit(&table, instant, here[index]) }];
+            if index == anchor {
+                return choices;
+            }
+            for (psi, misfit) in candidates(&table, instant, spread, here[index]) {
+                if !same(psi, here[index]) {
+                    choices.push(Choice { psi, misfit });
+                } else if misfit + 1.0 < choices[0].misfit {
+                    choices[0] = Choice { psi: here[index] + turn(here[index], psi), misfit };
+                }
+            }
+            choices
+        })
+        .collect();
+    let steps: Vec<Vec<f64>> = (1..problem.len())
+        .into_par_iter()
+        .map(|index| {
+            let ahead = Ahead { shape: &shape, table: &table, instant: &problem.instants[index] };
+            steps(&ahead, &problem.instants[index - 1], &choices[index - 1], &choices[index])
+        })
+        .collect();
+    let (way, margin) = ways(&choices, &steps);
+    let stay: f64 =
+        choices.iter().map(|choices| choices[0].misfit).sum::<f64>() + steps.iter().map(|steps| steps[0]).sum::<f64>();
+    let go = way.cost;
+    if go + WORTH_CHANGING > stay {
+        return Track { psi: here.clone(), moved: 0, margin };
+    }
+    Track {
+        psi: way.choices.iter().zip(&choices).map(|(&choice, choices)| choices[choice].psi).collect(),
+        moved: way.choices.iter().filter(|choice| **choice > 0).count(),
+        margin,
+    }
+}
+
+/// How far off contacts and balance usually are. Half of the samples at least are placed well; they tell it whatever the
+/// others do.
+fn spread(problem: &Problem, table: &Tabulated, psi: &[f64], floor_m: f64) -> Spread {
+    let usual = |square: &dyn Fn([f64; 3], &Instant) -> f64| {
+        let both = problem.instants.iter().zip(psi).filter(|(instant, _)| instant.both_seen());
+        let squares = both.map(|(instant, psi)| square(table.residuals(instant, *psi).value, instant));
+        median(&mut squares.collect::<Vec<f64>>())
+    };
+    let contacts = usual(&|value, instant| (instant.weight1 * value[0]).powi(2) + (instant.weight2 * value[1]).powi(2));
+    let balance = usual(&|value, _| value[2] * value[2]);
+    // The median of χ² with two degrees of freedom is 1.386, with one 0.455.
+    Spread {
+        contact_m2: (contacts / 1.386).max(floor_m * floor_m),
+        balance_m2: (balance / 0.455).max(0.01 * floor_m * floor_m),
+    }
+}
+
+/// The middle of the longest run of samples without a leap: what all else is placed against.
+fn anchor(psi: &[f64]) -> usize {
+    let mut edges = vec![0];
+    edges.extend((1..psi.len()).filter(|&index| !near(psi[index - 1], psi[index])));
+    edges.push(psi.len());
+    let longest = edges.windows(2).max_by_key(|edge| edge[1] - edge[0]);
+    longest.map_or(0, |edge| (edge[0] + edge[1]) / 2)
+}
+
+/// The way from one angle to another, radians, at most half a turn.
+fn turn(from: f64, to: f64) -> f64 {
+    (to - from + PI).rem_euclid(TAU) - PI
+}
+
+fn near(a: f64, b: f64) -> bool {
+    turn(a, b).abs() < LONGEST_STEP
+}
+
+fn same(a: f64, b: f64) -> bool {
+    turn(a, b).abs() < SAME
+}
+
+/// The sample that a step leads to.
+struct Ahead<'a> {
+    shape: &'a SupportFunction,
+    table: &'a Tabulated,
+    instant: &'a Instant,
+}
+
+/// The cost of each step from one sample's choices (outer) to those of the next (inner).
+fn steps(ahead: &Ahead, before: &Instant, from: &[Choice], to: &[Choice]) -> Vec<f64> {
+    let mut costs = Vec::with_capacity(from.len() * to.len());
+    for start in from {
+        // Where the object would go from here: looked up only when a choice lies elsewhere.
+        let mut foretold = None;
+        for end in to {
+            costs.push(if near(start.psi, end.psi) {
+                0.0
+            } else {
+                let rest = *foretold.get_or_insert_with(|| ahead.rest(before, start.psi));
+                if same(rest, end.psi) || ahead.over_a_feigned_hill(start.psi, end.psi) { FALL } else { LEAP }
+            });
+        }
+    }
+    costs
+}
+
+impl Ahead<'_> {
+    /// Where an object that was at `psi` comes to rest.
+    fn rest(&self, before: &Instant, psi: f64) -> f64 {
+        if self.instant.sin2 <= 0.0 || before.sin2 <= 0.0 {
+            return psi;
+        }
+        let [from, to] = [before, self.instant].map(|instant| PalmPair::hinged(instant.phi1, instant.phi2));
+        if let Some(rest) = EnergyLandscape::new(self.shape, &to).continued(psi) {
+            return rest;
+        }
+        let never = |_: f64, _: &PalmPair, _: f64| -> Result<(), std::convert::Infallible> { Ok(()) };
+        let Ok((rest, _)) = follow(self.shape, &from, &to, psi, never);
+        rest
+    }
+
+    /// Whether next to nothing holds the object back from going downhill from one orientation to another.
+    fn over_a_feigned_hill(&self, from: f64, to: f64) -> bool {
+        const STEPS: usize = 32;
+        let way = turn(from, to);
+        let height = |psi: f64| self.table.height_m(self.instant, psi);
+        let rim = height(from) + FEIGNED_HILL * self.shape.mean_radius_m().abs();
+        height(to) < rim && (1..STEPS).all(|step| height(from + way * step as f64 / STEPS as f64) < rim)
+    }
+}
+
+/// A way through the choices.
+struct Way {
+    choices: Vec<usize>,
+    cost: f64,
+}
+
+/// The way of least cost, and how much more it costs to pass each sample elsewhere.
+fn ways(choices: &[Vec<Choice>], steps: &[Vec<f64>]) -> (Way, Vec<f64>) {
+    let least = |costs: &mut dyn Iterator<Item = f64>| {
+        costs.enumerate().min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0, f64::INFINITY))
+    };
+    // Least cost up to and with each choice, and the choice before it on the way there.
+    let mut until: Vec<Vec<f64>> = Vec::with_capacity(choices.len());
+    let mut origins: Vec<Vec<usize>> = Vec::with_capacity(choices.len());
+    for (index, here) in choices.iter().enumerate() {
+        let (mut costs, mut origin) = (Vec::with_capacity(here.len()), Vec::with_capacity(here.len()));
+        for (end, choice) in here.iter().enumerate() {
+            let (from, cost) = match index {
+                0 => (0, 0.0),
+                _ => {
+                    let before = &until[index - 1];
+                    least(&mut before.iter().enumerate().map(|(start, cost)| {
+                        cost + steps[index - 1][start * here.len() + end]
+                    }))
+                }
+            };
+            costs.push(cost + choice.misfit);
+            origin.push(from);
+        }
+        until.push(costs);
+        origins.push(origin);
+    }
+    let (mut choice, cost) = until.last().map_or((0, 0.0), |last| least(&mut last.iter().copied()));
+    let mut way = vec![0; choices.len()];
+    for index in (0..choices.len()).rev() {
+        way[index] = choice;
+        choice = origins[index][choice];
+    }
+    // Least cost after each choice.
+    let mut margin = vec![f64::INFINITY; choices.len()];
+    let mut after: Vec<f64> = choices.last().map_or(Vec::new(), |last| vec![0.0; last.len()]);
+    for index in (0..choices.len()).rev() {
+        let here = &choices[index];
+        for (other, choice) in here.iter().enumerate() {
+            if !near(choice.psi, here[way[index]].psi) {
+                margin[index] = margin[index].min(until[index][other] + after[other] - cost);
+            }
+        }
+        if index > 0 {
+            let next = |start: usize| {
+                let ends = here.iter().enumerate();
+                least(&mut ends.map(|(end, choice)| {
+                    steps[index - 1][start * here.len() + end] + choice.misfit + after[end]
+                }))
+                .1
+            };
+            after = (0..choices[index - 1].len()).map(next).collect();
+        }
+    }
+    (Way { choices: way, cost }, margin)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two poses explain each sample about equally well; the noise prefers now one, now the other.
+    fn undecided() -> (Vec<Vec<Choice>>, Vec<Vec<f64>>) {
+        let choices: Vec<Vec<Choice>> = (0..8)
+            .map(|i| {
+                let (one, two) = if i % 2 == 0 { (3.0, 1.0) } else { (1.0, 3.0) };
+                vec![Choice { psi: 0.0, misfit: one }, Choice { psi: 1.0, misfit: two }]
+            })
+            .collect();
+        (choices, vec![vec![0.0, LEAP, LEAP, 0.0]; 7])
+    }
+
+    #[test]
+    fn the_cheapest_way_leaps_never_where_each_sample_alone_would_leap_often() {
+        let (mut choices, steps) = undecided();
+        choices[0][1].misfit += 2.0;
+        let (way, margin) = ways(&choices, &steps);
+        assert_eq!(way.choices, [0; 8]);
+        assert!((way.cost - 16.0).abs() < 1e-12);
+        // The other pose all the way costs two more.
+        assert!(margin.iter().all(|margin| (margin - 2.0).abs() < 1e-12), "{margin:?}");
+    }
+
+    #[test]
+    fn a_leap_is_taken_where_it_pays_and_its_neighbours_are_uncertain() {
+        let (mut choices, steps) = undecided();
+        choices[0].truncate(1);
+        choices[7].remove(0);
+        let steps: Vec<Vec<f64>> = steps
+            .into_iter()
+            .enumerate()
+            .map(|(i, step)| match i {
+                0 => step[..2].to_vec(),
+                6 => vec![step[1], step[3]],
+                _ => step,
+            })
+            .collect();
+        // From sample 4 on the second pose explains all.
+        choices[4..7].iter_mut().for_each(|choices| choices[0].misfit += 50.0);
+        let (way, margin) = ways(&choices, &steps);
+        let orientations: Vec<f64> = way.choices.iter().zip(&choices).map(|(&c, choices)| choices[c].psi).collect();
+        assert_eq!(orientations[4..], [1.0; 4]);
+        assert_eq!(orientations.windows(2).filter(|pair| pair[0] != pair[1]).count(), 1);
+        assert!(margin[0].is_infinite() && margin[7].is_infinite());
+        assert!(margin[3] < 4.0 && margin[5] > 40.0, "{margin:?}");
+    }
+}
