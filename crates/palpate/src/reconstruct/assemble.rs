@@ -2,6 +2,7 @@
 
 use std::f64::consts::TAU;
 
+use super::brief::{brief_pieces, placed_anew};
 use super::certificate::{self, Evidence, MODEL_ALLOWANCE};
 use super::evidence::Fit;
 use super::felt::{NODES, touches};
@@ -11,6 +12,7 @@ use super::posterior::Posterior;
 use super::problem::Problem;
 use super::reconstruction::{Jump, OutlinePoint, Pose, Reconstruction};
 use super::residuals::{contact_angles, residuals};
+use super::track::CERTAIN;
 use crate::log::Log;
 use crate::palms::PalmPair;
 use crate::shape::SupportFunction;
@@ -24,6 +26,13 @@ pub(super) struct Expected {
     pub scatter_m: f64,
 }
 
+/// A result, and whether nothing speaks against it.
+#[derive(Clone, Debug)]
+pub(super) struct Judged {
+    pub result: Reconstruction,
+    pub explained: bool,
+}
+
 /// Puts the result together. `None` when the information matrix cannot be factored (nothing was learnt).
 /// `margin` says of each sample how much more it costs to put it elsewhere.
 pub(super) fn assemble(
@@ -32,7 +41,7 @@ pub(super) fn assemble(
     mut fit: Fit,
     margin: &[f64],
     expected: Expected,
-) -> Option<Reconstruction> {
+) -> Option<Judged> {
     let turned = fit.estimate.psi[0];
     rotate(&mut fit, turned);
     unwrap(&mut fit.estimate.psi);
@@ -46,17 +55,9 @@ pub(super) fn assemble(
     let angles: Vec<(f64, f64)> =
         problem.instants.iter().zip(psi).map(|(instant, psi)| contact_angles(instant, *psi)).collect();
     let counts = touches(&tracks(problem, &angles, &starts));
-    let node_of = |theta: f64| (theta.rem_euclid(TAU) / TAU * NODES as f64).round() as usize % NODES;
-    // A piece of a few samples is placed for certain only where the others felt the boundary too; any sample, only where no
-    // other way through the log is nearly as likely.
-    let unplaced: Vec<bool> = brief_pieces(&starts, problem.len())
-        .into_iter()
-        .enumerate()
-        .map(|(index, brief)| {
-            let felt = [angles[index].0, angles[index].1].iter().all(|theta| counts[node_of(*theta)] > 0);
-            (brief && !felt) || margin[index] < CERTAIN
-        })
-        .collect();
+    let brief = brief_pieces(&starts, problem.len());
+    let anew = placed_anew(problem, &fit, &brief);
+    let unplaced: Vec<bool> = margin.iter().zip(&anew).map(|(tracked, anew)| tracked.min(*anew) < CERTAIN).collect();
     let node_angle = |node: usize| TAU * node as f64 / NODES as f64;
     let felt: Vec<f64> = (0..NODES).filter(|&node| counts[node] > 0).map(node_angle).collect();
 
@@ -124,6 +125,8 @@ pub(super) fn assemble(
     let chi2_limit = 1.0 + (6.0 * (2.0 / dof).sqrt()).max(if expected.stated_m.is_some() { 0.2 } else { 0.5 });
     let times_s: Vec<f64> = log.samples.iter().map(|sample| sample.time_s).collect();
     let placed = || motion.iter().zip(&unplaced).filter(|(_, unplaced)| !**unplaced).map(|(pose, _)| pose);
+    let squares = placed().map(|pose| pose.psi_sd_rad.powi(2));
+    let mean_square = squares.sum::<f64>() / placed().count().max(1) as f64;
     let verdict = certificate::judge(&Evidence {
         problem,
         coefficients,
@@ -138,11 +141,11 @@ pub(super) fn assemble(
         times_s: &times_s,
         coverage: felt.len() as f64 / NODES as f64,
         unplaced: unplaced.iter().filter(|unplaced| **unplaced).count(),
-        largest_psi_sd: placed().map(|pose| pose.psi_sd_rad).fold(0.0, f64::max),
+        psi_sd: [mean_square.sqrt(), placed().map(|pose| pose.psi_sd_rad).fold(0.0, f64::max)],
         largest_felt_r_sd_m: outline.iter().filter(|p| p.touches > 0).map(|p| p.r_sd_m).fold(0.0, f64::max),
         convex: shape.is_convex(),
     });
-    Some(Reconstruction {
+    let result = Reconstruction {
         shape,
         coverage: felt.len() as f64 / NODES as f64,
         outline,
@@ -166,7 +169,8 @@ pub(super) fn assemble(
         others: Vec::new(),
         sensor_sd_m: fit.noise.sensor_m,
         balance_sd_m: fit.noise.balance_m,
-    })
+    };
+    Some(Judged { result, explained: verdict.explained })
 }
 
 /// The outline nodes that a motion feels.
@@ -206,7 +210,7 @@ fn tracks(problem: &Problem, angles: &[(f64, f64)], starts: &[usize]) -> Vec<Vec
             if broken || starts.contains(&index) {
                 tracks.push(std::mem::take(&mut track));
             }
-            if weight > 0.0 && !brief[index] {
+            if weight > 0.0 && !brief.iter().any(|piece| piece.contains(&index)) {
                 track.push(theta);
             }
         }
@@ -218,26 +222,8 @@ fn tracks(problem: &Problem, angles: &[(f64, f64)], starts: &[usize]) -> Vec<Vec
 /// A contact that moves further than this between two samples did not feel what lies between, radians.
 const LONGEST_SLIDE: f64 = 0.3;
 
-/// Pieces with fewer samples than this are not placed with certainty.
-const BRIEF: usize = 6;
-
-/// A pose counts as certain when every other costs this much more (squared standard deviations: four to one in sigmas).
-const CERTAIN: f64 = 16.0;
-
 /// Standard deviation of an angle of which nothing is known: that of a uniform distribution over the circle, radians.
 const UNKNOWN_PSI_SD: f64 = 1.813_8;
-
-/// For each sample, whether it lies in a piece too short to be placed with certainty.
-fn brief_pieces(starts: &[usize], samples: usize) -> Vec<bool> {
-    let mut edges = vec![0];
-    edges.extend(starts);
-    edges.push(samples);
-    let mut brief = vec![false; samples];
-    for edge in edges.windows(2).filter(|edge| !starts.is_empty() && edge[1] < edge[0] + BRIEF) {
-        brief[edge[0]..edge[1].max(edge[0])].fill(true);
-    }
-    brief
-}
 
 /// χ² of the contact positions per degree of freedom, and the degrees of freedom.
 fn chi2(problem: &Problem, left: &[(Option<f64>, Option<f64>)], sd_m: f64, unknowns: usize) -> (f64, f64) {

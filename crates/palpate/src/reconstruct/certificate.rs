@@ -9,8 +9,8 @@ use super::residuals::{contact_angles, residuals, support};
 /// of the mean radius.
 pub(super) const MODEL_ALLOWANCE: f64 = 2e-3;
 
-/// Orientation less certain than this (radians) does not count as known.
-const MAX_PSI_SD: f64 = 0.05;
+/// Orientation less certain than this (radians) does not count as known: over all samples, and at the worst.
+const MAX_PSI_SD: [f64; 2] = [0.03, 0.3];
 
 /// Less of the boundary than this tells no object: noise alone could pass for the motion of a still one.
 const LEAST_COVERAGE: f64 = 0.1;
@@ -33,7 +33,8 @@ pub(super) struct Evidence<'a> {
     pub coverage: f64,
     /// Samples in pieces too short to be placed.
     pub unplaced: usize,
-    pub largest_psi_sd: f64,
+    /// Standard deviation of ψ, radians: root mean square over all samples that could be placed, and largest.
+    pub psi_sd: [f64; 2],
     pub largest_felt_r_sd_m: f64,
     pub convex: bool,
 }
@@ -43,15 +44,34 @@ pub(super) struct Evidence<'a> {
 pub(super) struct Verdict {
     pub certified: bool,
     pub com_certified: bool,
+    /// Nothing speaks against the answer, though the log may not tell all.
+    pub explained: bool,
     pub reason: String,
 }
 
 /// Judges a result.
 pub(super) fn judge(evidence: &Evidence) -> Verdict {
+    let mut doubts = contradictions(evidence);
+    let explained = doubts.is_empty();
+    doubts.extend(gaps(evidence));
+    let certified = doubts.is_empty();
+    let balance_limit = (3.0 * evidence.expected_sensor_m).max(4.0 * MODEL_ALLOWANCE * evidence.coefficients[0].abs());
+    let balanced = evidence.balance_m <= balance_limit;
+    if certified && !balanced {
+        doubts.push(format!(
+            "shape and motion are certified, the centre of mass is not: force/torque balance is missed by {:.2} mm \
+             (friction, or fast palms)",
+            1e3 * evidence.balance_m
+        ));
+    }
+    Verdict { certified, com_certified: certified && balanced, explained, reason: doubts.join("; ") }
+}
+
+/// What speaks against the answer.
+fn contradictions(evidence: &Evidence) -> Vec<String> {
     let mut doubts = Vec::new();
     let mean_radius = evidence.coefficients[0];
-    let size_ok = mean_radius.is_finite() && mean_radius > 0.0;
-    if !size_ok {
+    if !(mean_radius.is_finite() && mean_radius > 0.0) {
         doubts.push("no object explains the log (the mean radius comes out negative)".to_owned());
     }
     let unphysical: Vec<&Leap> = evidence.leaps.iter().filter(|leap| !leap.physical).collect();
@@ -72,34 +92,8 @@ pub(super) fn judge(evidence: &Evidence) -> Verdict {
             1e3 * evidence.expected_sensor_m
         ));
     }
-    if evidence.coverage < LEAST_COVERAGE {
-        doubts.push(format!(
-            "only {:.0} % of the boundary was felt, too little to tell an object by: move the palms further, so that it rolls",
-            100.0 * evidence.coverage
-        ));
-    }
-    if evidence.unplaced > 0 {
-        doubts.push(format!(
-            "the pose of {} sample{} between jumps cannot be told: too few in a row to place them (their psi_sd_rad says so)",
-            evidence.unplaced,
-            if evidence.unplaced == 1 { "" } else { "s" }
-        ));
-    }
     if !evidence.convex {
         doubts.push("the shape is not convex".to_owned());
-    }
-    if evidence.largest_psi_sd > MAX_PSI_SD || !evidence.largest_psi_sd.is_finite() {
-        doubts.push(format!(
-            "the orientation is known only to {:.1} deg (one standard deviation, at the worst sample): the felt boundary is \
-             too round, or too little of it was felt",
-            evidence.largest_psi_sd.to_degrees()
-        ));
-    }
-    if evidence.largest_felt_r_sd_m > 0.02 * mean_radius || !evidence.largest_felt_r_sd_m.is_finite() {
-        doubts.push(format!(
-            "parts of the felt boundary are known only to {:.2} mm (one standard deviation)",
-            1e3 * evidence.largest_felt_r_sd_m
-        ));
     }
     let unstable = unstable_samples(evidence);
     if unstable * 100 > evidence.problem.len() {
@@ -108,17 +102,43 @@ pub(super) fn judge(evidence: &Evidence) -> Verdict {
             evidence.problem.len()
         ));
     }
-    let certified = doubts.is_empty();
-    let balance_limit = (3.0 * evidence.expected_sensor_m).max(4.0 * MODEL_ALLOWANCE * mean_radius);
-    let balanced = evidence.balance_m <= balance_limit;
-    if certified && !balanced {
+    doubts
+}
+
+/// What the log does not tell, however it is explained.
+fn gaps(evidence: &Evidence) -> Vec<String> {
+    let mut doubts = Vec::new();
+    if evidence.coverage < LEAST_COVERAGE {
         doubts.push(format!(
-            "shape and motion are certified, the centre of mass is not: force/torque balance is missed by {:.2} mm \
-             (friction, or fast palms)",
-            1e3 * evidence.balance_m
+            "only {:.0} % of the boundary was felt, too little to tell an object by: move the palms further, so that it rolls",
+            100.0 * evidence.coverage
         ));
     }
-    Verdict { certified, com_certified: certified && balanced, reason: doubts.join("; ") }
+    if evidence.unplaced > 0 {
+        doubts.push(format!(
+            "the pose of {} sample{} cannot be told: another orientation explains them about as well (their psi_sd_rad says \
+             so)",
+            evidence.unplaced,
+            if evidence.unplaced == 1 { "" } else { "s" }
+        ));
+    }
+    let known = |(sd, limit): (&f64, &f64)| *sd <= *limit;
+    if !evidence.psi_sd.iter().zip(&MAX_PSI_SD).all(|both| known(both)) {
+        doubts.push(format!(
+            "the orientation is known only to {:.1} deg (one standard deviation; {:.1} deg at the worst sample): the felt \
+             boundary is too round, or too little of it was felt",
+            evidence.psi_sd[0].to_degrees(),
+            evidence.psi_sd[1].to_degrees()
+        ));
+    }
+    let largest = evidence.largest_felt_r_sd_m;
+    if largest > 0.02 * evidence.coefficients[0] || !largest.is_finite() {
+        doubts.push(format!(
+            "parts of the felt boundary are known only to {:.2} mm (one standard deviation)",
+            1e3 * largest
+        ));
+    }
+    doubts
 }
 
 /// Why a result that is not the only one is not certified.

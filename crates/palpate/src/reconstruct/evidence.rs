@@ -115,7 +115,8 @@ pub(super) fn choose_order(
 /// Balance is missed in bursts (ringing after a jump, a stick and a slip), so its errors follow Student's t, not a Gaussian:
 /// each sample weighs (ν + 1)/(ν + (g/σ_b)²).
 fn weigh_balance(problem: &mut Problem, estimate: &Estimate, balance_m: f64) {
-    for (instant, &psi) in problem.instants.iter_mut().zip(&estimate.psi) {
+    let counted = problem.instants.iter_mut().zip(&estimate.psi).filter(|(instant, _)| instant.balance_weight > 0.0);
+    for (instant, &psi) in counted {
         let g = residuals(instant, &estimate.coefficients, psi).value[2];
         instant.balance_weight = ((STUDENT + 1.0) / (STUDENT + (g / balance_m).powi(2))).sqrt();
     }
@@ -129,7 +130,10 @@ fn log_evidence(smoother: &Smoother, estimate: &Estimate, normal: &Normal, half_
     sum -= smoother.prior.standard_deviations(smoother.order).iter().map(|sd| sd.ln()).sum::<f64>();
     for (index, instant) in smoother.problem.instants.iter().enumerate() {
         let seen = f64::from(instant.weight1 > 0.0) + f64::from(instant.weight2 > 0.0);
-        sum -= seen * smoother.noise.sensor_m.ln() + (smoother.noise.balance_m / instant.balance_weight).ln();
+        sum -= seen * smoother.noise.sensor_m.ln();
+        if instant.balance_weight > 0.0 {
+            sum -= (smoother.noise.balance_m / instant.balance_weight).ln();
+        }
         sum -= 0.5 * (normal.psi_information(index) + 1.0).ln();
     }
     sum

@@ -9,7 +9,6 @@
 //! After each window every hypothesis is smoothed over everything it has placed, and ranked by the evidence, so that errors of
 //! linearisation cannot kill the right one. A window that none can explain (a jump hidden inside) is put off.
 
-use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 use std::ops::Range;
@@ -17,7 +16,7 @@ use std::ops::Range;
 use super::problem::Problem;
 use super::quadrature::{integrate, relative_height};
 use super::residuals::{contact_angles, residuals, support};
-use super::smooth::{Belief, Effort, Estimate, Noise, Prior, Smoother, coefficients_to_order};
+use super::smooth::{Belief, Effort, Estimate, Noise, Prior, Smoother};
 use super::windows::{Window, heights};
 
 /// Trial heights for a window that is searched.
@@ -246,25 +245,9 @@ impl Growth<'_> {
         }
     }
 
-    /// What the placed windows tell of the shape: the Gaussian of the smoother, with its rotation held fast (turning the
-    /// shape would turn the placed windows with it).
+    /// What the placed windows tell of the shape.
     fn belief(&self, known: &Estimate) -> Option<Belief> {
-        let smoother = Smoother::new(&self.thin, self.order, self.tolerance.loose(), self.prior);
-        let mut information: DMatrix<f64> = smoother.linearise(&known.coefficients, &known.psi).matrix;
-        let order = self.order;
-        let mut coefficients = known.coefficients.clone();
-        coefficients_to_order(&mut coefficients, order);
-        let mean = DVector::from_vec(coefficients);
-        let mut rotation = DVector::zeros(mean.len());
-        for k in 1..=order {
-            rotation[k] = k as f64 * mean[order + k];
-            rotation[order + k] = -(k as f64) * mean[k];
-        }
-        let length = rotation.norm_squared();
-        if length > 0.0 {
-            information += &rotation * rotation.transpose() * (1e6 / (length * length));
-        }
-        information.iter().all(|value| value.is_finite()).then_some(Belief { information, mean })
+        Smoother::new(&self.thin, self.order, self.tolerance.loose(), self.prior).belief(known)
     }
 
     /// Carries a hypothesis on from a placed window to the one before or after it.

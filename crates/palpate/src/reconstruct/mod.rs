@@ -8,16 +8,18 @@
 //! 4. `smooth` (on `residuals` and `problem`): maximum likelihood over all samples, every pose eliminated exactly;
 //! 5. `evidence`: number of harmonics, noise and prior, by what the data say of them;
 //! 6. `track` (on `place` and `tabulated`): the way of the shape through the log; samples put at a wrong pose are placed anew;
-//! 7. `posterior`, `felt`: error bars, and which boundary was felt;
+//! 7. `posterior`, `felt`, `brief`: error bars, which boundary was felt, and what too few samples cannot tell;
 //! 8. `jumps`, `certificate`: is it right, and is it the only answer. When not, the search goes on.
 
 mod assemble;
 mod bound;
+mod brief;
 mod certificate;
 mod evidence;
 mod felt;
 mod grow;
 mod jumps;
+mod known;
 mod noise;
 mod options;
 mod pieces;
@@ -42,11 +44,12 @@ use crate::log::Log;
 use crate::shape::SupportFunction;
 use rayon::prelude::*;
 
-use assemble::{Expected, assemble};
+use assemble::{Expected, Judged, assemble};
 use evidence::{Fit, Freedom, ROUNDS, choose_order, fit};
+use known::Known;
 use problem::Problem;
 use smooth::{Effort, Estimate, Noise, Prior, Smoother};
-use track::track;
+use track::{CERTAIN, Track, track};
 
 /// Fewest samples with both contacts seen that are tried.
 pub const FEWEST_SAMPLES: usize = 12;
@@ -56,6 +59,9 @@ pub const MOST_HARMONICS: usize = 64;
 
 /// Times that badly placed samples are placed anew.
 const REPAIRS: usize = 3;
+
+/// Samples beside an uncertain one that are set aside with it.
+const DOUBTFUL: usize = 5;
 
 /// Samples that the choice of the number of harmonics works on.
 const ORDER_SAMPLES: usize = 450;
@@ -75,7 +81,7 @@ pub fn reconstruct(
     let tell = |stage, fraction| progress(Progress { stage, fraction });
     check(log, options)?;
     let task = Task::new(log, options);
-    let mut best: Option<Reconstruction> = None;
+    let mut best: Option<Judged> = None;
     let mut failure = None;
     search::search(
         &task.problem,
@@ -84,28 +90,33 @@ pub fn reconstruct(
         &|share| tell("searching for arrangements", 0.9 * share),
         &mut |found| {
             match task.judge(&found) {
-                Ok(result) => {
-                    let better = best.as_ref().is_none_or(|other| doubt(&result) < doubt(other));
+                Ok(judged) => {
+                    let better = best.as_ref().is_none_or(|other| doubt(&judged) < doubt(other));
                     if better {
-                        best = Some(result);
+                        best = Some(judged);
                     }
                 }
                 Err(error) => failure = Some(error),
             }
-            best.as_ref().is_some_and(|result| result.certified)
+            // Where nothing speaks against an answer, another would tell no more.
+            best.as_ref().is_some_and(|judged| judged.explained)
         },
     );
     tell("done", 1.0);
-    best.ok_or_else(|| {
+    best.map(|judged| judged.result).ok_or_else(|| {
         failure.unwrap_or_else(|| ReconstructError::NoStart {
             advice: "check the units and signs of the palm angles and contact positions".to_owned(),
         })
     })
 }
 
-/// Orders results that are not certified: by jumps that cannot be, then by what the fit leaves.
-fn doubt(result: &Reconstruction) -> f64 {
+/// Orders results: by jumps that cannot be, then by what the fit leaves.
+fn doubt(judged: &Judged) -> f64 {
+    let result = &judged.result;
     if result.certified {
+        return -2.0;
+    }
+    if judged.explained {
         return -1.0;
     }
     let impossible = result.jumps.iter().filter(|jump| !jump.physical).count();
@@ -137,7 +148,7 @@ pub fn reconstruct_from(
     let estimate = Estimate { coefficients, psi: psi_rad.to_vec(), cost: 0.0 };
     let found = search::Found { thin: task.problem.clone(), ranges, estimates: vec![estimate] };
     let refined = task.refine(&found, 0)?;
-    task.assemble(refined)
+    Ok(task.assemble(refined)?.result)
 }
 
 /// Harmonics that a given start is cut to before the number is chosen.
@@ -188,7 +199,7 @@ impl<'a> Task<'a> {
         // A few samples at a wrong pose would ask for harmonics that the object has not.
         let order = start.coefficients.len() / 2;
         if let Some(rough) = fit(&mut medium, order, start.clone(), noise, self.prior, freedom, ROUNDS) {
-            let psi = track(&medium, &rough, floor_m).psi;
+            let psi = track(&medium, &rough, floor_m, None).psi;
             start = Estimate { psi, ..rough.estimate };
         }
         let mut tracked: Option<Vec<f64>> = None;
@@ -209,7 +220,12 @@ impl<'a> Task<'a> {
             let freedom = Freedom { sensor: self.stated_m.is_none(), ..freedom };
             let fine = fit(&mut problem, coarse.order, all, noise, coarse.prior, freedom, ROUNDS)
                 .ok_or(ReconstructError::NotSolvable)?;
-            let track = track(&self.problem, &fine, floor_m);
+            let mut track = track(&self.problem, &fine, floor_m, None);
+            if attempt < REPAIRS
+                && let Some(again) = self.without_uncertain(&fine, &track, freedom, floor_m)
+            {
+                track = again;
+            }
             if track.moved == 0 || attempt == REPAIRS {
                 return Ok(Refined { coarse, fine, problem, margin: track.margin });
             }
@@ -221,39 +237,64 @@ impl<'a> Task<'a> {
         }
     }
 
-    fn assemble(&self, refined: Refined) -> Result<Reconstruction, ReconstructError> {
+    /// The way of the shape that the samples beyond doubt have alone, when there are others: those bend the shape towards the
+    /// pose that they were given.
+    fn without_uncertain(&self, fine: &Fit, of_all: &Track, freedom: Freedom, floor_m: f64) -> Option<Track> {
+        let uncertain: Vec<usize> = (0..of_all.margin.len()).filter(|&i| of_all.margin[i] < CERTAIN).collect();
+        let mut problem = self.problem.clone();
+        let mut aside = 0;
+        for (index, instant) in problem.instants.iter_mut().enumerate() {
+            let after = uncertain.partition_point(|&other| other + DOUBTFUL < index);
+            if uncertain.get(after).is_some_and(|&other| other <= index + DOUBTFUL) {
+                instant.set_aside();
+                aside += 1;
+            }
+        }
+        if aside == 0 || aside > problem.len() / 4 {
+            return None;
+        }
+        let certain = fit(&mut problem, fine.order, fine.estimate.clone(), fine.noise, fine.prior, freedom, ROUNDS)?;
+        let known = Known::from(&problem, &certain);
+        let again = track(&self.problem, &certain, floor_m, known.as_ref());
+        let moved = of_all.psi.iter().zip(&again.psi).filter(|(a, b)| (0.5 * (*a - *b)).sin().abs() > 0.05).count();
+        Some(Track { moved: of_all.moved + moved, ..again })
+    }
+
+    fn assemble(&self, refined: Refined) -> Result<Judged, ReconstructError> {
         let expected = Expected { stated_m: self.stated_m, scatter_m: self.scatter_m };
-        assemble(self.log, &refined.problem, refined.fine, &refined.margin, expected).ok_or(ReconstructError::NotSolvable)
+        assemble(self.log, &refined.problem, refined.fine, &refined.margin, expected)
+            .ok_or(ReconstructError::NotSolvable)
     }
 
     /// Takes the arrangements that explain the log about equally well to their ends. Only those count that an object at
     /// rest could go through; when just one does, it is the answer.
-    fn judge(&self, found: &search::Found) -> Result<Reconstruction, ReconstructError> {
+    fn judge(&self, found: &search::Found) -> Result<Judged, ReconstructError> {
         let first = self.refine(found, 0)?;
         let rivals = rivals(&found.thin, &found.estimates, &first.coarse);
         let mut results = vec![self.assemble(first)?];
         for rival in rivals {
             results.extend(self.refine(found, rival).and_then(|refined| self.assemble(refined)));
         }
-        let mut possible: Vec<Reconstruction> = Vec::new();
+        let mut possible: Vec<Judged> = Vec::new();
         let mut rest = Vec::new();
-        for result in results {
-            if !result.certified {
-                rest.push(result);
-            } else if !possible.iter().any(|other| same_result(other, &result)) {
-                possible.push(result);
+        for judged in results {
+            if !judged.result.certified {
+                rest.push(judged);
+            } else if !possible.iter().any(|other| same_result(&other.result, &judged.result)) {
+                possible.push(judged);
             }
         }
-        possible.sort_by(|a, b| a.chi2_per_dof.total_cmp(&b.chi2_per_dof));
+        possible.sort_by(|a, b| a.result.chi2_per_dof.total_cmp(&b.result.chi2_per_dof));
         let mut answers = possible.into_iter();
         let Some(mut answer) = answers.next() else {
             return rest.into_iter().min_by(|a, b| doubt(a).total_cmp(&doubt(b))).ok_or(ReconstructError::NotSolvable);
         };
-        answer.others = answers.collect();
-        answer.alternatives = 1 + answer.others.len();
-        if answer.alternatives > 1 {
-            (answer.certified, answer.com_certified) = (false, false);
-            answer.reason = certificate::ambiguity(answer.alternatives);
+        let result = &mut answer.result;
+        result.others = answers.map(|judged| judged.result).collect();
+        result.alternatives = 1 + result.others.len();
+        if result.alternatives > 1 {
+            (result.certified, result.com_certified) = (false, false);
+            result.reason = certificate::ambiguity(result.alternatives);
         }
         Ok(answer)
     }

@@ -64,7 +64,7 @@ const OUT_OF_THE_QUESTION: f64 = 400.0;
 const MOST_CANDIDATES: usize = 6;
 
 /// All minima of a function of the orientation, with their values; looked for on a grid that begins at `start`.
-fn minima(start: f64, function: &dyn Fn(f64) -> f64) -> Vec<(f64, f64)> {
+pub(super) fn minima(start: f64, function: &dyn Fn(f64) -> f64) -> Vec<(f64, f64)> {
     let step = TAU / TRIALS as f64;
     let grid: Vec<f64> = (0..TRIALS).map(|trial| function(start + step * trial as f64)).collect();
     (0..TRIALS)

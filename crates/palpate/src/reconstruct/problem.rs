@@ -73,6 +73,11 @@ impl Instant {
         Self { phi1, phi2, sin1, cos1, sin12, cos12, sin2, cos2, ..*self }
     }
 
+    /// Lets the sample say nothing any more.
+    pub fn set_aside(&mut self) {
+        (self.weight1, self.weight2, self.balance_weight) = (0.0, 0.0, 0.0);
+    }
+
     pub fn both_seen(&self) -> bool {
         self.weight1 > 0.0 && self.weight2 > 0.0
     }

@@ -299,6 +299,25 @@ impl<'a> Smoother<'a> {
         prior + convexity
     }
 
+    /// What the samples tell of the shape: the Gaussian at an estimate, with its rotation held fast (turning the shape would
+    /// turn the samples with it). `None` when they tell nothing.
+    pub fn belief(&self, estimate: &Estimate) -> Option<Belief> {
+        let mut information = self.linearise(&estimate.coefficients, &estimate.psi).matrix;
+        let mut coefficients = estimate.coefficients.clone();
+        coefficients_to_order(&mut coefficients, self.order);
+        let mean = DVector::from_vec(coefficients);
+        let mut rotation = DVector::zeros(mean.len());
+        for k in 1..=self.order {
+            rotation[k] = k as f64 * mean[self.order + k];
+            rotation[self.order + k] = -(k as f64) * mean[k];
+        }
+        let length = rotation.norm_squared();
+        if length > 0.0 {
+            information += &rotation * rotation.transpose() * (1e6 / (length * length));
+        }
+        information.iter().all(|value| value.is_finite()).then_some(Belief { information, mean })
+    }
+
     /// Brings each ψ to the minimum of its own sample by a few Newton steps, and returns the cost there.
     fn settle(&self, coefficients: &[f64], psi: &mut [f64], rounds: usize) -> f64 {
         let mut cost = self.shape_cost(coefficients);

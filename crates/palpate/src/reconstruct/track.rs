@@ -10,8 +10,9 @@ use std::f64::consts::{PI, TAU};
 use rayon::prelude::*;
 
 use super::evidence::Fit;
+use super::known::Known;
 use super::noise::median;
-use super::place::{Spread, candidates};
+use super::place::{Spread, candidates, minima};
 use super::problem::{Instant, Problem};
 use super::tabulated::Tabulated;
 use crate::palms::PalmPair;
@@ -21,21 +22,25 @@ use crate::statics::{EnergyLandscape, follow};
 /// Steps beyond this from one sample to the next need a reason, radians.
 const LONGEST_STEP: f64 = 0.15;
 
-/// What a step costs that statics foretells: the pose before vanishes, and the object falls into the pose after. In squared
-/// standard deviations, as everything here.
-const FALL: f64 = 4.0;
+/// What a fall costs that statics foretells (the pose before vanishes, and the object goes downhill to the pose after), in
+/// squared standard deviations as everything here: −2 ln of how rarely one sample in a log has it, some five of a thousand.
+const FALL: f64 = 10.0;
 
-/// What any other leap costs.
-const LEAP: f64 = 20.0;
+/// What a leap costs that statics does not foretell.
+const LEAP: f64 = 40.0;
 
 /// A way is changed when that takes at least this much off its cost.
 const WORTH_CHANGING: f64 = 9.0;
 
+/// A pose counts as certain when every way elsewhere costs this much more (−2 ln of the odds: 150 to 1).
+pub(super) const CERTAIN: f64 = 10.0;
+
 /// Orientations closer than this are one, radians.
 const SAME: f64 = 0.06;
 
-/// A hill that errors of the shape may feign where the object falls, as a share of the mean radius.
-const FEIGNED_HILL: f64 = 3e-3;
+/// Standard deviation of a hill that errors of the shape feign where the object falls: as a share of that of a contact
+/// position, and of the mean radius.
+const FEIGNED_HILL: [f64; 2] = [0.03, 1e-4];
 
 /// The most likely way through a log.
 pub(super) struct Track {
@@ -54,14 +59,16 @@ struct Choice {
     misfit: f64,
 }
 
-/// Tracks the fitted shape through the log. Contacts are never believed to be more exact than `floor_m`.
-pub(super) fn track(problem: &Problem, fit: &Fit, floor_m: f64) -> Track {
+/// Tracks the fitted shape through the log. Contacts are never believed to be more exact than `floor_m`. A few samples that the
+/// shape explains nowhere must lie on boundary that was not felt: they may be where what is `known` of it lets them.
+pub(super) fn track(problem: &Problem, fit: &Fit, floor_m: f64, known: Option<&Known>) -> Track {
     let coefficients = &fit.estimate.coefficients;
     let (shape, table) = (SupportFunction::from_coefficients(coefficients), Tabulated::new(coefficients));
     let here = &fit.estimate.psi;
     let spread = spread(problem, &table, here, floor_m.max(1e-5 * coefficients[0].abs()));
+    let hill_sd_m = FEIGNED_HILL[0] * spread.contact_m2.sqrt() + FEIGNED_HILL[1] * coefficients[0].abs();
     let anchor = anchor(here);
-    let choices: Vec<Vec<Choice>> = (0..problem.len())
+    let mut choices: Vec<Vec<Choice>> = (0..problem.len())
         .into_par_iter()
         .map(|index| {
             let instant = &problem.instants[index];
@@ -79,10 +86,13 @@ pub(super) fn track(problem: &Problem, fit: &Fit, floor_m: f64) -> Track {
             choices
         })
         .collect();
+    if let Some(known) = known {
+        look_further(&mut choices, problem, known);
+    }
     let steps: Vec<Vec<f64>> = (1..problem.len())
         .into_par_iter()
         .map(|index| {
-            let ahead = Ahead { shape: &shape, table: &table, instant: &problem.instants[index] };
+            let ahead = Ahead { shape: &shape, table: &table, instant: &problem.instants[index], hill_sd_m };
             steps(&ahead, &problem.instants[index - 1], &choices[index - 1], &choices[index])
         })
         .collect();
@@ -99,6 +109,32 @@ pub(super) fn track(problem: &Problem, fit: &Fit, floor_m: f64) -> Track {
         margin,
     }
 }
+
+/// Adds the orientations that boundary hardly felt allows, where no choice explains a sample; not when there are many such.
+fn look_further(choices: &mut [Vec<Choice>], problem: &Problem, known: &Known) {
+    let nowhere = |choices: &[Choice]| choices.iter().all(|choice| choice.misfit > UNEXPLAINED);
+    let samples: Vec<usize> = (0..choices.len()).filter(|&index| nowhere(&choices[index])).collect();
+    if samples.len() > MOST_UNEXPLAINED {
+        return;
+    }
+    let further: Vec<(usize, Vec<Choice>)> = samples
+        .into_par_iter()
+        .map(|index| {
+            let instant = &problem.instants[index];
+            let found = minima(choices[index][0].psi, &|psi| known.surprise(instant, psi)).into_iter();
+            (index, found.map(|(psi, misfit)| Choice { psi, misfit }).collect())
+        })
+        .collect();
+    for (index, found) in further {
+        choices[index].extend(found);
+    }
+}
+
+/// A sample missed by this many squared standard deviations everywhere is not explained.
+const UNEXPLAINED: f64 = 20.0;
+
+/// With more samples than this unexplained, something else is wrong.
+const MOST_UNEXPLAINED: usize = 40;
 
 /// How far off contacts and balance usually are. Half of the samples at least are placed well; they tell it whatever the
 /// others do.
@@ -144,6 +180,7 @@ struct Ahead<'a> {
     shape: &'a SupportFunction,
     table: &'a Tabulated,
     instant: &'a Instant,
+    hill_sd_m: f64,
 }
 
 /// The cost of each step from one sample's choices (outer) to those of the next (inner).
@@ -157,7 +194,12 @@ fn steps(ahead: &Ahead, before: &Instant, from: &[Choice], to: &[Choice]) -> Vec
                 0.0
             } else {
                 let rest = *foretold.get_or_insert_with(|| ahead.rest(before, start.psi));
-                if same(rest, end.psi) || ahead.over_a_feigned_hill(start.psi, end.psi) { FALL } else { LEAP }
+                if same(rest, end.psi) {
+                    FALL
+                } else {
+                    let hill = ahead.hill_m(start.psi, end.psi) / ahead.hill_sd_m;
+                    (FALL + hill * hill).min(LEAP)
+                }
             });
         }
     }
@@ -179,13 +221,13 @@ impl Ahead<'_> {
         rest
     }
 
-    /// Whether next to nothing holds the object back from going downhill from one orientation to another.
-    fn over_a_feigned_hill(&self, from: f64, to: f64) -> bool {
+    /// How far the centre of mass would have to rise on the way from one orientation to another, metres.
+    fn hill_m(&self, from: f64, to: f64) -> f64 {
         const STEPS: usize = 32;
         let way = turn(from, to);
         let height = |psi: f64| self.table.height_m(self.instant, psi);
-        let rim = height(from) + FEIGNED_HILL * self.shape.mean_radius_m().abs();
-        height(to) < rim && (1..STEPS).all(|step| height(from + way * step as f64 / STEPS as f64) < rim)
+        let highest = (1..=STEPS).map(|step| height(from + way * step as f64 / STEPS as f64)).fold(0.0, f64::max);
+        (highest - height(from)).max(0.0)
     }
 }
 
@@ -210,9 +252,12 @@ fn ways(choices: &[Vec<Choice>], steps: &[Vec<f64>]) -> (Way, Vec<f64>) {
                 0 => (0, 0.0),
                 _ => {
                     let before = &until[index - 1];
-                    least(&mut before.iter().enumerate().map(|(start, cost)| {
-                        cost + steps[index - 1][start * here.len() + end]
-                    }))
+                    least(
+                        &mut before
+                            .iter()
+                            .enumerate()
+                            .map(|(start, cost)| cost + steps[index - 1][start * here.len() + end]),
+                    )
                 }
             };
             costs.push(cost + choice.misfit);
@@ -240,9 +285,10 @@ fn ways(choices: &[Vec<Choice>], steps: &[Vec<f64>]) -> (Way, Vec<f64>) {
         if index > 0 {
             let next = |start: usize| {
                 let ends = here.iter().enumerate();
-                least(&mut ends.map(|(end, choice)| {
-                    steps[index - 1][start * here.len() + end] + choice.misfit + after[end]
-                }))
+                least(
+                    &mut ends
+                        .map(|(end, choice)| steps[index - 1][start * here.len() + end] + choice.misfit + after[end]),
+                )
                 .1
             };
             after = (0..choices[index - 1].len()).map(next).collect();

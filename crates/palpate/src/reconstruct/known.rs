@@ -1,0 +1,59 @@
+//! A shape known to within a Gaussian, and how surprising a sample is at an orientation: for boundary that was hardly felt.
+
+use std::f64::consts::PI;
+
+use nalgebra::{DMatrix, Matrix3, Vector3};
+
+use super::evidence::Fit;
+use super::place::minima;
+use super::problem::{Instant, Problem};
+use super::residuals::Linearised;
+use super::smooth::{Noise, Smoother};
+
+/// An orientation further away than this is another one, radians.
+const ELSEWHERE: f64 = 0.15;
+
+/// The shape that some samples leave.
+pub(super) struct Known {
+    coefficients: Vec<f64>,
+    covariance: DMatrix<f64>,
+    noise: Noise,
+}
+
+impl Known {
+    /// What the samples of a problem tell of the shape that was fitted. `None` when that is nothing.
+    pub fn from(problem: &Problem, fit: &Fit) -> Option<Self> {
+        let belief = Smoother::new(problem, fit.order, fit.noise, fit.prior).belief(&fit.estimate)?;
+        let covariance = belief.information.cholesky()?.inverse();
+        Some(Self { coefficients: belief.mean.as_slice().to_vec(), covariance, noise: fit.noise })
+    }
+
+    /// −2 log of the probability of a sample at an orientation, the shape integrated out, but for a constant.
+    pub fn surprise(&self, instant: &Instant, psi: f64) -> f64 {
+        let mut linearised = Linearised::new(self.coefficients.len() / 2);
+        let value = linearised.at(instant, &self.coefficients, psi).value;
+        let weights = self.noise.weights(&Instant { balance_weight: 1.0, ..*instant });
+        let mut rows = DMatrix::zeros(self.coefficients.len(), 3);
+        for j in 0..3 {
+            let share = std::array::from_fn(|i| if i == j { weights[j] } else { 0.0 });
+            linearised.mixed_row(instant, share, rows.column_mut(j).as_mut_slice());
+        }
+        let spread = rows.tr_mul(&(&self.covariance * &rows));
+        // In units of the noise; a contact that was not seen has rows of zeros and tells nothing.
+        let covariance = Matrix3::from_fn(|i, j| spread[(i, j)] + if i == j { 1.0 } else { 0.0 });
+        let missed = Vector3::from_fn(|j, _| weights[j] * value[j]);
+        let Some(factor) = covariance.cholesky() else { return f64::INFINITY };
+        missed.dot(&factor.solve(&missed)) + 2.0 * factor.l_dirty().diagonal().iter().map(|l| l.ln()).sum::<f64>()
+    }
+
+    /// How much less likely the most likely other orientation of a sample is than the one near `psi`.
+    pub fn margin(&self, instant: &Instant, psi: f64) -> f64 {
+        let (mut here, mut elsewhere) = (self.surprise(instant, psi), f64::INFINITY);
+        for (other, surprise) in minima(psi, &|psi| self.surprise(instant, psi)) {
+            let away = ((other - psi + PI).rem_euclid(2.0 * PI) - PI).abs();
+            let least = if away < ELSEWHERE { &mut here } else { &mut elsewhere };
+            *least = least.min(surprise);
+        }
+        elsewhere - here
+    }
+}
