@@ -125,16 +125,18 @@ fn weigh_balance(problem: &mut Problem, estimate: &Estimate, balance_m: f64) {
 /// Degrees of freedom ν of the errors of the balance.
 const STUDENT: f64 = 3.0;
 
+/// ln of the probability of the log, shape and motion integrated out. An object at rest has the orientation that balances it,
+/// to within σ_b/g': the balance is what is known of ψ beforehand, with the density |g'|/σ_b at its peak, and not a
+/// measurement. (Were it one, round shapes would be favoured, which leave ψ free.)
 fn log_evidence(smoother: &Smoother, estimate: &Estimate, normal: &Normal, half_log_determinant: f64) -> f64 {
     let mut sum = -0.5 * estimate.cost - half_log_determinant;
     sum -= smoother.prior.standard_deviations(smoother.order).iter().map(|sd| sd.ln()).sum::<f64>();
-    for (index, instant) in smoother.problem.instants.iter().enumerate() {
+    for (index, (instant, &psi)) in smoother.problem.instants.iter().zip(&estimate.psi).enumerate() {
         let seen = f64::from(instant.weight1 > 0.0) + f64::from(instant.weight2 > 0.0);
         sum -= seen * smoother.noise.sensor_m.ln();
-        if instant.balance_weight > 0.0 {
-            sum -= (smoother.noise.balance_m / instant.balance_weight).ln();
-        }
-        sum -= 0.5 * (normal.psi_information(index) + 1.0).ln();
+        let stiffness = residuals(instant, &estimate.coefficients, psi).by_psi[2];
+        let density = stiffness * smoother.noise.weights(instant)[2];
+        sum += 0.5 * (density * density).ln_1p() - 0.5 * normal.psi_information(index).ln_1p();
     }
     sum
 }

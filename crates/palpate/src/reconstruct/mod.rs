@@ -60,6 +60,9 @@ pub const MOST_HARMONICS: usize = 64;
 /// Times that badly placed samples are placed anew.
 const REPAIRS: usize = 3;
 
+/// Standard deviation of the balance that a fit begins with, as shares of that of the contacts.
+const BALANCE_SHARES: [f64; 2] = [1.0, 0.1];
+
 /// Samples beside an uncertain one that are set aside with it.
 const DOUBTFUL: usize = 5;
 
@@ -194,20 +197,26 @@ impl<'a> Task<'a> {
         let psi = search::carry_over(&found.thin, &start.psi, &start.coefficients, &medium, &found.ranges);
         let mut start = Estimate { coefficients: start.coefficients.clone(), psi, cost: f64::INFINITY };
         let sd = self.scatter_m.max(1e-3 * size_m);
-        let noise = Noise { sensor_m: sd, balance_m: sd };
         let floor_m = 0.3 * self.scatter_m;
-        // A few samples at a wrong pose would ask for harmonics that the object has not.
+        // A few samples at a wrong pose would ask for harmonics that the object has not. Balance as exact as statics has it is
+        // tried, and balance that friction or pace spoil.
         let order = start.coefficients.len() / 2;
-        if let Some(rough) = fit(&mut medium, order, start.clone(), noise, self.prior, freedom, ROUNDS) {
-            let psi = track(&medium, &rough, floor_m, None).psi;
-            start = Estimate { psi, ..rough.estimate };
-        }
+        let rough = |share: f64| {
+            let noise = Noise { sensor_m: sd, balance_m: share * sd };
+            fit(&mut medium.clone(), order, start.clone(), noise, self.prior, freedom, ROUNDS)
+        };
+        let best =
+            BALANCE_SHARES.into_iter().filter_map(rough).max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence));
+        let rough = best.ok_or(ReconstructError::NotSolvable)?;
+        let psi = track(&medium, &rough, floor_m, None).psi;
+        let Fit { estimate, noise, prior, .. } = rough;
+        start = Estimate { psi, ..estimate };
         let mut tracked: Option<Vec<f64>> = None;
         let mut attempt = 0;
         loop {
             let coarse = match self.options.harmonics {
-                Some(order) => fit(&mut medium, order, start, noise, self.prior, freedom, ROUNDS),
-                None => choose_order(&mut medium, start, noise, self.prior, freedom),
+                Some(order) => fit(&mut medium, order, start, noise, prior, freedom, ROUNDS),
+                None => choose_order(&mut medium, start, noise, prior, freedom),
             }
             .ok_or(ReconstructError::NotSolvable)?;
             let mut problem = self.problem.clone();
