@@ -12,6 +12,9 @@ use super::problem::Problem;
 /// Pieces with fewer samples than this are not placed by their own contacts alone.
 const BRIEF: usize = 6;
 
+/// With more samples than this in brief pieces, none of them counts as placed.
+const MOST: usize = 60;
+
 /// The pieces, between the samples `starts` at which one begins besides the first, that are too short.
 pub(super) fn brief_pieces(starts: &[usize], samples: usize) -> Vec<Range<usize>> {
     if starts.is_empty() {
@@ -27,7 +30,12 @@ pub(super) fn brief_pieces(starts: &[usize], samples: usize) -> Vec<Range<usize>
 /// most, given what all samples outside brief pieces tell of the shape (−2 ln of the odds); infinite for all other samples.
 pub(super) fn placed_anew(problem: &Problem, fit: &Fit, brief: &[Range<usize>]) -> Vec<f64> {
     let mut margin = vec![f64::INFINITY; problem.len()];
-    if brief.iter().all(|piece| piece.is_empty()) {
+    let samples: usize = brief.iter().map(|piece| piece.len()).sum();
+    if samples == 0 {
+        return margin;
+    }
+    if samples > MOST {
+        brief.iter().for_each(|piece| margin[piece.clone()].fill(0.0));
         return margin;
     }
     let mut others = problem.clone();

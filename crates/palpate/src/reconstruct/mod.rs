@@ -212,7 +212,7 @@ impl<'a> Task<'a> {
         let Fit { estimate, noise, prior, .. } = rough;
         start = Estimate { psi, ..estimate };
         let mut tracked: Option<Vec<f64>> = None;
-        let mut attempt = 0;
+        let (mut attempt, mut unsettled) = (0, self.problem.len() / 4);
         loop {
             let coarse = match self.options.harmonics {
                 Some(order) => fit(&mut medium, order, start, noise, prior, freedom, ROUNDS),
@@ -235,10 +235,12 @@ impl<'a> Task<'a> {
             {
                 track = again;
             }
-            if track.moved == 0 || attempt == REPAIRS {
+            // Where the way does not settle, the arrangement is wrong.
+            if track.moved == 0 || attempt == REPAIRS || 2 * track.moved > unsettled {
                 return Ok(Refined { coarse, fine, problem, margin: track.margin });
             }
             attempt += 1;
+            unsettled = track.moved;
             let coefficients = fine.estimate.coefficients;
             let psi = search::carry_over(&self.problem, &track.psi, &coefficients, &medium, &found.ranges);
             start = Estimate { coefficients, psi, cost: f64::INFINITY };
@@ -281,7 +283,16 @@ impl<'a> Task<'a> {
         let first = self.refine(found, 0)?;
         let rivals = rivals(&found.thin, &found.estimates, &first.coarse);
         let mut results = vec![self.assemble(first)?];
-        for rival in rivals {
+        // An answer wants all of them ruled out; where nothing speaks against one that is not certified, they change nothing.
+        let first = &results[0];
+        let worth = if first.result.certified {
+            MOST_RIVALS
+        } else if first.explained {
+            0
+        } else {
+            MOST_RIVALS / 2
+        };
+        for rival in rivals.into_iter().take(worth) {
             results.extend(self.refine(found, rival).and_then(|refined| self.assemble(refined)));
         }
         let mut possible: Vec<Judged> = Vec::new();
