@@ -128,7 +128,12 @@ const STUDENT: f64 = 3.0;
 /// ln of the probability of the log, shape and motion integrated out. An object at rest has the orientation that balances it,
 /// to within σ_b/g': the balance is what is known of ψ beforehand, with the density |g'|/σ_b at its peak, and not a
 /// measurement. (Were it one, round shapes would be favoured, which leave ψ free.)
-fn log_evidence(smoother: &Smoother, estimate: &Estimate, normal: &Normal, half_log_determinant: f64) -> f64 {
+pub(super) fn log_evidence(
+    smoother: &Smoother,
+    estimate: &Estimate,
+    normal: &Normal,
+    half_log_determinant: f64,
+) -> f64 {
     let mut sum = -0.5 * estimate.cost - half_log_determinant;
     sum -= smoother.prior.standard_deviations(smoother.order).iter().map(|sd| sd.ln()).sum::<f64>();
     for (index, (instant, &psi)) in smoother.problem.instants.iter().zip(&estimate.psi).enumerate() {

@@ -43,7 +43,11 @@ impl Known {
         let covariance = Matrix3::from_fn(|i, j| spread[(i, j)] + if i == j { 1.0 } else { 0.0 });
         let missed = Vector3::from_fn(|j, _| weights[j] * value[j]);
         let Some(factor) = covariance.cholesky() else { return f64::INFINITY };
-        missed.dot(&factor.solve(&missed)) + 2.0 * factor.l_dirty().diagonal().iter().map(|l| l.ln()).sum::<f64>()
+        let Some(independent) = factor.l().solve_lower_triangular(&missed) else { return f64::INFINITY };
+        let [first, second, balance] = [independent[0], independent[1], independent[2]];
+        let spread = 2.0 * factor.l_dirty().diagonal().iter().map(|l| l.ln()).sum::<f64>();
+        // What the contacts leave of the balance follows Student's t, as everywhere.
+        first * first + second * second + 4.0 * (balance * balance / 3.0).ln_1p() + spread
     }
 
     /// How much less likely the most likely other orientation of a sample is than the one near `psi`.

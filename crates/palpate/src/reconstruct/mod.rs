@@ -49,7 +49,7 @@ use evidence::{Fit, Freedom, ROUNDS, choose_order, fit};
 use known::Known;
 use problem::Problem;
 use smooth::{Effort, Estimate, Noise, Prior, Smoother};
-use track::{CERTAIN, Track, track};
+use track::{Track, track};
 
 /// Fewest samples with both contacts seen that are tried.
 pub const FEWEST_SAMPLES: usize = 12;
@@ -63,8 +63,9 @@ const REPAIRS: usize = 3;
 /// Standard deviation of the balance that a fit begins with, as shares of that of the contacts.
 const BALANCE_SHARES: [f64; 2] = [1.0, 0.1];
 
-/// Samples beside an uncertain one that are set aside with it.
-const DOUBTFUL: usize = 5;
+/// Samples beside a doubtful one that are set aside with it, and how many at the most.
+const BESIDE: usize = 5;
+const MOST_ASIDE: usize = 120;
 
 /// Samples that the choice of the number of harmonics works on.
 const ORDER_SAMPLES: usize = 450;
@@ -230,9 +231,7 @@ impl<'a> Task<'a> {
             let fine = fit(&mut problem, coarse.order, all, noise, coarse.prior, freedom, ROUNDS)
                 .ok_or(ReconstructError::NotSolvable)?;
             let mut track = track(&self.problem, &fine, floor_m, None);
-            if attempt < REPAIRS
-                && let Some(again) = self.without_uncertain(&fine, &track, freedom, floor_m)
-            {
+            if let Some(again) = self.without_doubtful(&fine, &track, freedom, floor_m) {
                 track = again;
             }
             // Where the way does not settle, the arrangement is wrong.
@@ -248,27 +247,26 @@ impl<'a> Task<'a> {
         }
     }
 
-    /// The way of the shape that the samples beyond doubt have alone, when there are others: those bend the shape towards the
-    /// pose that they were given.
-    fn without_uncertain(&self, fine: &Fit, of_all: &Track, freedom: Freedom, floor_m: f64) -> Option<Track> {
-        let uncertain: Vec<usize> = (0..of_all.margin.len()).filter(|&i| of_all.margin[i] < CERTAIN).collect();
-        let mut problem = self.problem.clone();
-        let mut aside = 0;
-        for (index, instant) in problem.instants.iter_mut().enumerate() {
-            let after = uncertain.partition_point(|&other| other + DOUBTFUL < index);
-            if uncertain.get(after).is_some_and(|&other| other <= index + DOUBTFUL) {
-                instant.set_aside();
-                aside += 1;
-            }
-        }
-        if aside == 0 || aside > problem.len() / 4 {
+    /// The way through the log of the shape that the samples beyond doubt have without the others, which bend the shape towards
+    /// the poses that they were given. `None` when there are none, or too many.
+    fn without_doubtful(&self, fine: &Fit, of_all: &Track, freedom: Freedom, floor_m: f64) -> Option<Track> {
+        let doubtful: Vec<usize> = (0..of_all.psi.len()).filter(|&sample| of_all.doubts(sample)).collect();
+        let beside = |index: usize| {
+            let first = doubtful.partition_point(|&other| other + BESIDE < index);
+            doubtful.get(first).is_some_and(|&other| other <= index + BESIDE)
+        };
+        let aside: Vec<usize> = (0..of_all.psi.len()).filter(|&index| beside(index)).collect();
+        if aside.is_empty() || aside.len() > MOST_ASIDE {
             return None;
         }
+        let mut problem = self.problem.clone();
+        aside.iter().for_each(|&index| problem.instants[index].set_aside());
         let certain = fit(&mut problem, fine.order, fine.estimate.clone(), fine.noise, fine.prior, freedom, ROUNDS)?;
-        let known = Known::from(&problem, &certain);
-        let again = track(&self.problem, &certain, floor_m, known.as_ref());
+        let known = Known::from(&problem, &certain)?;
+        let mut again = track(&self.problem, &certain, floor_m, Some((&aside, &known)));
         let moved = of_all.psi.iter().zip(&again.psi).filter(|(a, b)| (0.5 * (*a - *b)).sin().abs() > 0.05).count();
-        Some(Track { moved: of_all.moved + moved, ..again })
+        again.moved = of_all.moved + moved;
+        Some(again)
     }
 
     fn assemble(&self, refined: Refined) -> Result<Judged, ReconstructError> {

@@ -50,6 +50,15 @@ pub(super) struct Track {
     pub moved: usize,
     /// For each sample, how much more a way costs (squared standard deviations) that puts it elsewhere.
     pub margin: Vec<f64>,
+    /// Squared standard deviations by which each sample is missed.
+    pub misfit: Vec<f64>,
+}
+
+impl Track {
+    /// Whether the pose of a sample is open to doubt: another is about as likely, or none explains it.
+    pub fn doubts(&self, sample: usize) -> bool {
+        self.margin[sample] < CERTAIN || self.misfit[sample] > UNEXPLAINED
+    }
 }
 
 /// An orientation that a sample might have.
@@ -59,9 +68,9 @@ struct Choice {
     misfit: f64,
 }
 
-/// Tracks the fitted shape through the log. Contacts are never believed to be more exact than `floor_m`. A few samples that the
-/// shape explains nowhere must lie on boundary that was not felt: they may be where what is `known` of it lets them.
-pub(super) fn track(problem: &Problem, fit: &Fit, floor_m: f64, known: Option<&Known>) -> Track {
+/// Tracks the fitted shape through the log. Contacts are never believed to be more exact than `floor_m`. The samples `aside`
+/// were not fitted: they may lie on boundary that was not felt, wherever what the others tell of it lets them.
+pub(super) fn track(problem: &Problem, fit: &Fit, floor_m: f64, aside: Option<(&[usize], &Known)>) -> Track {
     let coefficients = &fit.estimate.coefficients;
     let (shape, table) = (SupportFunction::from_coefficients(coefficients), Tabulated::new(coefficients));
     let here = &fit.estimate.psi;
@@ -86,8 +95,8 @@ pub(super) fn track(problem: &Problem, fit: &Fit, floor_m: f64, known: Option<&K
             choices
         })
         .collect();
-    if let Some(known) = known {
-        look_further(&mut choices, problem, known);
+    if let Some((samples, known)) = aside {
+        place_anew(&mut choices, problem, samples, known);
     }
     let steps: Vec<Vec<f64>> = (1..problem.len())
         .into_par_iter()
@@ -99,42 +108,46 @@ pub(super) fn track(problem: &Problem, fit: &Fit, floor_m: f64, known: Option<&K
     let (way, margin) = ways(&choices, &steps);
     let stay: f64 =
         choices.iter().map(|choices| choices[0].misfit).sum::<f64>() + steps.iter().map(|steps| steps[0]).sum::<f64>();
-    let go = way.cost;
-    if go + WORTH_CHANGING > stay {
-        return Track { psi: here.clone(), moved: 0, margin };
+    if way.cost + WORTH_CHANGING > stay {
+        let misfit = choices.iter().map(|choices| choices[0].misfit).collect();
+        return Track { psi: here.clone(), moved: 0, margin, misfit };
     }
+    let chosen = || way.choices.iter().zip(&choices).map(|(&choice, choices)| choices[choice]);
     Track {
-        psi: way.choices.iter().zip(&choices).map(|(&choice, choices)| choices[choice].psi).collect(),
+        psi: chosen().map(|choice| choice.psi).collect(),
         moved: way.choices.iter().filter(|choice| **choice > 0).count(),
         margin,
+        misfit: chosen().map(|choice| choice.misfit).collect(),
     }
 }
 
-/// Adds the orientations that boundary hardly felt allows, where no choice explains a sample; not when there are many such.
-fn look_further(choices: &mut [Vec<Choice>], problem: &Problem, known: &Known) {
-    let nowhere = |choices: &[Choice]| choices.iter().all(|choice| choice.misfit > UNEXPLAINED);
-    let samples: Vec<usize> = (0..choices.len()).filter(|&index| nowhere(&choices[index])).collect();
-    if samples.len() > MOST_UNEXPLAINED {
-        return;
-    }
-    let further: Vec<(usize, Vec<Choice>)> = samples
-        .into_par_iter()
-        .map(|index| {
-            let instant = &problem.instants[index];
-            let found = minima(choices[index][0].psi, &|psi| known.surprise(instant, psi)).into_iter();
-            (index, found.map(|(psi, misfit)| Choice { psi, misfit }).collect())
+/// Lets samples be wherever a shape that is known to within a Gaussian explains them.
+fn place_anew(choices: &mut [Vec<Choice>], problem: &Problem, samples: &[usize], known: &Known) {
+    let placed: Vec<Vec<Choice>> = samples
+        .par_iter()
+        .map(|&index| {
+            let surprise = |psi: f64| known.surprise(&problem.instants[index], psi);
+            let mut placed: Vec<Choice> =
+                choices[index].iter().map(|choice| Choice { psi: choice.psi, misfit: surprise(choice.psi) }).collect();
+            for (psi, misfit) in minima(choices[index][0].psi, &surprise) {
+                match placed.iter_mut().find(|choice| same(choice.psi, psi)) {
+                    Some(choice) if choice.misfit > misfit => {
+                        *choice = Choice { psi: choice.psi + turn(choice.psi, psi), misfit };
+                    }
+                    Some(_) => {}
+                    None => placed.push(Choice { psi, misfit }),
+                }
+            }
+            placed
         })
         .collect();
-    for (index, found) in further {
-        choices[index].extend(found);
+    for (&index, placed) in samples.iter().zip(placed) {
+        choices[index] = placed;
     }
 }
 
-/// A sample missed by this many squared standard deviations everywhere is not explained.
+/// A sample missed by this many squared standard deviations is not explained.
 const UNEXPLAINED: f64 = 20.0;
-
-/// With more samples than this unexplained, something else is wrong.
-const MOST_UNEXPLAINED: usize = 40;
 
 /// How far off contacts and balance usually are. Half of the samples at least are placed well; they tell it whatever the
 /// others do.
