@@ -400,14 +400,19 @@ pub(super) fn misfit(problem: &Problem, estimate: &Estimate, noise: Noise) -> f6
     problem.instants.iter().zip(&estimate.psi).map(square).sum()
 }
 
-/// Whether two estimates over the same instants are one motion, but for a common rotation.
-pub(super) fn same_motion(a: &Estimate, b: &Estimate) -> bool {
+/// The rotation that brings the motion `b` closest to `a`, radians.
+pub(super) fn common_turn(a: &[f64], b: &[f64]) -> f64 {
     let (mut sin, mut cos) = (0.0, 0.0);
-    for (a, b) in a.psi.iter().zip(&b.psi) {
+    for (a, b) in a.iter().zip(b) {
         sin += (a - b).sin();
         cos += (a - b).cos();
     }
-    let turned = f64::atan2(sin, cos);
+    f64::atan2(sin, cos)
+}
+
+/// Whether two estimates over the same instants are one motion, but for a common rotation.
+pub(super) fn same_motion(a: &Estimate, b: &Estimate) -> bool {
+    let turned = common_turn(&a.psi, &b.psi);
     let apart = |(a, b): (&f64, &f64)| 1.0 - (a - b - turned).cos();
     let mean = a.psi.iter().zip(&b.psi).map(apart).sum::<f64>() / a.psi.len().max(1) as f64;
     // 1 − cos of 3 degrees.

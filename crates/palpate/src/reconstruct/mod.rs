@@ -264,8 +264,9 @@ impl<'a> Task<'a> {
         let certain = fit(&mut problem, fine.order, fine.estimate.clone(), fine.noise, fine.prior, freedom, ROUNDS)?;
         let known = Known::from(&problem, &certain)?;
         let mut again = track(&self.problem, &certain, floor_m, Some((&aside, &known)));
-        let moved = of_all.psi.iter().zip(&again.psi).filter(|(a, b)| (0.5 * (*a - *b)).sin().abs() > 0.05).count();
-        again.moved = of_all.moved + moved;
+        let turned = grow::common_turn(&of_all.psi, &again.psi);
+        let elsewhere = |(a, b): (&f64, &f64)| (0.5 * (a - b - turned)).sin().abs() > 0.05;
+        again.moved = of_all.moved + of_all.psi.iter().zip(&again.psi).filter(|both| elsewhere(*both)).count();
         Some(again)
     }
 

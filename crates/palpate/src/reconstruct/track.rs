@@ -55,9 +55,9 @@ pub(super) struct Track {
 }
 
 impl Track {
-    /// Whether the pose of a sample is open to doubt: another is about as likely, or none explains it.
+    /// Whether the pose of a sample is open to doubt: another is not much less likely, or none explains it.
     pub fn doubts(&self, sample: usize) -> bool {
-        self.margin[sample] < CERTAIN || self.misfit[sample] > UNEXPLAINED
+        self.margin[sample] < 2.0 * CERTAIN || self.misfit[sample] > UNEXPLAINED
     }
 }
 
@@ -102,7 +102,9 @@ pub(super) fn track(problem: &Problem, fit: &Fit, floor_m: f64, aside: Option<(&
         .into_par_iter()
         .map(|index| {
             let ahead = Ahead { shape: &shape, table: &table, instant: &problem.instants[index], hill_sd_m };
-            steps(&ahead, &problem.instants[index - 1], &choices[index - 1], &choices[index])
+            // Statics foretells no better than the shape is known.
+            let blind = aside.is_some_and(|(samples, _)| samples.binary_search(&index).is_ok());
+            steps(&ahead, &problem.instants[index - 1], &choices[index - 1], &choices[index], blind)
         })
         .collect();
     let (way, margin) = ways(&choices, &steps);
@@ -147,7 +149,7 @@ fn place_anew(choices: &mut [Vec<Choice>], problem: &Problem, samples: &[usize],
 }
 
 /// A sample missed by this many squared standard deviations is not explained.
-const UNEXPLAINED: f64 = 20.0;
+const UNEXPLAINED: f64 = 16.0;
 
 /// How far off contacts and balance usually are. Half of the samples at least are placed well; they tell it whatever the
 /// others do.
@@ -196,8 +198,8 @@ struct Ahead<'a> {
     hill_sd_m: f64,
 }
 
-/// The cost of each step from one sample's choices (outer) to those of the next (inner).
-fn steps(ahead: &Ahead, before: &Instant, from: &[Choice], to: &[Choice]) -> Vec<f64> {
+/// The cost of each step from one sample's choices (outer) to those of the next (inner). `blind` asks nothing of statics.
+fn steps(ahead: &Ahead, before: &Instant, from: &[Choice], to: &[Choice], blind: bool) -> Vec<f64> {
     let mut costs = Vec::with_capacity(from.len() * to.len());
     for start in from {
         // Where the object would go from here: looked up only when a choice lies elsewhere.
@@ -205,6 +207,8 @@ fn steps(ahead: &Ahead, before: &Instant, from: &[Choice], to: &[Choice]) -> Vec
         for end in to {
             costs.push(if near(start.psi, end.psi) {
                 0.0
+            } else if blind {
+                FALL
             } else {
                 let rest = *foretold.get_or_insert_with(|| ahead.rest(before, start.psi));
                 if same(rest, end.psi) {
