@@ -34,6 +34,8 @@ pub(super) fn best_orientation(instant: &Instant, coefficients: &[f64], nearest:
 pub(super) struct Spread {
     pub contact_m2: f64,
     pub balance_m2: f64,
+    /// Samples over which errors of the balance hang together (friction, pace): so many tell as much as one.
+    pub balance_memory: f64,
 }
 
 impl Spread {
@@ -42,7 +44,7 @@ impl Spread {
     pub fn misfit(&self, table: &Tabulated, instant: &Instant, psi: f64) -> f64 {
         let value = table.residuals(instant, psi).value;
         let contacts = (instant.weight1 * value[0]).powi(2) + (instant.weight2 * value[1]).powi(2);
-        contacts / self.contact_m2 + 4.0 * (value[2] * value[2] / (3.0 * self.balance_m2)).ln_1p()
+        contacts / self.contact_m2 + 4.0 / self.balance_memory * (value[2] * value[2] / (3.0 * self.balance_m2)).ln_1p()
     }
 }
 

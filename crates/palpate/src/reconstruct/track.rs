@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use super::evidence::Fit;
 use super::known::Known;
-use super::noise::median;
+use super::noise::{correlation_time, median};
 use super::place::{Spread, candidates, minima};
 use super::problem::{Instant, Problem};
 use super::tabulated::Tabulated;
@@ -26,8 +26,15 @@ const LONGEST_STEP: f64 = 0.15;
 /// squared standard deviations as everything here: −2 ln of how rarely one sample in a log has it, some five of a thousand.
 const FALL: f64 = 10.0;
 
-/// What a leap costs that statics does not foretell.
+/// What a leap costs that statics does not foretell, in the unrest after a fall.
 const LEAP: f64 = 40.0;
+
+/// What such a leap costs from rest to rest. It cannot be: an object that looks the same after half a turn would else turn
+/// wherever friction spoils the balance for long.
+const MIRACLE: f64 = 1000.0;
+
+/// A sample whose balance is missed by fewer standard deviations than this rests.
+const RESTING: f64 = 5.0;
 
 /// A way is changed when that takes at least this much off its cost.
 const WORTH_CHANGING: f64 = 9.0;
@@ -66,6 +73,7 @@ impl Track {
 struct Choice {
     psi: f64,
     misfit: f64,
+    rests: bool,
 }
 
 /// Tracks the fitted shape through the log. Contacts are never believed to be more exact than `floor_m`. The samples `aside`
@@ -81,15 +89,19 @@ pub(super) fn track(problem: &Problem, fit: &Fit, floor_m: f64, aside: Option<(&
         .into_par_iter()
         .map(|index| {
             let instant = &problem.instants[index];
-            let mut choices = vec![Choice { psi: here[index], misfit: spread.misfit(&table, instant, here[index]) }];
+            let choice = |psi: f64, misfit: f64| {
+                let balance = table.residuals(instant, psi).value[2];
+                Choice { psi, misfit, rests: balance * balance < RESTING * RESTING * spread.balance_m2 }
+            };
+            let mut choices = vec![choice(here[index], spread.misfit(&table, instant, here[index]))];
             if index == anchor {
                 return choices;
             }
             for (psi, misfit) in candidates(&table, instant, spread, here[index]) {
                 if !same(psi, here[index]) {
-                    choices.push(Choice { psi, misfit });
+                    choices.push(choice(psi, misfit));
                 } else if misfit + 1.0 < choices[0].misfit {
-                    choices[0] = Choice { psi: here[index] + turn(here[index], psi), misfit };
+                    choices[0] = choice(here[index] + turn(here[index], psi), misfit);
                 }
             }
             choices
@@ -130,14 +142,14 @@ fn place_anew(choices: &mut [Vec<Choice>], problem: &Problem, samples: &[usize],
         .map(|&index| {
             let surprise = |psi: f64| known.surprise(&problem.instants[index], psi);
             let mut placed: Vec<Choice> =
-                choices[index].iter().map(|choice| Choice { psi: choice.psi, misfit: surprise(choice.psi) }).collect();
+                choices[index].iter().map(|choice| Choice { misfit: surprise(choice.psi), ..*choice }).collect();
             for (psi, misfit) in minima(choices[index][0].psi, &surprise) {
                 match placed.iter_mut().find(|choice| same(choice.psi, psi)) {
                     Some(choice) if choice.misfit > misfit => {
-                        *choice = Choice { psi: choice.psi + turn(choice.psi, psi), misfit };
+                        *choice = Choice { psi: choice.psi + turn(choice.psi, psi), misfit, ..*choice };
                     }
                     Some(_) => {}
-                    None => placed.push(Choice { psi, misfit }),
+                    None => placed.push(Choice { psi, misfit, rests: true }),
                 }
             }
             placed
@@ -154,18 +166,21 @@ const UNEXPLAINED: f64 = 16.0;
 /// How far off contacts and balance usually are. Half of the samples at least are placed well; they tell it whatever the
 /// others do.
 fn spread(problem: &Problem, table: &Tabulated, psi: &[f64], floor_m: f64) -> Spread {
-    let usual = |square: &dyn Fn([f64; 3], &Instant) -> f64| {
-        let both = problem.instants.iter().zip(psi).filter(|(instant, _)| instant.both_seen());
-        let squares = both.map(|(instant, psi)| square(table.residuals(instant, *psi).value, instant));
-        median(&mut squares.collect::<Vec<f64>>())
-    };
-    let contacts = usual(&|value, instant| (instant.weight1 * value[0]).powi(2) + (instant.weight2 * value[1]).powi(2));
-    let balance = usual(&|value, _| value[2] * value[2]);
+    let both_seen = || problem.instants.iter().zip(psi).filter(|(instant, _)| instant.both_seen());
+    let (mut contacts, balance): (Vec<f64>, Vec<f64>) = both_seen()
+        .map(|(instant, psi)| {
+            let [one, two, balance] = table.residuals(instant, *psi).value;
+            ((instant.weight1 * one).powi(2) + (instant.weight2 * two).powi(2), balance)
+        })
+        .unzip();
     // The median of χ² with two degrees of freedom is 1.386, with one 0.455.
-    Spread {
-        contact_m2: (contacts / 1.386).max(floor_m * floor_m),
-        balance_m2: (balance / 0.455).max(0.01 * floor_m * floor_m),
-    }
+    let contact_m2 = (median(&mut contacts) / 1.386).max(floor_m * floor_m);
+    let squares = median(&mut balance.iter().map(|balance| balance * balance).collect::<Vec<f64>>());
+    let balance_m2 = (squares / 0.455).max(0.01 * floor_m * floor_m);
+    // Bursts say nothing of how long friction pulls one way.
+    let most = 3.0 * balance_m2.sqrt();
+    let clipped: Vec<f64> = balance.iter().map(|balance| balance.clamp(-most, most)).collect();
+    Spread { contact_m2, balance_m2, balance_memory: correlation_time(&clipped) }
 }
 
 /// The middle of the longest run of samples without a leap: what all else is placed against.
@@ -215,7 +230,7 @@ fn steps(ahead: &Ahead, before: &Instant, from: &[Choice], to: &[Choice], blind:
                     FALL
                 } else {
                     let hill = ahead.hill_m(start.psi, end.psi) / ahead.hill_sd_m;
-                    (FALL + hill * hill).min(LEAP)
+                    (FALL + hill * hill).min(if start.rests && end.rests { MIRACLE } else { LEAP })
                 }
             });
         }
@@ -323,7 +338,7 @@ mod tests {
         let choices: Vec<Vec<Choice>> = (0..8)
             .map(|i| {
                 let (one, two) = if i % 2 == 0 { (3.0, 1.0) } else { (1.0, 3.0) };
-                vec![Choice { psi: 0.0, misfit: one }, Choice { psi: 1.0, misfit: two }]
+                vec![Choice { psi: 0.0, misfit: one, rests: true }, Choice { psi: 1.0, misfit: two, rests: true }]
             })
             .collect();
         (choices, vec![vec![0.0, LEAP, LEAP, 0.0]; 7])
