@@ -67,6 +67,11 @@ pub(super) fn judge(evidence: &Evidence) -> Verdict {
     Verdict { certified, com_certified: certified && balanced, explained, reason: doubts.join("; ") }
 }
 
+/// Standard deviation of the balance up to which statics holds, metres.
+pub(super) fn balance_limit_m(sensor_m: f64, mean_radius_m: f64) -> f64 {
+    (3.0 * sensor_m).max(4.0 * MODEL_ALLOWANCE * mean_radius_m)
+}
+
 /// What speaks against the answer.
 fn contradictions(evidence: &Evidence) -> Vec<String> {
     let mut doubts = Vec::new();

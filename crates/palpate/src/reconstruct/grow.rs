@@ -67,27 +67,25 @@ pub(super) struct Tolerance {
     pub scatter_m: f64,
     /// Size of the object, metres.
     pub size_m: f64,
-    /// How many times less the balance is trusted than the contacts.
-    pub balance: f64,
+    /// How many times less the balance is trusted than the contacts, at first and when arrangements are judged.
+    pub balance: [f64; 2],
 }
 
 impl Tolerance {
     /// At a share of the size, never below the scatter.
-    fn at(&self, share: f64) -> Noise {
+    fn at(&self, share: f64, balance: f64) -> Noise {
         let sd = (share * self.size_m).max(self.scatter_m);
-        Noise { sensor_m: sd, balance_m: self.balance * sd }
+        Noise { sensor_m: sd, balance_m: balance * sd }
     }
 
     /// So loose that no start is trapped by the sharp valley of the exact problem.
     pub fn loose(&self) -> Noise {
-        self.at(0.01)
+        self.at(0.01, self.balance[0])
     }
 
-    /// The noise at which arrangements are judged. Statics is more exact than the contacts are: near-circular objects differ
-    /// in little else than their balance.
+    /// The noise at which arrangements are judged.
     pub fn sharp(&self) -> Noise {
-        let Noise { sensor_m, balance_m } = self.at(0.003);
-        Noise { sensor_m, balance_m: 0.3 * balance_m }
+        self.at(0.003, self.balance[1])
     }
 }
 

@@ -17,9 +17,10 @@ use super::windows::{Window, joined, spans, windows};
 /// Samples that the search works on; a longer log is thinned to about this many.
 const SAMPLES: usize = 250;
 
-/// How much less the balance is trusted than the contacts, in turn: at first both alike; where that explains nothing
+/// How much less the balance is trusted than the contacts, in turn (at first, and when arrangements are judged): both alike;
+/// then as exact as statics has it, for near-circular objects differ in little else; where that explains nothing
 /// (friction, fast palms), hardly at all.
-const BALANCES: [f64; 2] = [1.0, 15.0];
+const BALANCES: [[f64; 2]; 3] = [[1.0, 1.0], [1.0, 0.3], [15.0, 15.0]];
 
 /// What a log that is not arranged at all would cost per instant.
 const MISSING: f64 = 10.0;
@@ -77,8 +78,8 @@ pub(super) fn search(
         if enough {
             return;
         }
-        // Arrangements that hold the balance were found, and none was good enough: leaving the balance out makes none better.
-        if any {
+        // Where arrangements that hold the balance were found, leaving the balance out makes none better.
+        if any && number > 0 {
             return;
         }
     }

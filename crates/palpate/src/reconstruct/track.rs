@@ -9,6 +9,7 @@ use std::f64::consts::{PI, TAU};
 
 use rayon::prelude::*;
 
+use super::certificate::balance_limit_m;
 use super::evidence::Fit;
 use super::known::Known;
 use super::noise::{correlation_time, median};
@@ -26,15 +27,15 @@ const LONGEST_STEP: f64 = 0.15;
 /// squared standard deviations as everything here: −2 ln of how rarely one sample in a log has it, some five of a thousand.
 const FALL: f64 = 10.0;
 
-/// What a leap costs that statics does not foretell, in the unrest after a fall.
+/// What a leap costs that statics does not foretell.
 const LEAP: f64 = 40.0;
 
-/// What such a leap costs from rest to rest. It cannot be: an object that looks the same after half a turn would else turn
-/// wherever friction spoils the balance for long.
+/// What such a leap costs where friction or pace spoil the balance, and no contact leapt. It cannot be: an object that looks
+/// the same after half a turn would else turn wherever the balance is spoilt for long.
 const MIRACLE: f64 = 1000.0;
 
-/// A sample whose balance is missed by fewer standard deviations than this rests.
-const RESTING: f64 = 5.0;
+/// A contact that moves by less than this share of the mean radius did not leap.
+const STILL: f64 = 0.02;
 
 /// A way is changed when that takes at least this much off its cost.
 const WORTH_CHANGING: f64 = 9.0;
@@ -73,7 +74,6 @@ impl Track {
 struct Choice {
     psi: f64,
     misfit: f64,
-    rests: bool,
 }
 
 /// Tracks the fitted shape through the log. Contacts are never believed to be more exact than `floor_m`. The samples `aside`
@@ -84,24 +84,23 @@ pub(super) fn track(problem: &Problem, fit: &Fit, floor_m: f64, aside: Option<(&
     let here = &fit.estimate.psi;
     let spread = spread(problem, &table, here, floor_m.max(1e-5 * coefficients[0].abs()));
     let hill_sd_m = FEIGNED_HILL[0] * spread.contact_m2.sqrt() + FEIGNED_HILL[1] * coefficients[0].abs();
+    let contact_sd_m = spread.contact_m2.sqrt();
+    let spoilt = spread.balance_m2.sqrt() > balance_limit_m(contact_sd_m, coefficients[0].abs());
+    let still_m = if spoilt { STILL * coefficients[0].abs() + 6.0 * contact_sd_m } else { 0.0 };
     let anchor = anchor(here);
     let mut choices: Vec<Vec<Choice>> = (0..problem.len())
         .into_par_iter()
         .map(|index| {
             let instant = &problem.instants[index];
-            let choice = |psi: f64, misfit: f64| {
-                let balance = table.residuals(instant, psi).value[2];
-                Choice { psi, misfit, rests: balance * balance < RESTING * RESTING * spread.balance_m2 }
-            };
-            let mut choices = vec![choice(here[index], spread.misfit(&table, instant, here[index]))];
+            let mut choices = vec![Choice { psi: here[index], misfit: spread.misfit(&table, instant, here[index]) }];
             if index == anchor {
                 return choices;
             }
             for (psi, misfit) in candidates(&table, instant, spread, here[index]) {
                 if !same(psi, here[index]) {
-                    choices.push(choice(psi, misfit));
+                    choices.push(Choice { psi, misfit });
                 } else if misfit + 1.0 < choices[0].misfit {
-                    choices[0] = choice(here[index] + turn(here[index], psi), misfit);
+                    choices[0] = Choice { psi: here[index] + turn(here[index], psi), misfit };
                 }
             }
             choices
@@ -113,7 +112,7 @@ pub(super) fn track(problem: &Problem, fit: &Fit, floor_m: f64, aside: Option<(&
     let steps: Vec<Vec<f64>> = (1..problem.len())
         .into_par_iter()
         .map(|index| {
-            let ahead = Ahead { shape: &shape, table: &table, instant: &problem.instants[index], hill_sd_m };
+            let ahead = Ahead { shape: &shape, table: &table, instant: &problem.instants[index], hill_sd_m, still_m };
             // Statics foretells no better than the shape is known.
             let blind = aside.is_some_and(|(samples, _)| samples.binary_search(&index).is_ok());
             steps(&ahead, &problem.instants[index - 1], &choices[index - 1], &choices[index], blind)
@@ -149,7 +148,7 @@ fn place_anew(choices: &mut [Vec<Choice>], problem: &Problem, samples: &[usize],
                         *choice = Choice { psi: choice.psi + turn(choice.psi, psi), misfit, ..*choice };
                     }
                     Some(_) => {}
-                    None => placed.push(Choice { psi, misfit, rests: true }),
+                    None => placed.push(Choice { psi, misfit }),
                 }
             }
             placed
@@ -211,11 +210,14 @@ struct Ahead<'a> {
     table: &'a Tabulated,
     instant: &'a Instant,
     hill_sd_m: f64,
+    /// Contacts that move by less did not leap, metres; 0 where that is not asked.
+    still_m: f64,
 }
 
 /// The cost of each step from one sample's choices (outer) to those of the next (inner). `blind` asks nothing of statics.
 fn steps(ahead: &Ahead, before: &Instant, from: &[Choice], to: &[Choice], blind: bool) -> Vec<f64> {
     let mut costs = Vec::with_capacity(from.len() * to.len());
+    let leap = if ahead.still_since(before) { MIRACLE } else { LEAP };
     for start in from {
         // Where the object would go from here: looked up only when a choice lies elsewhere.
         let mut foretold = None;
@@ -230,7 +232,7 @@ fn steps(ahead: &Ahead, before: &Instant, from: &[Choice], to: &[Choice], blind:
                     FALL
                 } else {
                     let hill = ahead.hill_m(start.psi, end.psi) / ahead.hill_sd_m;
-                    (FALL + hill * hill).min(if start.rests && end.rests { MIRACLE } else { LEAP })
+                    (FALL + hill * hill).min(leap)
                 }
             });
         }
@@ -251,6 +253,12 @@ impl Ahead<'_> {
         let never = |_: f64, _: &PalmPair, _: f64| -> Result<(), std::convert::Infallible> { Ok(()) };
         let Ok((rest, _)) = follow(self.shape, &from, &to, psi, never);
         rest
+    }
+
+    /// Whether both contacts were seen and neither leapt.
+    fn still_since(&self, before: &Instant) -> bool {
+        let moved = (self.instant.s1 - before.s1).abs().max((self.instant.s2 - before.s2).abs());
+        before.both_seen() && self.instant.both_seen() && moved < self.still_m
     }
 
     /// How far the centre of mass would have to rise on the way from one orientation to another, metres.
@@ -338,7 +346,7 @@ mod tests {
         let choices: Vec<Vec<Choice>> = (0..8)
             .map(|i| {
                 let (one, two) = if i % 2 == 0 { (3.0, 1.0) } else { (1.0, 3.0) };
-                vec![Choice { psi: 0.0, misfit: one, rests: true }, Choice { psi: 1.0, misfit: two, rests: true }]
+                vec![Choice { psi: 0.0, misfit: one }, Choice { psi: 1.0, misfit: two }]
             })
             .collect();
         (choices, vec![vec![0.0, LEAP, LEAP, 0.0]; 7])
