@@ -52,7 +52,7 @@ pub use log_writer::write_log;
 pub use read_error::{ReadError, ReadProblem};
 pub use result::{
     alternative_dir_of, alternatives_dir_of, check_result_target, read_motion_csv, read_shape_csv, read_summary,
-    write_result,
+    write_result, write_result_with_diagnostics,
 };
 pub use summary::{JumpSummary, Summary, TruthSummary};
 pub use truth::{read_truth, truth_dir_of, write_truth};
