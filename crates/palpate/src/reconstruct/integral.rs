@@ -165,7 +165,7 @@ impl Piece {
         let own = Problem { instants: samples.iter().map(|&index| problem.instants[index]).collect() };
         let times_s: Vec<f64> = samples.iter().map(|&index| log.samples[index].time_s).collect();
         let signals = match method {
-            Method::Ode => Some(ode::Signals::new(&own.instants, &times_s, own.size_m())?),
+            Method::Ode => Some(ode::Signals::new(&own.instants, &times_s, own.size_m(), sd_m)?),
             _ => None,
         };
         Some(Self { relative: relative_height(&own), problem: own, samples, signals, sd_m })

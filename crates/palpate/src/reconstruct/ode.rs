@@ -9,7 +9,8 @@
 //! ψ' = [r̃₂' cos φ₁ − d̃₂' sin φ₁ + d̃₂ φ₂' sin φ₁₂ / sin φ₂] / [r₁ sin φ₁₂ + (r₂ + r̃₂) sin φ₁ + d̃₂ cos φ₁].
 //!
 //! Sensor values and their rates come from [`super::smoothing`], the steps from [`adams`]. The denominator of ψ' is 0 where
-//! the lines of force meet in the centre of mass; there ψ' is not determined and keeps its last value.
+//! the lines of force meet in the centre of mass, and noise in the numerator is without bound there. So the quotient n/q is
+//! damped towards the last rate, (n q + λ² ψ'₋)/(q² + λ²), with λ in proportion to the noise; exact readings are not damped.
 
 mod adams;
 
@@ -20,6 +21,13 @@ use adams::STARTING_STEPS;
 
 /// Where the denominator of ψ' is smaller than this share of the size of the object, ψ' keeps its last value.
 const SINGULAR: f64 = 0.02;
+
+/// Damping λ of very noisy readings, as a share of the size of the object; the value that served best in
+/// `cargo xtask methods`.
+const DAMPING: f64 = 0.1;
+
+/// Noise, as a share of the size of the object, that calls for half of that.
+const NOISY: f64 = 1e-3;
 
 /// Palms and readings at one time, with their rates per second.
 #[derive(Clone, Copy, Debug)]
@@ -43,12 +51,20 @@ pub(super) struct Signals {
     nodes: Vec<Felt>,
     /// In the middle of the first few steps.
     middles: Vec<Felt>,
+    guard: Guard,
+}
+
+/// What is done about the places where the denominator of ψ' is next to nothing, metres.
+#[derive(Clone, Copy, Debug)]
+struct Guard {
     singular_m: f64,
+    damping_m: f64,
 }
 
 impl Signals {
-    /// From the instants of a piece, their times (which increase) and the size of the object. `None` when there are too few.
-    pub fn new(instants: &[Instant], times_s: &[f64], size_m: f64) -> Option<Self> {
+    /// From the instants of a piece, their times (which increase), the size of the object and the noise of the contacts in metres. `None`
+    /// when there are too few.
+    pub fn new(instants: &[Instant], times_s: &[f64], size_m: f64, noise_m: f64) -> Option<Self> {
         let channel = |value: fn(&Instant) -> f64| -> Vec<f64> { instants.iter().map(value).collect() };
         let channels = [channel(|i| i.phi1), channel(|i| i.phi2), channel(|i| i.s1), channel(|i| i.s2)];
         let [phi1, phi2, s1, s2] = [0, 1, 2, 3].map(|index| Smoothing::new(times_s, &channels[index]));
@@ -66,7 +82,10 @@ impl Signals {
             step_s,
             nodes: (0..=steps).map(|node| felt(first + step_s * node as f64)).collect(),
             middles: (0..STARTING_STEPS.min(steps)).map(|step| felt(first + step_s * (step as f64 + 0.5))).collect(),
-            singular_m: SINGULAR * size_m,
+            guard: Guard {
+                singular_m: SINGULAR * size_m,
+                damping_m: DAMPING * size_m * noise_m / (noise_m + NOISY * size_m).max(f64::MIN_POSITIVE),
+            },
         })
     }
 
@@ -85,7 +104,7 @@ impl Signals {
         let steps = self.nodes.len() - 1;
         let nodes = adams::integrate([start.0, start.1, 0.0], steps, self.step_s, |half, state| {
             let felt = if half % 2 == 0 { &self.nodes[half / 2] } else { &self.middles[half / 2] };
-            let slope = slope(felt, state, self.singular_m, last_rate);
+            let slope = slope(felt, state, self.guard, last_rate);
             last_rate = slope[2];
             slope
         });
@@ -118,7 +137,7 @@ fn feet(r1: f64, r2: f64, phi2: f64, s1: f64, s2: f64) -> (f64, f64) {
 }
 
 /// Equations 19 to 21: the rates of (r₁, r₂, ψ).
-fn slope(felt: &Felt, &[r1, r2, _]: &[f64; 3], singular_m: f64, last_rate: f64) -> [f64; 3] {
+fn slope(felt: &Felt, &[r1, r2, _]: &[f64; 3], guard: Guard, last_rate: f64) -> [f64; 3] {
     let (sin1, cos1) = felt.phi1.sin_cos();
     let (sin2, cos2) = felt.phi2.sin_cos();
     let sin12 = (felt.phi1 + felt.phi2).sin();
@@ -128,7 +147,12 @@ fn slope(felt: &Felt, &[r1, r2, _]: &[f64; 3], singular_m: f64, last_rate: f64) 
     let general_d2_rate = felt.s1_rate * cos2 - felt.s1 * sin2 * felt.phi2_rate - felt.s2_rate;
     let numerator = general_r2_rate * cos1 - general_d2_rate * sin1 + general_d2 * felt.phi2_rate * sin12 / sin2;
     let denominator = r1 * sin12 + (r2 + general_r2) * sin1 + general_d2 * cos1;
-    let psi_rate = if denominator.abs() < singular_m { last_rate } else { numerator / denominator };
+    let damping = guard.damping_m * guard.damping_m;
+    let psi_rate = if denominator.abs() < guard.singular_m {
+        last_rate
+    } else {
+        (numerator * denominator + damping * last_rate) / (denominator * denominator + damping)
+    };
     let (d1, d2) = feet(r1, r2, felt.phi2, felt.s1, felt.s2);
     [-d1 * (felt.phi1_rate - psi_rate), -d2 * (felt.phi1_rate + felt.phi2_rate - psi_rate), psi_rate]
 }
