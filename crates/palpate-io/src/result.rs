@@ -23,7 +23,7 @@ const DIAGNOSTICS_FILE: &str = "diagnostics.csv";
 const ALTERNATIVES_FOLDER: &str = "alternatives";
 const SHAPE_HEADER: &str = "theta_rad,r_m,r_sd_m,x_m,y_m,curvature_radius_m,touches";
 const MOTION_HEADER: &str = "time_s,psi_rad,psi_sd_rad,com_x_m,com_y_m,com_sd_m,theta1_rad,theta2_rad,piece";
-const DIAGNOSTICS_HEADER: &str = "time_s,generalized_r1_m,generalized_d1_m,generalized_r2_m,generalized_d2_m,curvature_radius1_m,curvature_radius2_m";
+const DIAGNOSTICS_HEADER: &str = "time_s,generalized_r1_m,generalized_d1_m,generalized_r2_m,generalized_d2_m,curvature_radius1_m,curvature_radius2_m,contact_vector_error_m";
 
 const SHAPE: [Quantity; 7] = [
     Quantity::new("theta", Dimension::Angle),
@@ -184,6 +184,7 @@ fn diagnostics_csv(diagnostics: &[ContactDiagnostics]) -> String {
             support(|support| support.d2),
             sample.curvature_radius1_m,
             sample.curvature_radius2_m,
+            sample.contact_vector_error_m,
         ];
         push_row(&mut text, numbers.into_iter().map(|value| value.map(number).unwrap_or_default()));
     }

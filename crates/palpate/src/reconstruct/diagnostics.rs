@@ -1,5 +1,6 @@
 //! What the readings say of the contacts at each sample, without the fitted outline: the generalised contact support functions
-//! (eq. 8 of Moll & Erdmann 2001) and the radii of curvature (eq. 9).
+//! (eq. 8 of Moll & Erdmann 2001) and the radii of curvature (eq. 9); and by how much outline and readings differ in the distance
+//! between the contacts.
 
 use super::reconstruction::Reconstruction;
 use super::smoothing::Smoothing;
@@ -22,6 +23,9 @@ pub struct ContactDiagnostics {
     pub curvature_radius1_m: Option<f64>,
     /// The same at contact 2.
     pub curvature_radius2_m: Option<f64>,
+    /// Error in the norm of the contact point vector: the distance between the two contacts on the reconstructed outline, less
+    /// the distance that the sensors say, metres; `None` where a contact was not seen.
+    pub contact_vector_error_m: Option<f64>,
 }
 
 /// The diagnostics of each sample of `log`, in order. Rates come from local polynomials over each piece between jumps; the
@@ -30,14 +34,21 @@ pub fn diagnostics(log: &Log, reconstruction: &Reconstruction) -> Vec<ContactDia
     let mut all: Vec<ContactDiagnostics> = log
         .samples
         .iter()
-        .map(|sample| ContactDiagnostics {
-            time_s: sample.time_s,
-            support: sample
+        .zip(&reconstruction.motion)
+        .map(|(sample, pose)| {
+            let support = sample
                 .s1_m
                 .zip(sample.s2_m)
-                .map(|(s1, s2)| GeneralizedContactSupport::of_readings(&sample.palms, s1, s2)),
-            curvature_radius1_m: None,
-            curvature_radius2_m: None,
+                .map(|(s1, s2)| GeneralizedContactSupport::of_readings(&sample.palms, s1, s2));
+            let found =
+                GeneralizedContactSupport::of_shape(&reconstruction.shape, pose.theta1_rad, sample.palms.phi2_rad);
+            ContactDiagnostics {
+                time_s: sample.time_s,
+                support,
+                curvature_radius1_m: None,
+                curvature_radius2_m: None,
+                contact_vector_error_m: support.map(|felt| found.r1.hypot(found.d1) - felt.r1.hypot(felt.d1)),
+            }
         })
         .collect();
     let pieces = reconstruction.motion.chunk_by(|a, b| a.piece == b.piece);
@@ -109,6 +120,7 @@ mod tests {
             errors.extend(diagnostics.curvature_radius2_m.map(|v| (v - shape.at(theta2).v).abs()));
             if let Some(support) = diagnostics.support {
                 let truth = GeneralizedContactSupport::of_shape(&shape, theta1, sample.palms.phi2_rad);
+                assert!(diagnostics.contact_vector_error_m.is_some_and(|error| error.abs() < 1e-6));
                 assert!((support.r1 - truth.r1).abs() < 1e-9 && (support.d2 - truth.d2).abs() < 1e-9);
             }
         }
