@@ -46,7 +46,7 @@ const MOTION: [Quantity; 9] = [
     Quantity::count("piece"),
 ];
 
-const RESULT: FolderKind = FolderKind {
+const RESULT: FolderKind<'static> = FolderKind {
     kind: "result",
     files: &[SHAPE_FILE, MOTION_FILE, SUMMARY_FILE, REPORT_FILE, DIAGNOSTICS_FILE],
     numbered: Some(Numbered { name: ALTERNATIVES_FOLDER, files: &[SHAPE_FILE, MOTION_FILE, SUMMARY_FILE] }),
@@ -106,10 +106,10 @@ fn write_all(
         let inside = alternative_dir_of(Path::new(""), index + 1);
         files.extend(files_of(&inside, other, &summary.of_alternative(other), dir)?);
     }
-    let mut files: Vec<(PathBuf, &str)> = files.iter().map(|(path, text)| (path.clone(), text.as_str())).collect();
-    files.push((REPORT_FILE.into(), report_html));
+    let mut files: Vec<(PathBuf, &[u8])> = files.iter().map(|(path, text)| (path.clone(), text.as_bytes())).collect();
+    files.push((REPORT_FILE.into(), report_html.as_bytes()));
     if let Some(diagnostics) = &diagnostics {
-        files.push((DIAGNOSTICS_FILE.into(), diagnostics));
+        files.push((DIAGNOSTICS_FILE.into(), diagnostics.as_bytes()));
     }
     RESULT.write(dir, &files)
 }
