@@ -3,6 +3,7 @@
 //! Objects and motions are those of `cargo xtask monte-carlo` without jumps. The methods that integrate are run twice: given the
 //! true initial values, and with initial values of their own finding. Maximum likelihood is given nothing.
 
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::bail;
@@ -27,6 +28,9 @@ pub struct Arguments {
     /// Standard deviation of the contact positions, mm
     #[arg(long, value_name = "MM", default_value_t = 0.1)]
     noise_mm: f64,
+    /// Instead of trials, the logs (NAME.csv with NAME.truth beside it) of this folder, a row for each log and method
+    #[arg(long, value_name = "DIR")]
+    logs: Option<PathBuf>,
 }
 
 /// How a method was run.
@@ -53,6 +57,9 @@ type Outcome = [Option<(TruthError, f64)>; RUNS.len()];
 
 /// Runs the comparison and prints its table.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    if let Some(dir) = &arguments.logs {
+        return on_logs(dir);
+    }
     let started = Instant::now();
     let outcomes: Vec<Outcome> = (arguments.seed..arguments.seed + arguments.trials)
         .into_par_iter()
@@ -96,15 +103,52 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     Ok(())
 }
 
+/// The methods, told nothing, on the logs of a folder.
+fn on_logs(dir: &Path) -> anyhow::Result<()> {
+    let mut logs: Vec<PathBuf> =
+        std::fs::read_dir(dir)?.map(|entry| entry.map(|entry| entry.path())).collect::<Result<_, _>>()?;
+    logs.retain(|path| path.extension().is_some_and(|extension| extension == "csv"));
+    logs.sort();
+    println!(
+        "| log | method | RMS shape (mm) | Hausdorff (mm) | RMS orientation (deg) | RMS centre of mass (mm) | jumps | certified |"
+    );
+    println!("|---|---|---:|---:|---:|---:|---:|---|");
+    for path in logs {
+        let file = palpate_io::read_log(&path)?;
+        let truth = palpate_io::read_truth(&palpate_io::truth_dir_of(&path))?;
+        let name = path.file_stem().unwrap_or_default().to_string_lossy();
+        for method in [Method::Ode, Method::Quadrature, Method::Likelihood] {
+            let options = ReconstructOptions { method, ..ReconstructOptions::default() };
+            let Ok(found) = reconstruct(&file.log, &options, &|_| ()) else {
+                println!("| {name} | {method} | | | | | | no result |");
+                continue;
+            };
+            let errors = compare(&found, &truth)?;
+            println!(
+                "| {name} | {method} | {} | {} | {} | {} | {} | {} |",
+                digits(1e3 * errors.rms_r_m),
+                digits(1e3 * errors.hausdorff_m),
+                digits(errors.rms_psi_rad.to_degrees()),
+                digits(1e3 * errors.rms_com_m),
+                found.jumps.len(),
+                if found.certified { "yes" } else { "no" }
+            );
+        }
+    }
+    Ok(())
+}
+
+/// Two significant digits, at most five decimals.
+fn digits(value: f64) -> String {
+    let magnitude = value.abs().log10().floor();
+    let decimals = if magnitude.is_finite() { (1.0 - magnitude).clamp(0.0, 5.0) } else { 0.0 };
+    format!("{value:.0$}", decimals as usize)
+}
+
 /// Median and the range from 5 to 95 %, with two significant digits.
 fn spread(mut values: Vec<f64>) -> String {
     values.sort_by(f64::total_cmp);
     let at = |share: f64| values.get(((values.len() as f64 * share) as usize).min(values.len().saturating_sub(1)));
-    let digits = |value: f64| {
-        let magnitude = value.abs().log10().floor();
-        let decimals = if magnitude.is_finite() { (1.0 - magnitude).clamp(0.0, 5.0) } else { 0.0 };
-        format!("{value:.0$}", decimals as usize)
-    };
     match (at(0.5), at(0.05), at(0.95)) {
         (Some(&median), Some(&low), Some(&high)) => {
             format!("{} ({} to {})", digits(median), digits(low), digits(high))

@@ -19,7 +19,9 @@ const MEASUREMENTS: usize = 270;
 /// Mean radius of the object in the simulations, metres.
 const RADIUS_M: f64 = 0.03;
 /// Noise of the contact positions in the simulations, metres.
-const NOISE_SD_M: f64 = 2e-5;
+const NOISE_SD_M: f64 = 5e-5;
+/// How fast the palms turn in the simulations, degrees per second on average.
+const PACE_DEG_PER_S: f64 = 40.0;
 /// Half the distance of the base points of the two fingers, metres.
 const HALF_GAP_M: f64 = 0.008;
 
@@ -30,7 +32,7 @@ const EXPERIMENT_S: f64 = 40.0;
 /// Boundary felt fewer times is left out of figure 8(b).
 const MIN_TOUCHES: u32 = 2;
 /// Noise of the camera on each marker, metres.
-const CAMERA_SD_M: f64 = 3e-4;
+const CAMERA_SD_M: f64 = 1e-4;
 
 /// The logs that the figures are made from.
 const LOG_FILES: [&str; 3] = ["palms.csv", "fingers.csv", "experiment.csv"];
@@ -144,14 +146,15 @@ impl Made {
     }
 }
 
-/// A squeeze-and-rotate: the opening changes by one angle while the bisector turns by the other (degrees), in a second.
+/// A squeeze-and-rotate: the opening changes by one angle while the bisector turns by the other (degrees).
 fn squeeze(open: f64, rotate: f64) -> PalmMove {
-    PalmMove::OpenAndRotate { open_rad: open.to_radians(), rotate_rad: rotate.to_radians(), duration_s: 1.0 }
+    let duration_s = (0.5 * open.abs() + rotate.abs()) / PACE_DEG_PER_S;
+    PalmMove::OpenAndRotate { open_rad: open.to_radians(), rotate_rad: rotate.to_radians(), duration_s }
 }
 
-/// One palm opens by an angle (degrees) while the other stays put, in a second.
+/// One palm opens by an angle (degrees) while the other stays put.
 fn open(palm: Palm, angle: f64) -> PalmMove {
-    PalmMove::OpenOne { palm, angle_rad: angle.to_radians(), duration_s: 1.0 }
+    PalmMove::OpenOne { palm, angle_rad: angle.to_radians(), duration_s: angle.abs() / PACE_DEG_PER_S }
 }
 
 /// Nearly flat palms.
@@ -212,12 +215,14 @@ fn simulated(motion: &PalmMotion, start_psi_rad: f64, seed: u64) -> Result<Run, 
     Ok(Run { shape, simulation, pad_length_m: 4.0 * RADIUS_M })
 }
 
-/// The camera of the experiment: an arrow on the object, two markers on each palm beyond its pad.
+/// The camera of the experiment: an arrow and two dots on the object, two markers on each palm beyond its pad.
 fn vision() -> VisionSystem {
     let pad_m = Touchpad::interlink().length_m;
     VisionSystem {
         noise_sd_m: CAMERA_SD_M,
-        object_markers_m: vec![[-0.4 * EXPERIMENT_RADIUS_M, 0.0], [0.5 * EXPERIMENT_RADIUS_M, 0.0]],
+        object_markers_m: [[-0.5, 0.0], [0.6, 0.0], [0.0, 0.5], [0.0, -0.5]]
+            .map(|[x, y]| [x * EXPERIMENT_RADIUS_M, y * EXPERIMENT_RADIUS_M])
+            .to_vec(),
         palm_markers_m: vec![1.08 * pad_m, 1.2 * pad_m],
         camera: RigidMotion { angle_rad: 0.04, offset_m: [0.35, 0.2] },
     }

@@ -10,7 +10,7 @@ use crate::html::escape;
 pub(super) fn table(input: &PaperInput) -> String {
     let mut text = String::from(
         "<table>\n<thead><tr><th>log</th><th>method</th><th>RMS shape error (mm)</th><th>Hausdorff distance (mm)</th>\
-         <th>RMS orientation error (°)</th><th>RMS centre-of-mass error (mm)</th><th>RMS contact vector error (mm)</th></tr></thead>\n<tbody>\n",
+         <th>RMS orientation error (°)</th><th>RMS centre-of-mass error (mm)</th><th>RMS contact vector error (mm)</th><th>certified</th></tr></thead>\n<tbody>\n",
     );
     for trial in [&input.palms, &input.fingers, &input.experiment] {
         for method in Method::BOTH {
@@ -38,7 +38,8 @@ fn row(trial: &Trial, method: Method) -> String {
         .collect();
     numbers.push(1e3 * (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt());
     let cells: String = numbers.into_iter().map(|value| format!("<td>{}</td>", three_digits(value))).collect();
-    format!("<tr><td>{}</td><td>{}</td>{cells}</tr>\n", escape(trial.name), method.name())
+    let certified = if found.certified { "yes" } else { "no" };
+    format!("<tr><td>{}</td><td>{}</td>{cells}<td>{certified}</td></tr>\n", escape(trial.name), method.name())
 }
 
 /// Three significant digits, at most five decimals; a dash where there is no number.

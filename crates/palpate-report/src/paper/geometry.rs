@@ -54,10 +54,10 @@ impl Rest<'_> {
 
 /// Figure 1: the two arrangements.
 pub(super) fn arrangements(hinged: &Rest, apart: &Rest) -> String {
-    let mut sheet = Sheet::new(1000.0, 470.0);
+    let mut sheet = Sheet::new(1000.0, 500.0);
     for (index, (rest, title)) in [(hinged, "(a) Two palms"), (apart, "(b) Two fingers")].into_iter().enumerate() {
         let left = 500.0 * index as f64;
-        let view = rest.draw(&mut sheet, [left + 50.0, 40.0], [400.0, 350.0]);
+        let view = rest.draw(&mut sheet, [left + 50.0, 30.0], [400.0, 390.0]);
         let center = rest.pose().offset_m;
         let (one, two) = rest.contacts();
         let gravity = [view.at(center), view.at([center[0], center[1] - view.metres(70.0)])];
@@ -83,41 +83,48 @@ pub(super) fn arrangements(hinged: &Rest, apart: &Rest) -> String {
             sheet.dot(view.at(contact), 5.5, area(RED));
         }
         sheet.dot(view.at(center), 5.5, area(GREEN));
-        angles(&mut sheet, &view, &rest.palms);
-        sheet.text([left + 250.0, 455.0], title, plain(16.0).bold());
+        angles(&mut sheet, &view, &rest.palms, rest.readings().0);
+        sheet.text([left + 250.0, 485.0], title, plain(16.0).bold());
     }
     sheet.finish("Figure 1: the two arrangements of palms")
 }
 
-/// φ₁ and φ₂ at a hinge; at two bases the angle of each palm.
-fn angles(sheet: &mut Sheet, view: &View, palms: &PalmPair) {
+/// φ₁ and φ₂ at a hinge; at two bases the angle of each palm. `s1_m` is what must stay free for the dimension of s₁.
+fn angles(sheet: &mut Sheet, view: &View, palms: &PalmPair, s1_m: f64) {
     let (phi1, phi12) = (palms.phi1_rad, palms.phi12_rad());
-    let radius = view.metres(58.0);
     let (b1, b2) = (palms.base1_m, palms.base2_m);
-    let mut angle = |center: Point, from: f64, to: f64, pixels: f64, name: &str| {
+    let mut angle = |center: Point, from: f64, to: f64, pixels: f64, name: Option<&str>| {
         let radius = view.metres(pixels);
         sheet.path(arc(center, radius, from, to).map(|point| view.at(point)), false, line(BLUE, 1.6));
-        let middle = 0.5 * (from + to);
-        let at = radius + view.metres(16.0);
-        let place = view.at([center[0] + at * middle.cos(), center[1] + at * middle.sin()]);
-        sheet.text([place[0], place[1] + 5.0], name, plain(16.0).italic().colored(BLUE));
+        if let Some(name) = name {
+            let (middle, at) = (0.5 * (from + to), radius + view.metres(16.0));
+            let place = view.at([center[0] + at * middle.cos(), center[1] + at * middle.sin()]);
+            sheet.text([place[0], place[1] + 5.0], name, plain(16.0).italic().colored(BLUE));
+        }
     };
-    angle(b1, 0.0, phi1, 58.0, "φ₁");
+    let reach = if s1_m > view.metres(120.0) { 36.0 } else { 92.0 };
+    angle(b1, 0.0, phi1, reach, Some("φ₁"));
     if b1 == b2 {
-        angle(b1, phi1, phi12, 34.0, "φ₂");
+        angle(b1, phi1, phi12, 48.0, Some("φ₂"));
     } else {
-        angle(b2, 0.0, phi12, 34.0, "φ₁ + φ₂");
+        angle(b2, 0.0, phi12, 22.0, None);
     }
-    for base in if b1 == b2 { vec![b1] } else { vec![b1, b2] } {
-        sheet.segment(view.at(base), view.at([base[0] + 1.5 * radius, base[1]]), THIN.dashed());
+    if b1 != b2 {
+        let [x, y] = view.at([0.5 * (b1[0] + b2[0]), 0.5 * (b1[1] + b2[1])]);
+        sheet.text([x, y + 26.0], "φ₁ + φ₂", plain(16.0).italic().colored(BLUE));
+    }
+    for (base, pixels) in if b1 == b2 { vec![(b1, reach + 30.0)] } else { vec![(b1, reach + 30.0), (b2, 34.0)] } {
+        sheet.segment(view.at(base), view.at([base[0] + view.metres(pixels), base[1]]), THIN.dashed());
     }
 }
 
-/// Figure 2: the contact support function at one normal angle.
-pub(super) fn contact_support(shape: &SupportFunction, theta_rad: f64) -> String {
-    let mut sheet = Sheet::new(560.0, 470.0);
-    let radius = 1.55 * shape.mean_radius_m();
-    let view = View::fitting([-radius, -radius], [1.25 * radius, radius], [20.0, 20.0], [520.0, 430.0]);
+/// Figure 2: the contact support function at the normal angle that shows d best.
+pub(super) fn contact_support(shape: &SupportFunction) -> String {
+    let angles = (30..110).map(|degree| f64::from(degree).to_radians());
+    let theta_rad = angles.max_by(|a, b| shape.at(*a).d.total_cmp(&shape.at(*b).d)).unwrap_or(1.0);
+    let mut sheet = Sheet::new(640.0, 470.0);
+    let radius = 1.35 * shape.mean_radius_m();
+    let view = View::fitting([-radius, -0.9 * radius], [1.25 * radius, 1.5 * radius], [20.0, 20.0], [600.0, 430.0]);
     sheet.path(outline(shape).map(|point| view.at(point)), true, line(INK, 1.6).filled(OBJECT));
     let contact = shape.at(theta_rad);
     let (sin, cos) = theta_rad.sin_cos();
@@ -128,9 +135,9 @@ pub(super) fn contact_support(shape: &SupportFunction, theta_rad: f64) -> String
     let span = 1.15 * shape.mean_radius_m();
     sheet.segment(view.at(along(foot, -span)), view.at(along(foot, span)), THIN);
     sheet.segment(view.at([0.0, 0.0]), view.at([1.5 * radius.min(span), 0.0]), THIN.dashed());
-    sheet.path(arc([0.0, 0.0], view.metres(48.0), 0.0, theta_rad).map(|p| view.at(p)), false, line(BLUE, 1.6));
+    sheet.path(arc([0.0, 0.0], view.metres(36.0), 0.0, theta_rad).map(|p| view.at(p)), false, line(BLUE, 1.6));
     let half = 0.5 * theta_rad;
-    let place = view.at([view.metres(64.0) * half.cos(), view.metres(64.0) * half.sin()]);
+    let place = view.at([view.metres(50.0) * half.cos(), view.metres(50.0) * half.sin()]);
     sheet.text([place[0], place[1] + 5.0], "θ", plain(17.0).italic().colored(BLUE));
     sheet.segment(view.at([0.0, 0.0]), view.at(foot), line(RED, 2.2));
     sheet.segment(view.at(foot), view.at(touch), line(ORANGE, 2.6));
@@ -141,9 +148,9 @@ pub(super) fn contact_support(shape: &SupportFunction, theta_rad: f64) -> String
         let length = dx.hypot(dy).max(1e-9);
         [0.5 * (pa[0] + pb[0]) + pixels * dy / length, 0.5 * (pa[1] + pb[1]) - pixels * dx / length + 5.0]
     };
-    sheet.text(beside([0.0, 0.0], foot, -20.0), "r(θ)", plain(17.0).italic().colored(RED));
-    sheet.text(beside(foot, touch, -22.0), "d(θ)", plain(17.0).italic().colored(ORANGE));
-    sheet.text(beside([0.0, 0.0], touch, 20.0), "x(θ)", plain(17.0).italic());
+    sheet.text(beside([0.0, 0.0], foot, 24.0), "r(θ)", plain(17.0).italic().colored(RED));
+    sheet.text(beside(foot, touch, 20.0), "d(θ)", plain(17.0).italic().colored(ORANGE));
+    sheet.text(beside([0.0, 0.0], touch, -24.0), "x(θ)", plain(17.0).italic());
     let arm = view.metres(62.0);
     sheet.arrow(view.at(foot), view.at([foot[0] + arm * cos, foot[1] + arm * sin]), line(INK, 1.8));
     let tip = view.at([foot[0] + 1.25 * arm * cos, foot[1] + 1.25 * arm * sin]);
@@ -162,7 +169,7 @@ pub(super) fn contact_support(shape: &SupportFunction, theta_rad: f64) -> String
 /// Figure 4: how sensor values, contact support functions and palm angle hang together (eq. 3).
 pub(super) fn dependencies(rest: &Rest) -> String {
     let mut sheet = Sheet::new(640.0, 520.0);
-    let view = rest.draw(&mut sheet, [60.0, 30.0], [520.0, 430.0]);
+    let view = rest.draw(&mut sheet, [60.0, 20.0], [520.0, 440.0]);
     let center = rest.pose().offset_m;
     let (one, two) = rest.contacts();
     let (theta1, theta2) = rest.palms.contact_angles(rest.psi_rad);
@@ -180,13 +187,17 @@ pub(super) fn dependencies(rest: &Rest) -> String {
         let place = outside(middle(base, contact), 60.0);
         sheet.text([place[0], place[1] + 5.0], names[0], plain(17.0).italic().colored(RED));
         sheet.segment(view.at(center), view.at(foot), line(BLUE, 2.0));
-        let place = view.at(middle(center, foot));
-        sheet.text([place[0] + 15.0, place[1]], names[1], plain(17.0).italic().colored(BLUE));
+        let (place, tangent) = (middle(center, foot), rest.palms.tangent(palm));
+        // Above the line, on the side of the palm's end.
+        let sign = if palm == Palm::One { 1.0 } else { -1.0 };
+        let shift = sign * view.metres(15.0);
+        let place = view.at([place[0] + shift * tangent[0], place[1] + shift * tangent[1]]);
+        sheet.text([place[0], place[1] + 5.0], names[1], plain(17.0).italic().colored(BLUE));
         sheet.dimension(outside(foot, 16.0), outside(contact, 16.0), line(ORANGE, 1.4));
         let place = outside(middle(foot, contact), 31.0);
         sheet.text([place[0], place[1] + 5.0], names[2], plain(17.0).italic().colored(ORANGE));
-        for point in [foot, contact] {
-            sheet.segment(view.at(point), outside(point, 50.0), THIN);
+        for (point, pixels) in [(foot, 22.0), (contact, 50.0), (base, 50.0)] {
+            sheet.segment(view.at(point), outside(point, pixels), THIN);
         }
         sheet.dot(view.at(contact), 5.5, area(RED));
     }
@@ -207,7 +218,7 @@ fn hinge_angle(sheet: &mut Sheet, view: &View, palms: &PalmPair) {
 /// Figure 5: the generalised contact support functions, projections of the vector between the contacts.
 pub(super) fn generalized(rest: &Rest) -> String {
     let mut sheet = Sheet::new(640.0, 520.0);
-    let view = rest.draw(&mut sheet, [60.0, 30.0], [520.0, 430.0]);
+    let view = rest.draw(&mut sheet, [60.0, 20.0], [520.0, 440.0]);
     let (one, two) = rest.contacts();
     let (s1, s2) = rest.readings();
     let general = GeneralizedContactSupport::of_readings(&rest.palms, s1, s2);

@@ -163,7 +163,7 @@ pub fn figures(input: &PaperInput) -> Vec<Figure> {
         "The line with outward normal n(θ) that touches the object lies at the distance r(θ) from the centre of mass O, and the \
          point of contact x(θ) at d(θ) from the foot of the perpendicular."
             .to_owned(),
-        geometry::contact_support(input.palms.shape, 0.9),
+        geometry::contact_support(input.palms.shape),
         false,
     );
     add(
@@ -219,13 +219,13 @@ pub fn figures(input: &PaperInput) -> Vec<Figure> {
     all
 }
 
-/// The object of a trial as it rests two fifths on its way, on palms that show the geometry well.
+/// The object of a trial as it rests where the palms show the geometry best.
 fn rest<'a>(trial: &Trial<'a>) -> Rest<'a> {
-    // Where both contacts are felt well away from the feet, and the palms are neither flat nor steep.
+    // Both contacts away from the feet, the palms upright and neither flat nor steep.
     let score = |palms: &PalmPair, psi: f64| {
         let (theta1, theta2) = palms.contact_angles(psi);
         let feet = trial.shape.at(theta1).d.abs().min(trial.shape.at(theta2).d.abs()) / trial.shape.mean_radius_m();
-        feet - (palms.phi2_rad - 1.55).abs() - 2.0 * (0.6 - palms.phi1_rad).abs()
+        feet.min(0.3) - (palms.phi2_rad - 1.1).abs() - (palms.phi1_rad - 1.0).abs()
     };
     trial
         .log

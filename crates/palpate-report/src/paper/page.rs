@@ -15,7 +15,7 @@ figure{margin:0}figure img{width:100%;height:auto;border:1px solid var(--rule);b
 figcaption{font-size:.9rem;color:var(--soft);margin-top:.4rem}figcaption strong{color:var(--ink)}\
 .wide{overflow-x:auto}table{border-collapse:collapse;font-variant-numeric:tabular-nums}\
 th,td{padding:.4rem .8rem;border-bottom:1px solid var(--rule);text-align:right;vertical-align:bottom}\
-th:nth-child(-n+2),td:nth-child(-n+2){text-align:left}tbody tr:nth-child(2n) td{border-bottom-color:var(--soft)}\
+th:nth-child(-n+2),td:nth-child(-n+2){text-align:left;white-space:nowrap}tbody tr:nth-child(2n) td{border-bottom-color:var(--soft)}\
 footer{margin-top:3rem;color:var(--soft);font-size:.9rem}";
 
 /// The page as one HTML document. It shows the SVG files of the figures, which must lie beside it, and links to their pictures.
@@ -62,7 +62,7 @@ pub fn paper_page(input: &PaperInput, figures: &[Figure]) -> String {
          </main>\n</body>\n</html>\n",
         errors::table(input),
         "<p>Shape errors are those of the support function over the boundary that was felt, after the best rotation; the truth of the \
-         experiment is what the camera sees. The contact vector error needs no truth: a method may look good in it and be wrong.</p>\n",
+         experiment is what the camera sees, whose own error is in its orientation and centre of mass. The contact vector error needs no truth: a method may look good in it and be wrong.</p>\n",
         escape(input.version),
     )
 }
@@ -75,8 +75,8 @@ fn introduction(name: &str, input: &PaperInput) -> String {
     let noise = 1e3 * input.simulation_sd_m;
     match name {
         "figure-6-palms-ode" => format!(
-            "<p>{} measurements with {noise:.2} mm of noise while the palms, nearly flat at first, squeeze and rotate, and open one at a time. \
-             The motion knows nothing of the sensors. Its log is <a href=\"palms.csv\">palms.csv</a>.</p>\n",
+            "<p>{} measurements with {noise:.2} mm of noise while the palms, nearly flat at first, squeeze and rotate, and open one at a time: \
+             an open-loop motion, chosen so that this object does not jump. Its log is <a href=\"palms.csv\">palms.csv</a>.</p>\n",
             input.palms.log.samples.len()
         ),
         "figure-6-fingers-ode" => format!(

@@ -88,7 +88,7 @@ fn shape_panel(
     sheet.path(outline(trial.shape).map(|point| view.at(point)), true, line(INK, 1.4));
     let kept = |touches: u32| touches >= min_touches;
     let left_out = aligned.points.iter().filter(|point| !kept(point.2)).map(|point| view.at(point.1));
-    sheet.dots(left_out, 1.3, "#d3d8de");
+    sheet.dots(left_out, 1.3, "#b9c1ca");
     sheet.dots(aligned.points.iter().filter(|point| kept(point.2)).map(|point| view.at(point.1)), 1.3, method.color());
     sheet.dot(view.at([0.0, 0.0]), 4.0, area(GREEN));
     let bar = 10f64.powf(radius.log10().floor());
@@ -110,7 +110,7 @@ fn shape_panel(
     entry("actual", INK, false);
     entry("observed", method.color(), true);
     if min_touches > 1 {
-        entry(if min_touches == 2 { "felt only once" } else { "felt too few times" }, "#c3c9d1", true);
+        entry(if min_touches == 2 { "felt only once" } else { "felt too few times" }, "#b9c1ca", true);
     }
 }
 
@@ -181,7 +181,7 @@ fn set_up_panel(sheet: &mut Sheet, trial: &Trial, vision: &VisionSystem) {
     let low = [0, 1].map(|axis| all().map(|point| point[axis]).fold(f64::INFINITY, f64::min));
     let high = [0, 1].map(|axis| all().map(|point| point[axis]).fold(f64::NEG_INFINITY, f64::max));
     let view = View::fitting(low, high, [40.0, 34.0], [PANEL[0] - 80.0, PANEL[1] - 84.0]);
-    palms(sheet, &view, &felt.palms, 1.25 * length, line(GREY, 9.0));
+    palms(sheet, &view, &felt.palms, 1.25 * length, line(GREY, 8.0));
     for palm in [Palm::One, Palm::Two] {
         let (base, end) = palm_ends(&felt.palms, palm, length);
         sheet.segment(view.at(base), view.at(end), line(INK, 4.0));

@@ -24,7 +24,7 @@ pub(super) fn palms(sheet: &mut Sheet, view: &View, palms: &PalmPair, length_m: 
         sheet.segment(view.at(base), view.at(end), pen);
     }
     if palms.base1_m == palms.base2_m {
-        sheet.dot(view.at(palms.base1_m), 1.3 * pen.width, super::svg::area(pen.stroke));
+        sheet.dot(view.at(palms.base1_m), 1.1 * pen.width, super::svg::area(pen.stroke));
     } else {
         sheet.dot(view.at(palms.base1_m), 1.1 * pen.width, super::svg::area(pen.stroke));
         sheet.dot(view.at(palms.base2_m), 1.1 * pen.width, super::svg::area(pen.stroke));
