@@ -60,22 +60,19 @@ pub(super) fn arrangements(hinged: &Rest, apart: &Rest) -> String {
         let view = rest.draw(&mut sheet, [left + 50.0, 30.0], [400.0, 390.0]);
         let center = rest.pose().offset_m;
         let (one, two) = rest.contacts();
-        let gravity = [view.at(center), view.at([center[0], center[1] - view.metres(70.0)])];
+        let gravity = [view.at(center), view.at([center[0], center[1] - view.metres(62.0)])];
         sheet.arrow(gravity[0], gravity[1], line(GREEN, 2.0));
         sheet.text(
-            [gravity[1][0] + 9.0, gravity[1][1] - 4.0],
+            [gravity[0][0] + 9.0, 0.55 * gravity[0][1] + 0.45 * gravity[1][1]],
             "gravity",
             plain(14.0).anchored(Anchor::Start).colored(GREEN),
         );
-        for (palm, contact, name, side) in [(Palm::One, one, "s₁", -1.0), (Palm::Two, two, "s₂", -1.0)] {
+        for (palm, contact, name) in [(Palm::One, one, "s₁"), (Palm::Two, two, "s₂")] {
             let (base, _) = palm_ends(&rest.palms, palm, 1.0);
             // Beside the palm, away from the object.
             let normal = rest.palms.normal(palm);
             let off = |point: Point, pixels: f64| {
-                view.at([
-                    point[0] + side * view.metres(pixels) * normal[0],
-                    point[1] + side * view.metres(pixels) * normal[1],
-                ])
+                view.at([point[0] - view.metres(pixels) * normal[0], point[1] - view.metres(pixels) * normal[1]])
             };
             sheet.dimension(off(base, 16.0), off(contact, 16.0), line(RED, 1.4));
             let middle = off([0.5 * (base[0] + contact[0]), 0.5 * (base[1] + contact[1])], 32.0);

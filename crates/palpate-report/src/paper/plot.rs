@@ -67,11 +67,13 @@ impl Plot {
         sheet.dots(points.into_iter().map(|point| self.inside(point)), radius, color);
     }
 
-    /// Names of curves in the upper right corner, each with its colour.
-    pub fn legend(&self, sheet: &mut Sheet, entries: &[(&str, Pen)]) {
+    /// Names of curves, each as it is drawn, in the upper right corner, or the lower one where a curve ends high.
+    pub fn legend(&self, sheet: &mut Sheet, entries: &[(&str, Pen)], end: Option<f64>) {
         let width = 26.0 + 7.6 * entries.iter().map(|(name, _)| name.chars().count()).max().unwrap_or(0) as f64;
         let height = 10.0 + 17.0 * entries.len() as f64;
-        let corner = [self.corner[0] + self.size[0] - width - 14.0, self.corner[1] + 6.0];
+        let high = end.is_some_and(|end| end > 0.5 * (self.y[0] + self.y[1]));
+        let down = if high { self.size[1] - height - 6.0 } else { 6.0 };
+        let corner = [self.corner[0] + self.size[0] - width - 14.0, self.corner[1] + down];
         sheet.rectangle(corner, [width + 8.0, height], area("#ffffffdd"));
         for (index, (name, pen)) in entries.iter().enumerate() {
             let y = corner[1] + 17.0 + 17.0 * index as f64;

@@ -131,7 +131,7 @@ fn radius_panel(sheet: &mut Sheet, corner: Point, trial: &Trial, method: Method,
     let plot = Plot::new(sheet, corner, PANEL, [0.0, 360.0], y, labels);
     plot.curve(sheet, actual, line(INK, 1.6));
     plot.dots(sheet, observed, 1.3, method.color());
-    plot.legend(sheet, &[("actual", line(INK, 1.6)), ("observed", line(method.color(), 2.6))]);
+    plot.legend(sheet, &[("actual", line(INK, 1.6)), ("observed", line(method.color(), 2.6))], None);
 }
 
 fn orientation_panel(sheet: &mut Sheet, corner: Point, trial: &Trial, method: Method, aligned: &Aligned, title: &str) {
@@ -150,9 +150,10 @@ fn orientation_panel(sheet: &mut Sheet, corner: Point, trial: &Trial, method: Me
     let y = range(actual.iter().chain(&observed).map(|point| point[1]));
     let x = range(actual.iter().map(|point| point[0]));
     let plot = Plot::new(sheet, corner, PANEL, x, y, Labels { title, x: "time (s)", y: "orientation ψ (degrees)" });
+    let end = actual.last().map(|point| point[1]);
     plot.curve(sheet, actual, line(INK, 1.6));
     plot.curve(sheet, observed, line(method.color(), 1.8).dashed());
-    plot.legend(sheet, &[("actual", line(INK, 1.6)), ("observed", line(method.color(), 1.8).dashed())]);
+    plot.legend(sheet, &[("actual", line(INK, 1.6)), ("observed", line(method.color(), 1.8).dashed())], end);
 }
 
 fn vector_panel(sheet: &mut Sheet, corner: Point, trial: &Trial, method: Method) {
