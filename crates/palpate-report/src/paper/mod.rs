@@ -238,3 +238,61 @@ fn rest<'a>(trial: &Trial<'a>) -> Rest<'a> {
             Rest { shape: trial.shape, palms, psi_rad }
         })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use palpate::compare::RigidMotion;
+
+    #[test]
+    fn nothing_gives_figures_of_nothing() {
+        let (log, truth, shape) = (Log::default(), Truth::default(), SupportFunction::new(0.03, vec![]));
+        let found = Reconstruction {
+            shape: shape.clone(),
+            outline: vec![],
+            motion: vec![],
+            certified: false,
+            com_certified: false,
+            reason: String::new(),
+            chi2_per_dof: f64::NAN,
+            jumps: vec![],
+            coverage: 0.0,
+            alternatives: 1,
+            others: vec![],
+            sensor_sd_m: f64::NAN,
+            balance_sd_m: f64::NAN,
+        };
+        let vision = VisionSystem {
+            noise_sd_m: 0.0,
+            object_markers_m: vec![],
+            palm_markers_m: vec![],
+            camera: RigidMotion { angle_rad: 0.0, offset_m: [0.0; 2] },
+        };
+        let trial = Trial {
+            name: "<nothing>",
+            log: &log,
+            truth: &truth,
+            shape: &shape,
+            pad_length_m: 0.05,
+            ode: &found,
+            likelihood: &found,
+        };
+        let input = PaperInput {
+            palms: trial,
+            fingers: trial,
+            experiment: trial,
+            vision: &vision,
+            min_touches: 2,
+            simulation_sd_m: 0.0,
+            version: "0",
+        };
+        let all = figures(&input);
+        assert_eq!(all.iter().map(|figure| figure.name).collect::<Vec<_>>(), FIGURE_NAMES);
+        for figure in &all {
+            assert!(!figure.svg.contains("NaN") && !figure.svg.contains("inf"), "{}", figure.name);
+            assert!(png(&figure.svg).is_ok(), "{}", figure.name);
+        }
+        let page = paper_page(&input, &all);
+        assert!(page.contains("&lt;nothing&gt;") && !page.contains("<nothing>") && !page.contains("NaN"));
+    }
+}

@@ -1,4 +1,4 @@
-//! A sheet to draw on: SVG elements one after the other, in pixels, y downwards.
+//! A sheet to draw on: SVG elements one after the other, in pixels, y downwards. What has no finite place is left out.
 
 use std::fmt::Write;
 
@@ -141,6 +141,9 @@ impl Sheet {
     }
 
     pub fn rectangle(&mut self, [x, y]: Point, [width, height]: Point, pen: Pen) {
+        if ![x, y, width, height].iter().all(|value| value.is_finite()) {
+            return;
+        }
         let _ = writeln!(
             self.body,
             "<rect x=\"{x:.2}\" y=\"{y:.2}\" width=\"{width:.2}\" height=\"{height:.2}\"{}/>",
@@ -177,6 +180,9 @@ impl Sheet {
 
     /// Text turned by an angle in degrees, counter-clockwise.
     pub fn turned_text(&mut self, [x, y]: Point, degrees: f64, text: &str, kind: Type) {
+        if !(x.is_finite() && y.is_finite()) {
+            return;
+        }
         let anchor = match kind.anchor {
             Anchor::Start => "start",
             Anchor::Middle => "middle",

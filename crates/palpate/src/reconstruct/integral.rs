@@ -66,12 +66,18 @@ pub(super) struct Contact {
     pub d2: f64,
 }
 
-/// Reconstructs by integration with initial conditions that are searched for.
-pub(super) fn reconstruct(log: &Log, options: &ReconstructOptions) -> Result<Reconstruction, ReconstructError> {
+/// Reconstructs by integration with initial conditions that are searched for; tells the share of the work that is done.
+pub(super) fn reconstruct(
+    log: &Log,
+    options: &ReconstructOptions,
+    done: &dyn Fn(f64),
+) -> Result<Reconstruction, ReconstructError> {
     let task = Task::new(log, options);
     let mut placed: Vec<Option<Placed>> = vec![None; task.pieces.len()];
     for sweep in 0..=SWEEPS {
         for index in 0..task.pieces.len() {
+            let searched = (sweep * task.pieces.len() + index) as f64;
+            done(searched / ((SWEEPS + 1) * task.pieces.len()) as f64);
             // A piece alone has nobody to be laid against.
             if sweep > 0 && task.pieces.len() == 1 {
                 continue;
@@ -400,7 +406,7 @@ impl<'a> Task<'a> {
             certified: false,
             com_certified: false,
             reason: format!(
-                "the method {} integrates: it has neither error bars nor a certificate; the method {} has both",
+                "the method {} integrates and has neither error bars nor a certificate (the method {} has both)",
                 self.method,
                 Method::Likelihood
             ),

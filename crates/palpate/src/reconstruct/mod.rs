@@ -93,7 +93,7 @@ pub fn reconstruct(
     let tell = |stage, fraction| progress(Progress { stage, fraction });
     check(log, options)?;
     if options.method != Method::Likelihood {
-        return integral::reconstruct(log, options);
+        return integral::reconstruct(log, options, &|share| tell("integrating", share));
     }
     let task = Task::new(log, options);
     let mut best: Option<Judged> = None;
