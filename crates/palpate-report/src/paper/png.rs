@@ -6,6 +6,9 @@ use resvg::usvg::{Options, Tree, fontdb};
 /// Pixels of the picture for one of the drawing.
 const SCALE: f32 = 2.0;
 
+/// Most pixels of a picture: 16 384 by 16 384.
+const MOST_PIXELS: u64 = 1 << 28;
+
 /// Why no picture could be made of a figure.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PngError {
@@ -38,6 +41,9 @@ pub fn png(svg: &str) -> Result<Vec<u8>, PngError> {
     let tree = Tree::from_str(svg, &options).map_err(|error| PngError::Svg(error.to_string()))?;
     let size = tree.size();
     let (width, height) = ((SCALE * size.width()).ceil() as u32, (SCALE * size.height()).ceil() as u32);
+    if u64::from(width) * u64::from(height) > MOST_PIXELS {
+        return Err(PngError::Size { width, height });
+    }
     let mut pixels = Pixmap::new(width, height).ok_or(PngError::Size { width, height })?;
     resvg::render(&tree, Transform::from_scale(SCALE, SCALE), &mut pixels.as_mut());
     pixels.encode_png().map_err(|error| PngError::Packing(error.to_string()))

@@ -3,7 +3,7 @@
 /// Options of [`reconstruct`](super::reconstruct); the default leaves everything to the data.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ReconstructOptions {
-    /// Number of harmonics K of the support function; `None` = chosen by the evidence.
+    /// Number of harmonics K of the support function; `None` = chosen by the evidence, or 12 by the methods that integrate.
     pub harmonics: Option<usize>,
     /// Standard deviation of the contact positions in metres; `None` = stated by the log, or estimated from it.
     pub sensor_sd_m: Option<f64>,

@@ -4,7 +4,8 @@ use crate::shape::SupportFunction;
 
 /// Shape, motion and centre of mass of the object behind a log, with error bars and a verdict.
 ///
-/// The object frame has its origin at the centre of mass and is turned so that ψ of the first sample is 0.
+/// The object frame has its origin at the centre of mass and is turned so that ψ of the first sample is 0. The
+/// [methods](super::Method) that integrate have no error bars: their standard deviations of r, ψ and the centre of mass are NaN.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reconstruction {
     /// Support function about the centre of mass.
