@@ -94,7 +94,7 @@ pub(super) fn range(values: impl IntoIterator<Item = f64>) -> [f64; 2] {
 
 /// A little wider, so that no curve lies on the frame.
 fn with_air([low, high]: [f64; 2]) -> [f64; 2] {
-    let air = 0.06 * (high - low).max(1e-6 * low.abs().max(high.abs())).max(1e-12);
+    let air = 0.06 * (high - low).max(1e-6 * low.abs().max(high.abs())).max(1e-9);
     [low - air, high + air]
 }
 
