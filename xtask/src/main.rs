@@ -1,6 +1,7 @@
-//! What the project does to itself: `cargo xtask test`, `cargo xtask monte-carlo`. Alone it lists its tasks.
+//! What the project does to itself: `cargo xtask test`, `cargo xtask monte-carlo`, `cargo xtask methods`. Alone it lists its tasks.
 
 mod browser;
+mod methods;
 mod monte_carlo;
 mod test;
 mod workspace;
@@ -23,12 +24,15 @@ enum Task {
     Test(test::Arguments),
     /// Measure accuracy over many simulated objects and write the tables that the documentation quotes.
     MonteCarlo(monte_carlo::Arguments),
+    /// Hold the paper's method against maximum likelihood on the same logs, and write the table that the documentation quotes.
+    Methods(methods::Arguments),
 }
 
 fn main() -> ExitCode {
     let done = match Arguments::parse().task {
         Some(Task::Test(arguments)) => test::run(&arguments),
         Some(Task::MonteCarlo(arguments)) => monte_carlo::run(&arguments),
+        Some(Task::Methods(arguments)) => methods::run(&arguments),
         None => Arguments::command().print_help().map_err(Into::into),
     };
     match done {

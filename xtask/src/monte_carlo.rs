@@ -44,7 +44,7 @@ pub struct Arguments {
 
 /// How the pads err.
 #[derive(Clone, Copy, PartialEq)]
-enum NoiseKind {
+pub(crate) enum NoiseKind {
     Gaussian(f64),
     CountsPerInch(f64),
 }
@@ -225,7 +225,7 @@ fn row(name: &str, of: &[&Outcome]) {
 
 /// A random object: Fourier of order 3 to 8, an ellipse or a rounded polygon, its centre of mass up to 0.2 radius from the
 /// centroid.
-fn object(rng: &mut ChaCha8Rng) -> anyhow::Result<(String, SupportFunction)> {
+pub(crate) fn object(rng: &mut ChaCha8Rng) -> anyhow::Result<(String, SupportFunction)> {
     let radius = rng.random_range(0.018..0.04);
     let (name, shape) = match rng.random_range(0..3) {
         0 => {
@@ -252,7 +252,7 @@ fn object(rng: &mut ChaCha8Rng) -> anyhow::Result<(String, SupportFunction)> {
 }
 
 /// A motion and what the palms feel; `None` when the object leaves the palms, or jumps where it must not.
-fn felt(shape: &SupportFunction, noise: NoiseKind, jumps: bool, rng: &mut ChaCha8Rng) -> Option<Simulation> {
+pub(crate) fn felt(shape: &SupportFunction, noise: NoiseKind, jumps: bool, rng: &mut ChaCha8Rng) -> Option<Simulation> {
     let samples = rng.random_range(600..=1200);
     for attempt in 0..if jumps { 5 } else { 60 } {
         let amplitude = if jumps { 1.0 } else { rng.random_range(0.3..1.0) };

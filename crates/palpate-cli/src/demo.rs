@@ -66,6 +66,8 @@ pub fn run(arguments: &Arguments) -> Result<Ending, Failure> {
         title: "Demo: a pebble between two palms",
         truth: Some(&simulation.truth),
         options: ReconstructOptions::default(),
+        min_touches: 1,
+        diagnostics: false,
         out: &arguments.out,
     };
     let summary = solve(&job, &terminal)?;

@@ -4,6 +4,7 @@
 #![forbid(unsafe_code)]
 
 mod demo;
+mod paper;
 mod reconstruct;
 mod simulate;
 mod terminal;
@@ -21,6 +22,7 @@ Examples:
   palpate reconstruct trial.csv -o trial           your own log -> trial/report.html, shape.csv, motion.csv, summary.json
   palpate simulate --shape egg -o egg.csv          a log to try things on, with the truth beside it
   palpate reconstruct egg.csv -o egg --truth egg.truth
+  palpate paper                                    the figures of Moll & Erdmann (2001), made anew
 
 Exit codes: 0 success, for `reconstruct`: certified;  3 a result that is not certified;  2 bad input or usage;  1 anything else.";
 
@@ -40,6 +42,7 @@ enum Command {
     Demo(demo::Arguments),
     Simulate(simulate::Arguments),
     Reconstruct(reconstruct::Arguments),
+    Paper(paper::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -47,6 +50,7 @@ fn main() -> ExitCode {
         Command::Demo(arguments) => demo::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Reconstruct(arguments) => reconstruct::run(&arguments),
+        Command::Paper(arguments) => paper::run(&arguments),
     };
     Terminal::end(ending)
 }

@@ -3,8 +3,9 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use clap::ValueEnum;
 use palpate::compare::{compare, true_support};
-use palpate::reconstruct::ReconstructOptions;
+use palpate::reconstruct::{ReconstructOptions, diagnostics};
 use palpate::{Reconstruction, Truth};
 use palpate_io::{LogFile, Summary, TruthSummary};
 use palpate_report::{ReportInput, TruthOverlay};
@@ -28,6 +29,7 @@ Examples:
   palpate reconstruct trial.csv -o out/trial
   palpate reconstruct trial.csv --json | jq .certified
   palpate reconstruct egg.csv --truth egg.truth          compares with what is known, after the fact
+  palpate reconstruct egg.csv --method ode               as Moll & Erdmann (2001) did it, to compare; never certified
 
 Exit codes: 0 certified;  3 a result that is not certified (summary.json and the report say why);  2 bad input or usage, nothing
 written;  1 anything else.";
@@ -51,6 +53,15 @@ pub struct Arguments {
     /// Standard deviation of the contact positions, mm [default: what the log states, else estimated from it]
     #[arg(long, value_name = "MM", value_parser = values::positive)]
     sensor_sd_mm: Option<f64>,
+    /// How to reconstruct; only likelihood has error bars and a certificate
+    #[arg(long, value_enum, default_value = "likelihood")]
+    method: Method,
+    /// Leave out boundary that was felt fewer than this many times: it counts as never felt
+    #[arg(long, value_name = "N", default_value = "1", value_parser = clap::value_parser!(u32).range(1..))]
+    min_touches: u32,
+    /// Write DIR/diagnostics.csv too: generalised contact support functions and curvature at the contacts, for each sample
+    #[arg(long)]
+    diagnostics: bool,
     /// Threads to work with [default: as many as there are processors]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
@@ -60,6 +71,27 @@ pub struct Arguments {
     /// Print nothing but errors
     #[arg(short, long, conflicts_with = "json")]
     quiet: bool,
+}
+
+/// A way from the log to shape and motion.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Method {
+    /// Maximum likelihood over all samples
+    Likelihood,
+    /// The differential equations 19 to 21 of Moll & Erdmann (2001), by an Adams-Bashforth-Moulton method
+    Ode,
+    /// The same motion from closed forms, by quadrature
+    Quadrature,
+}
+
+impl From<Method> for palpate::reconstruct::Method {
+    fn from(method: Method) -> Self {
+        match method {
+            Method::Likelihood => Self::Likelihood,
+            Method::Ode => Self::Ode,
+            Method::Quadrature => Self::Quadrature,
+        }
+    }
 }
 
 /// Reads, reconstructs, writes, and says how it went.
@@ -84,7 +116,10 @@ pub fn run(arguments: &Arguments) -> Result<Ending, Failure> {
         options: ReconstructOptions {
             harmonics: arguments.harmonics,
             sensor_sd_m: arguments.sensor_sd_mm.map(|sd| 1e-3 * sd),
+            method: arguments.method.into(),
         },
+        min_touches: arguments.min_touches,
+        diagnostics: arguments.diagnostics,
         out: &out,
     };
     let summary = solve(&job, &terminal)?;
@@ -123,6 +158,10 @@ pub struct Job<'a> {
     pub truth: Option<&'a Truth>,
     /// How to reconstruct.
     pub options: ReconstructOptions,
+    /// Boundary felt fewer times counts as never felt.
+    pub min_touches: u32,
+    /// Whether to write the diagnostics of the contacts too.
+    pub diagnostics: bool,
     /// The result folder.
     pub out: &'a Path,
 }
@@ -132,14 +171,21 @@ pub fn solve(job: &Job, terminal: &Terminal) -> Result<Summary, Failure> {
     palpate_io::check_result_target(job.out)?;
     let started = Instant::now();
     let progress = terminal.progress();
-    let reconstruction = palpate::reconstruct::reconstruct(&job.file.log, &job.options, &|step| progress.update(step))?;
+    let mut reconstruction =
+        palpate::reconstruct::reconstruct(&job.file.log, &job.options, &|step| progress.update(step))?;
     drop(progress);
+    reconstruction.prune(job.min_touches);
     let mut summary = Summary::new(&reconstruction, started.elapsed().as_secs_f64());
     summary.log = job.name.map(str::to_owned);
     summary.notes = job.file.notes.clone();
     summary.truth = job.truth.and_then(|truth| errors(&reconstruction, truth, terminal));
     let report = report(job, &reconstruction, &summary);
-    palpate_io::write_result(job.out, &reconstruction, &summary, &report)?;
+    if job.diagnostics {
+        let diagnostics = diagnostics(&job.file.log, &reconstruction);
+        palpate_io::write_result_with_diagnostics(job.out, &reconstruction, &summary, &report, &diagnostics)?;
+    } else {
+        palpate_io::write_result(job.out, &reconstruction, &summary, &report)?;
+    }
     Ok(summary)
 }
 

@@ -287,3 +287,54 @@ fn help_teaches_with_examples_and_names_every_option() {
     }
     assert_eq!(palpate(dir.path(), &["--version"]).stdout, format!("palpate {}\n", env!("CARGO_PKG_VERSION")));
 }
+
+#[test]
+fn the_methods_that_integrate_give_a_result_that_is_never_certified() {
+    let dir = folder();
+    let (log, truth) = (example("egg_full_turn_oracle_n0.1mm.csv"), example("egg_full_turn_oracle_n0.1mm.truth"));
+    for method in ["ode", "quadrature"] {
+        let arguments = ["reconstruct", text(&log), "-o", method, "--truth", text(&truth), "--method", method];
+        let ran = palpate(dir.path(), &arguments);
+        assert_eq!(ran.code, Some(3), "{method}: {}", ran.stderr);
+        let summary = summary(&dir.path().join(method));
+        assert_eq!(summary["certified"], false);
+        assert!(summary["reason"].as_str().is_some_and(|reason| reason.contains(method)), "{summary}");
+        assert!(summary["truth"]["rms_r_m"].as_f64().is_some(), "{summary}");
+        assert_eq!(names(&dir.path().join(method)), RESULT_FILES);
+    }
+    let ran = palpate(dir.path(), &["reconstruct", text(&log), "--method", "guess"]);
+    assert_eq!(ran.code, Some(2));
+}
+
+#[test]
+fn boundary_felt_too_few_times_is_left_out_and_diagnostics_are_written() {
+    let dir = folder();
+    let log = example("egg_full_turn_oracle_n0.1mm.csv");
+    let whole = palpate(dir.path(), &["reconstruct", text(&log), "-o", "whole"]);
+    let (whole_dir, out) = (dir.path().join("whole"), dir.path().join("out"));
+    let touches = |dir: &Path| -> Vec<u32> {
+        palpate_io::read_shape_csv(dir).expect("a shape").iter().map(|point| point.touches).collect()
+    };
+    let before = touches(&whole_dir);
+    let most = before.iter().copied().max().expect("there is an outline");
+    assert!(before.iter().any(|&count| count < most), "some is felt less often than other");
+    let least = most.to_string();
+    let pruned =
+        palpate(dir.path(), &["reconstruct", text(&log), "-o", "out", "--min-touches", &least, "--diagnostics"]);
+    assert_eq!((whole.code, pruned.code), (Some(0), Some(0)), "{}", pruned.stderr);
+    let expected: Vec<u32> = before.iter().map(|&count| if count < most { 0 } else { count }).collect();
+    assert_eq!(touches(&out), expected);
+    assert!(summary(&out)["coverage"].as_f64() < summary(&whole_dir)["coverage"].as_f64());
+    let table = fs::read_to_string(out.join("diagnostics.csv")).expect("there are diagnostics");
+    assert!(table.starts_with("time_s,generalized_r1_m,"), "{}", &table[..80]);
+    assert_eq!(
+        table.lines().count(),
+        1 + fs::read_to_string(out.join("motion.csv")).expect("a motion").lines().count() - 1
+    );
+    // The folder is still one that a later result may replace.
+    let again = palpate(dir.path(), &["reconstruct", text(&log), "-o", "out", "--min-touches", "0"]);
+    assert_eq!(again.code, Some(2), "none is felt fewer than 0 times");
+    let again = palpate(dir.path(), &["reconstruct", text(&log), "-o", "out"]);
+    assert_eq!(again.code, Some(0), "{}", again.stderr);
+    assert_eq!(names(&out), RESULT_FILES);
+}

@@ -12,11 +12,11 @@ use crate::write_error::{WriteError, WriteProblem};
 const CLUTTER: [&str; 3] = [".DS_Store", "Thumbs.db", "desktop.ini"];
 
 /// A kind of folder that may replace an earlier one of its kind, and nothing else.
-pub(crate) struct FolderKind {
+pub(crate) struct FolderKind<'a> {
     /// In words.
     pub(crate) kind: &'static str,
     /// The files that it has.
-    pub(crate) files: &'static [&'static str],
+    pub(crate) files: &'a [&'a str],
     /// A folder of numbered folders that it may have, and the files of each of those.
     pub(crate) numbered: Option<Numbered>,
     /// The file that tells such a folder from others.
@@ -34,7 +34,7 @@ pub(crate) struct Numbered {
     pub(crate) files: &'static [&'static str],
 }
 
-impl FolderKind {
+impl FolderKind<'_> {
     /// Whether a folder of this kind could be written to `dir`; changes nothing.
     pub(crate) fn check(&self, dir: &Path) -> Result<(), WriteError> {
         let target = self.target(dir)?;
@@ -45,7 +45,7 @@ impl FolderKind {
     }
 
     /// Writes a folder with these files (paths inside it) in place of an earlier one, making parents as needed.
-    pub(crate) fn write(&self, dir: &Path, files: &[(PathBuf, &str)]) -> Result<(), WriteError> {
+    pub(crate) fn write(&self, dir: &Path, files: &[(PathBuf, &[u8])]) -> Result<(), WriteError> {
         let target = self.target(dir)?;
         let place = parent(&target);
         make_parents(&place)?;
@@ -54,7 +54,7 @@ impl FolderKind {
         for (path, content) in files {
             let file = staging.0.join(path);
             fs::create_dir_all(parent(&file)).map_err(failed)?;
-            write_synced(&file, content.as_bytes()).map_err(failed)?;
+            write_synced(&file, content).map_err(failed)?;
         }
         // Looked at again: the computation may have taken hours.
         self.check_content(&target, dir)?;

@@ -34,6 +34,7 @@
 //! Nothing here knows how a shape is estimated.
 #![forbid(unsafe_code)]
 
+mod figures;
 mod folder;
 mod log_reader;
 mod log_writer;
@@ -47,12 +48,13 @@ mod truth;
 mod unit;
 mod write_error;
 
+pub use figures::{check_figures_target, write_figures};
 pub use log_reader::{LogFile, MIN_SAMPLES, parse_log, read_log};
-pub use log_writer::write_log;
+pub use log_writer::{log_csv, write_log};
 pub use read_error::{ReadError, ReadProblem};
 pub use result::{
     alternative_dir_of, alternatives_dir_of, check_result_target, read_motion_csv, read_shape_csv, read_summary,
-    write_result,
+    write_result, write_result_with_diagnostics,
 };
 pub use summary::{JumpSummary, Summary, TruthSummary};
 pub use truth::{read_truth, truth_dir_of, write_truth};

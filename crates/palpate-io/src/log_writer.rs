@@ -28,12 +28,19 @@ pub fn write_log(path: &Path, log: &Log, metadata: &[(String, String)]) -> Resul
         }
         text.push_str(&format!("# {line}\n"));
     }
+    text += &log_csv(log);
+    write_file(path, text.as_bytes())
+}
+
+/// The text of a palm log as [`write_log`] writes it, without metadata.
+pub fn log_csv(log: &Log) -> String {
+    let mut text = String::new();
     let columns = columns(log);
     push_row(&mut text, columns.iter().map(|(name, _)| name.to_string()));
     for sample in &log.samples {
         push_row(&mut text, columns.iter().map(|(_, value)| value(sample).map(number).unwrap_or_default()));
     }
-    write_file(path, text.as_bytes())
+    text
 }
 
 /// A column name and its value in a sample.

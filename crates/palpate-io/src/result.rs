@@ -4,7 +4,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use palpate::Reconstruction;
-use palpate::reconstruct::{OutlinePoint, Pose};
+use palpate::palms::GeneralizedContactSupport;
+use palpate::reconstruct::{ContactDiagnostics, OutlinePoint, Pose};
 
 use crate::folder::{FolderKind, Numbered};
 use crate::number::{number, push_row};
@@ -18,9 +19,11 @@ const SHAPE_FILE: &str = "shape.csv";
 const MOTION_FILE: &str = "motion.csv";
 const SUMMARY_FILE: &str = "summary.json";
 const REPORT_FILE: &str = "report.html";
+const DIAGNOSTICS_FILE: &str = "diagnostics.csv";
 const ALTERNATIVES_FOLDER: &str = "alternatives";
 const SHAPE_HEADER: &str = "theta_rad,r_m,r_sd_m,x_m,y_m,curvature_radius_m,touches";
 const MOTION_HEADER: &str = "time_s,psi_rad,psi_sd_rad,com_x_m,com_y_m,com_sd_m,theta1_rad,theta2_rad,piece";
+const DIAGNOSTICS_HEADER: &str = "time_s,generalized_r1_m,generalized_d1_m,generalized_r2_m,generalized_d2_m,curvature_radius1_m,curvature_radius2_m,contact_vector_error_m";
 
 const SHAPE: [Quantity; 7] = [
     Quantity::new("theta", Dimension::Angle),
@@ -43,9 +46,9 @@ const MOTION: [Quantity; 9] = [
     Quantity::count("piece"),
 ];
 
-const RESULT: FolderKind = FolderKind {
+const RESULT: FolderKind<'static> = FolderKind {
     kind: "result",
-    files: &[SHAPE_FILE, MOTION_FILE, SUMMARY_FILE, REPORT_FILE],
+    files: &[SHAPE_FILE, MOTION_FILE, SUMMARY_FILE, REPORT_FILE, DIAGNOSTICS_FILE],
     numbered: Some(Numbered { name: ALTERNATIVES_FOLDER, files: &[SHAPE_FILE, MOTION_FILE, SUMMARY_FILE] }),
     mark: SUMMARY_FILE,
     is_mark: |path| fs::read(path).is_ok_and(|bytes| serde_json::from_slice::<Summary>(&bytes).is_ok()),
@@ -74,13 +77,40 @@ pub fn write_result(
     summary: &Summary,
     report_html: &str,
 ) -> Result<(), WriteError> {
+    write_all(dir, reconstruction, summary, report_html, None)
+}
+
+/// [`write_result`] with a `diagnostics.csv` besides, a row per sample of the log. What is not known is an empty cell.
+///
+/// # Errors
+/// As [`write_result`].
+pub fn write_result_with_diagnostics(
+    dir: &Path,
+    reconstruction: &Reconstruction,
+    summary: &Summary,
+    report_html: &str,
+    diagnostics: &[ContactDiagnostics],
+) -> Result<(), WriteError> {
+    write_all(dir, reconstruction, summary, report_html, Some(diagnostics_csv(diagnostics)))
+}
+
+fn write_all(
+    dir: &Path,
+    reconstruction: &Reconstruction,
+    summary: &Summary,
+    report_html: &str,
+    diagnostics: Option<String>,
+) -> Result<(), WriteError> {
     let mut files = files_of(Path::new(""), reconstruction, summary, dir)?.to_vec();
     for (index, other) in reconstruction.others.iter().enumerate() {
         let inside = alternative_dir_of(Path::new(""), index + 1);
         files.extend(files_of(&inside, other, &summary.of_alternative(other), dir)?);
     }
-    let mut files: Vec<(PathBuf, &str)> = files.iter().map(|(path, text)| (path.clone(), text.as_str())).collect();
-    files.push((REPORT_FILE.into(), report_html));
+    let mut files: Vec<(PathBuf, &[u8])> = files.iter().map(|(path, text)| (path.clone(), text.as_bytes())).collect();
+    files.push((REPORT_FILE.into(), report_html.as_bytes()));
+    if let Some(diagnostics) = &diagnostics {
+        files.push((DIAGNOSTICS_FILE.into(), diagnostics.as_bytes()));
+    }
     RESULT.write(dir, &files)
 }
 
@@ -138,6 +168,25 @@ fn motion_csv(motion: &[Pose]) -> String {
             pose.theta2_rad,
         ];
         push_row(&mut text, numbers.map(number).into_iter().chain([pose.piece.to_string()]));
+    }
+    text
+}
+
+fn diagnostics_csv(diagnostics: &[ContactDiagnostics]) -> String {
+    let mut text = format!("{DIAGNOSTICS_HEADER}\n");
+    for sample in diagnostics {
+        let support = |value: fn(&GeneralizedContactSupport) -> f64| sample.support.as_ref().map(value);
+        let numbers = [
+            Some(sample.time_s),
+            support(|support| support.r1),
+            support(|support| support.d1),
+            support(|support| support.r2),
+            support(|support| support.d2),
+            sample.curvature_radius1_m,
+            sample.curvature_radius2_m,
+            sample.contact_vector_error_m,
+        ];
+        push_row(&mut text, numbers.into_iter().map(|value| value.map(number).unwrap_or_default()));
     }
     text
 }

@@ -31,7 +31,7 @@ const MIN_DIRECTIONS: usize = 8;
 /// A last row this close to 2π repeats the first one, radians.
 const CLOSING_RAD: f64 = 1e-6;
 
-const TRUTH: FolderKind = FolderKind {
+const TRUTH: FolderKind<'static> = FolderKind {
     kind: "truth",
     files: &[SHAPE_FILE, MOTION_FILE],
     numbered: None,
@@ -155,5 +155,5 @@ pub fn write_truth(dir: &Path, truth: &Truth) -> Result<(), WriteError> {
     for pose in &truth.motion {
         push_row(&mut motion, [pose.time_s, pose.psi_rad, pose.com_x_m, pose.com_y_m].map(number));
     }
-    TRUTH.write(dir, &[(SHAPE_FILE.into(), &shape), (MOTION_FILE.into(), &motion)])
+    TRUTH.write(dir, &[(SHAPE_FILE.into(), shape.as_bytes()), (MOTION_FILE.into(), motion.as_bytes())])
 }

@@ -27,7 +27,9 @@
 //! worst residuals stay); the figures and the histograms still come from all samples. Where several arrangements fit
 //! equally well, the page has a choice of them and shows one at a time.
 //!
-//! Nothing here fails: a value that is not finite leaves a gap in its curve, and a result without samples gives a page
+//! [`paper`] draws the figures of Moll & Erdmann (2001) anew.
+//!
+//! Nothing in the report fails: a value that is not finite leaves a gap in its curve, and a result without samples gives a page
 //! that says so.
 #![forbid(unsafe_code)]
 
@@ -35,6 +37,7 @@ mod data;
 mod figures;
 mod html;
 mod overlay;
+pub mod paper;
 
 use palpate::{Log, Reconstruction, Truth};
 

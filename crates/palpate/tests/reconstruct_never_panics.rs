@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use palpate::palms::PalmPair;
-use palpate::reconstruct::{ReconstructOptions, reconstruct};
+use palpate::reconstruct::{Method, ReconstructOptions, diagnostics, reconstruct};
 use palpate::{Log, Sample};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
@@ -70,13 +70,18 @@ fn smooth() -> impl Strategy<Value = Log> {
 }
 
 fn survives(log: &Log) -> Result<(), TestCaseError> {
+    survives_by(log, Method::Likelihood)
+}
+
+fn survives_by(log: &Log, method: Method) -> Result<(), TestCaseError> {
     let started = Instant::now();
-    let result = reconstruct(log, &ReconstructOptions::default(), &|_| ());
+    let result = reconstruct(log, &ReconstructOptions { method, ..ReconstructOptions::default() }, &|_| ());
     let taken = started.elapsed();
     prop_assert!(taken < Duration::from_secs(30), "took {taken:?}");
     match result {
         Ok(found) => {
             prop_assert_eq!(found.motion.len(), log.samples.len());
+            prop_assert_eq!(diagnostics(log, &found).len(), log.samples.len());
             prop_assert!(found.certified || found.reason.len() > 20, "{}", found.reason);
             prop_assert!(!found.certified || found.outline.iter().all(|point| point.r_m.is_finite()));
         }
@@ -96,6 +101,18 @@ proptest! {
     #[test]
     fn on_smooth_logs_of_nothing(log in smooth()) {
         survives(&log)?;
+    }
+}
+
+proptest! {
+    #![proptest_config(cases(60))]
+
+    #[test]
+    fn by_the_methods_that_integrate(wild in wild(12..60), smooth in smooth()) {
+        for method in [Method::Ode, Method::Quadrature] {
+            survives_by(&wild, method)?;
+            survives_by(&smooth, method)?;
+        }
     }
 }
 

@@ -74,7 +74,8 @@ fn errors(found: &Reconstruction, shape: &SupportFunction, run: &Simulation) -> 
 fn error_bars_are_the_scatter_over_repeated_noise() {
     let shape = pebble();
     let run = turned(&shape, 600, noisy(0.0));
-    let options = ReconstructOptions { harmonics: Some(6), sensor_sd_m: Some(NOISE_M) };
+    let options =
+        ReconstructOptions { harmonics: Some(6), sensor_sd_m: Some(NOISE_M), ..ReconstructOptions::default() };
     let (mut r, mut psi, mut com) = (Vec::new(), Vec::new(), Vec::new());
     for draw in 0..DRAWS {
         let run = with_noise(&run, &shape, 0.3 * NOISE_M, draw);
@@ -156,7 +157,8 @@ fn no_estimate_beats_the_cramer_rao_bound() {
     let shape = pebble();
     let run = turned(&shape, 160, noisy(0.0));
     let bound = cramer_rao_bound_m(&run.log, &shape, &true_psi(&run), NOISE_M).expect("determined");
-    let options = ReconstructOptions { harmonics: Some(5), sensor_sd_m: Some(NOISE_M) };
+    let options =
+        ReconstructOptions { harmonics: Some(5), sensor_sd_m: Some(NOISE_M), ..ReconstructOptions::default() };
     let squares: Vec<f64> = (0..DRAWS)
         .map(|draw| {
             let run = with_noise(&run, &shape, 0.0, 1000 + draw);

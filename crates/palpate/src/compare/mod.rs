@@ -5,6 +5,7 @@
 
 mod alignment;
 mod hausdorff;
+mod procrustes;
 
 use std::f64::consts::{PI, TAU};
 
@@ -14,6 +15,7 @@ use crate::reconstruct::Reconstruction;
 use crate::shape::{ShapeError, SupportFunction};
 use crate::truth::Truth;
 use alignment::Felt;
+pub use procrustes::{RigidMotion, procrustes, procrustes_rotation_rad};
 
 /// Harmonics that a sampled true support function is fitted with, at most.
 const TRUTH_ORDER: usize = 90;

@@ -10,17 +10,23 @@
 //! 6. `track` (on `place` and `tabulated`): the way of the shape through the log; samples put at a wrong pose are placed anew;
 //! 7. `posterior`, `felt`, `brief`: error bars, which boundary was felt, and what too few samples cannot tell;
 //! 8. `jumps`, `certificate`: is it right, and is it the only answer. When not, the search goes on.
+//!
+//! That is [`Method::Likelihood`]. `integral` holds the methods that integrate instead: `ode`, the paper's own (on rates from
+//! `smoothing`), and `quadrature`.
 
 mod assemble;
 mod bound;
 mod brief;
 mod certificate;
+mod diagnostics;
 mod evidence;
 mod felt;
 mod grow;
+mod integral;
 mod jumps;
 mod known;
 mod noise;
+mod ode;
 mod options;
 mod pieces;
 mod place;
@@ -31,13 +37,15 @@ mod reconstruction;
 mod residuals;
 mod search;
 mod smooth;
+mod smoothing;
 mod start;
 mod tabulated;
 mod track;
 mod windows;
 
 pub use bound::cramer_rao_bound_m;
-pub use options::{Progress, ReconstructError, ReconstructOptions};
+pub use diagnostics::{ContactDiagnostics, diagnostics};
+pub use options::{Method, Progress, ReconstructError, ReconstructOptions};
 pub use reconstruction::{Jump, OutlinePoint, Pose, Reconstruction};
 
 use crate::log::Log;
@@ -84,6 +92,9 @@ pub fn reconstruct(
 ) -> Result<Reconstruction, ReconstructError> {
     let tell = |stage, fraction| progress(Progress { stage, fraction });
     check(log, options)?;
+    if options.method != Method::Likelihood {
+        return integral::reconstruct(log, options, &|share| tell("integrating", share));
+    }
     let task = Task::new(log, options);
     let mut best: Option<Judged> = None;
     let mut failure = None;
@@ -128,7 +139,8 @@ fn doubt(judged: &Judged) -> f64 {
 }
 
 /// The same from a known start, one orientation per sample (radians) and a shape: nothing is searched for. For a log that
-/// was solved before, or to see what the estimator could reach.
+/// was solved before, or to see what the estimator could reach. Methods that integrate take their initial conditions from the start,
+/// one for each piece between jumps, and nothing else.
 ///
 /// # Errors
 /// As [`reconstruct`]; also when `psi_rad` is not as long as the log.
@@ -142,6 +154,9 @@ pub fn reconstruct_from(
     if psi_rad.len() != log.samples.len() {
         let text = format!("{} orientations were given for {} samples", psi_rad.len(), log.samples.len());
         return Err(ReconstructError::BadOption(text));
+    }
+    if options.method != Method::Likelihood {
+        return integral::reconstruct_from(log, shape, psi_rad, options);
     }
     let task = Task::new(log, options);
     let ranges = pieces::pieces(&task.problem, task.scatter_m);

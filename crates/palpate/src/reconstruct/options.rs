@@ -3,10 +3,34 @@
 /// Options of [`reconstruct`](super::reconstruct); the default leaves everything to the data.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ReconstructOptions {
-    /// Number of harmonics K of the support function; `None` = chosen by the evidence.
+    /// Number of harmonics K of the support function; `None` = chosen by the evidence, or 12 by the methods that integrate.
     pub harmonics: Option<usize>,
     /// Standard deviation of the contact positions in metres; `None` = stated by the log, or estimated from it.
     pub sensor_sd_m: Option<f64>,
+    /// How to reconstruct; maximum likelihood if not chosen.
+    pub method: Method,
+}
+
+/// A way from the log to shape and motion.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Method {
+    /// Maximum likelihood over all samples, with error bars and a certificate.
+    #[default]
+    Likelihood,
+    /// Equations 19 to 21 of Moll & Erdmann (2001), integrated by a fourth-order Adams-Bashforth-Moulton method. Never certified.
+    Ode,
+    /// Closed forms for the same by quadrature (trapezoid rule, second order). Never certified.
+    Quadrature,
+}
+
+impl std::fmt::Display for Method {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        formatter.write_str(match self {
+            Self::Likelihood => "likelihood",
+            Self::Ode => "ode",
+            Self::Quadrature => "quadrature",
+        })
+    }
 }
 
 /// How far the work has come.

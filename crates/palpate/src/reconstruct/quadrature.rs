@@ -10,12 +10,15 @@
 //! force pass through the centre of mass (d1 = d2 = 0, the ill-conditioned places of eq. 21), so the steps are
 //! solved for together, with a preference for an even rotation.
 
+use super::integral::Contact;
 use super::problem::{Instant, Problem};
 
 /// Orientation and size that a trial height of the centre of mass leads to.
 #[derive(Clone, Debug)]
 pub(super) struct Integrated {
     pub psi: Vec<f64>,
+    /// The same with the contact support functions at every instant.
+    pub contacts: Vec<Contact>,
     /// Mean of r1 and r2 over all instants, metres.
     pub mean_r_m: f64,
 }
@@ -104,7 +107,10 @@ pub(super) fn integrate(problem: &Problem, relative: &[f64], h0: f64, noise_m: f
         psi.push(psi[psi.len() - 1] + step);
     }
     let mean_r_m = r1.iter().chain(&r2).sum::<f64>() / (2 * count).max(1) as f64;
-    Integrated { psi, mean_r_m }
+    let contacts = (0..psi.len().min(count))
+        .map(|i| Contact { psi: psi[i], r1: r1[i], d1: d1[i], r2: r2[i], d2: d2[i] })
+        .collect();
+    Integrated { psi, contacts, mean_r_m }
 }
 
 #[cfg(test)]

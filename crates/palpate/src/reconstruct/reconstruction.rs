@@ -4,7 +4,8 @@ use crate::shape::SupportFunction;
 
 /// Shape, motion and centre of mass of the object behind a log, with error bars and a verdict.
 ///
-/// The object frame has its origin at the centre of mass and is turned so that ψ of the first sample is 0.
+/// The object frame has its origin at the centre of mass and is turned so that ψ of the first sample is 0. The
+/// [methods](super::Method) that integrate have no error bars: their standard deviations of r, ψ and the centre of mass are NaN.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reconstruction {
     /// Support function about the centre of mass.
@@ -33,6 +34,20 @@ pub struct Reconstruction {
     pub sensor_sd_m: f64,
     /// Standard deviation of the balance equation, metres.
     pub balance_sd_m: f64,
+}
+
+impl Reconstruction {
+    /// Counts boundary that was felt fewer than `min_touches` times as never felt, in the alternatives too: what a contact went over
+    /// only once is less sure than what was felt again and again (Moll & Erdmann 2001, section 5). `coverage` follows.
+    pub fn prune(&mut self, min_touches: u32) {
+        let few = |point: &&mut OutlinePoint| point.touches < min_touches;
+        self.outline.iter_mut().filter(few).for_each(|point| point.touches = 0);
+        if !self.outline.is_empty() {
+            let felt = self.outline.iter().filter(|point| point.touches > 0).count();
+            self.coverage = felt as f64 / self.outline.len() as f64;
+        }
+        self.others.iter_mut().for_each(|other| other.prune(min_touches));
+    }
 }
 
 /// The object jumped from one resting pose to another.

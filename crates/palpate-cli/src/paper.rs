@@ -1,0 +1,250 @@
+//! `palpate paper`: the simulations and the experiment of Moll & Erdmann (2001), made anew, and the figures of their paper.
+
+use std::path::PathBuf;
+
+use palpate::compare::RigidMotion;
+use palpate::palms::{Palm, PalmMotion, PalmMove, PalmPair};
+use palpate::reconstruct::{Method, Progress, ReconstructOptions, reconstruct};
+use palpate::sensor::{Touchpad, VisionSystem};
+use palpate::shape::{NamedShape, SupportFunction};
+use palpate::simulate::{SimulateOptions, Simulation, simulate};
+use palpate::{Reconstruction, Truth};
+use palpate_report::paper::{FIGURE_NAMES, PaperInput, PngError, Trial, figures, paper_page, png};
+use rayon::prelude::*;
+
+use crate::terminal::{Ending, Failure, Terminal};
+
+/// Measurements of the simulations, as in figure 6.
+const MEASUREMENTS: usize = 270;
+/// Mean radius of the object in the simulations, metres.
+const RADIUS_M: f64 = 0.03;
+/// Noise of the contact positions in the simulations, metres.
+const NOISE_SD_M: f64 = 5e-5;
+/// How fast the palms turn in the simulations, degrees per second on average.
+const PACE_DEG_PER_S: f64 = 40.0;
+/// Half the distance of the base points of the two fingers, metres.
+const HALF_GAP_M: f64 = 0.008;
+
+/// Mean radius of the object of the experiment: its pads are short. Metres.
+const EXPERIMENT_RADIUS_M: f64 = 0.014;
+/// Duration of the experiment, seconds.
+const EXPERIMENT_S: f64 = 40.0;
+/// Boundary felt fewer times is left out of figure 8(b).
+const MIN_TOUCHES: u32 = 2;
+/// Noise of the camera on each marker, metres.
+const CAMERA_SD_M: f64 = 1e-4;
+
+/// The logs that the figures are made from.
+const LOG_FILES: [&str; 3] = ["palms.csv", "fingers.csv", "experiment.csv"];
+const PAGE_FILE: &str = "index.html";
+
+const AFTER_HELP: &str = "\
+DIR receives index.html (open it first), each figure as SVG and PNG, and the logs that they were made from.
+
+M. Moll and M. A. Erdmann, Reconstructing Shape from Motion Using Tactile Sensors, IROS 2001: figures 1, 2 and 4 to 8, with two palms and
+with two fingers, by the differential equations of the paper and by maximum likelihood, side by side, and a table of the errors of both.
+
+Example:
+  palpate paper -o /tmp/paper";
+
+/// Reproduce the figures of Moll & Erdmann (2001) from data made here; no input needed
+#[derive(clap::Args)]
+#[command(after_help = AFTER_HELP)]
+pub struct Arguments {
+    /// Folder for the figures, made if missing
+    #[arg(short, long = "out", value_name = "DIR", default_value = "palpate-paper")]
+    out: PathBuf,
+    /// Print nothing but errors
+    #[arg(short, long)]
+    quiet: bool,
+}
+
+/// Simulates, reconstructs, draws, and says where the page is.
+pub fn run(arguments: &Arguments) -> Result<Ending, Failure> {
+    let terminal = Terminal::new(arguments.quiet);
+    let names: Vec<String> = FIGURE_NAMES
+        .iter()
+        .flat_map(|name| [format!("{name}.svg"), format!("{name}.png")])
+        .chain(LOG_FILES.into_iter().chain([PAGE_FILE]).map(str::to_owned))
+        .collect();
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    palpate_io::check_figures_target(&arguments.out, &names)?;
+
+    let progress = terminal.progress();
+    let done = |stage, fraction| progress.update(Progress { stage, fraction });
+    done("two palms", 0.0);
+    let palms = Made::new(palms()?)?;
+    done("two fingers", 0.3);
+    let fingers = Made::new(fingers()?)?;
+    done("the experiment", 0.6);
+    let vision = vision();
+    let experiment = Made::new(experiment(&vision)?)?;
+    done("drawing", 0.9);
+    let input = PaperInput {
+        palms: palms.trial("two palms"),
+        fingers: fingers.trial("two fingers"),
+        experiment: experiment.trial("experiment"),
+        vision: &vision,
+        min_touches: MIN_TOUCHES,
+        simulation_sd_m: NOISE_SD_M,
+        version: env!("CARGO_PKG_VERSION"),
+    };
+    let figures = figures(&input);
+    let pictures: Vec<Vec<u8>> = figures.par_iter().map(|figure| png(&figure.svg)).collect::<Result<_, PngError>>()?;
+    let page = paper_page(&input, &figures);
+    let logs = [&palms, &fingers, &experiment].map(|made| palpate_io::log_csv(&made.run.simulation.log));
+    drop(progress);
+
+    let drawn = figures.iter().zip(&pictures).flat_map(|(figure, picture)| [figure.svg.as_bytes(), picture]);
+    let contents = drawn.chain(logs.iter().map(String::as_bytes)).chain([page.as_bytes()]);
+    let files: Vec<(&str, &[u8])> = names.iter().copied().zip(contents).collect();
+    palpate_io::write_figures(&arguments.out, &files)?;
+    terminal.say(&format!("{} figures\n  page    {}", figures.len(), arguments.out.join(PAGE_FILE).display()))?;
+    Ok(Ending::Success)
+}
+
+impl From<PngError> for Failure {
+    fn from(error: PngError) -> Self {
+        Self::Other(error.to_string())
+    }
+}
+
+/// A simulation and what it was made with.
+struct Run {
+    shape: SupportFunction,
+    simulation: Simulation,
+    pad_length_m: f64,
+}
+
+/// A simulation, reconstructed by both methods from nothing but its log.
+struct Made {
+    run: Run,
+    ode: Reconstruction,
+    likelihood: Reconstruction,
+}
+
+impl Made {
+    fn new(run: Run) -> Result<Self, Failure> {
+        let by = |method| {
+            let options = ReconstructOptions { method, ..ReconstructOptions::default() };
+            reconstruct(&run.simulation.log, &options, &|_| ())
+        };
+        let (ode, likelihood) = (by(Method::Ode)?, by(Method::Likelihood)?);
+        Ok(Self { run, ode, likelihood })
+    }
+
+    fn trial<'a>(&'a self, name: &'a str) -> Trial<'a> {
+        Trial {
+            name,
+            log: &self.run.simulation.log,
+            truth: &self.run.simulation.truth,
+            shape: &self.run.shape,
+            pad_length_m: self.run.pad_length_m,
+            ode: &self.ode,
+            likelihood: &self.likelihood,
+        }
+    }
+}
+
+/// A squeeze-and-rotate: the opening changes by one angle while the bisector turns by the other (degrees).
+fn squeeze(open: f64, rotate: f64) -> PalmMove {
+    let duration_s = (0.5 * open.abs() + rotate.abs()) / PACE_DEG_PER_S;
+    PalmMove::OpenAndRotate { open_rad: open.to_radians(), rotate_rad: rotate.to_radians(), duration_s }
+}
+
+/// One palm opens by an angle (degrees) while the other stays put.
+fn open(palm: Palm, angle: f64) -> PalmMove {
+    PalmMove::OpenOne { palm, angle_rad: angle.to_radians(), duration_s: angle.abs() / PACE_DEG_PER_S }
+}
+
+/// Nearly flat palms.
+fn flat(base1_m: [f64; 2], base2_m: [f64; 2]) -> PalmPair {
+    PalmPair { base1_m, base2_m, ..PalmPair::hinged(14f64.to_radians(), 152f64.to_radians()) }
+}
+
+/// Moves that carry the object nearly once round on two palms without a jump, and the orientation that it starts from.
+fn round() -> ([PalmMove; 8], f64) {
+    let moves = [
+        squeeze(-70.0, 20.0),
+        squeeze(-10.0, -30.0),
+        squeeze(-15.0, -35.0),
+        open(Palm::Two, 75.0),
+        squeeze(-50.0, -25.0),
+        open(Palm::Two, 60.0),
+        squeeze(-80.0, 0.0),
+        squeeze(-20.0, -15.0),
+    ];
+    (moves, 5.262_694)
+}
+
+/// The motion sampled evenly, so many times.
+fn sampled(motion: &PalmMotion, count: usize) -> Vec<(f64, PalmPair)> {
+    let step_s = motion.duration_s() / (count - 1) as f64;
+    (0..count).map(|index| step_s * index as f64).map(|time_s| (time_s, motion.at(time_s))).collect()
+}
+
+/// The simulation of figures 6 and 7.
+fn palms() -> Result<Run, Failure> {
+    let (moves, start_psi_rad) = round();
+    let motion = PalmMotion::schedule(flat([0.0; 2], [0.0; 2]), &moves)?;
+    simulated(&motion, start_psi_rad, 1)
+}
+
+/// The same with two fingers, which need moves of their own.
+fn fingers() -> Result<Run, Failure> {
+    let moves = [
+        squeeze(-45.0, -15.0),
+        squeeze(-45.0, 25.0),
+        squeeze(-15.0, 35.0),
+        open(Palm::One, 75.0),
+        squeeze(-15.0, 10.0),
+        open(Palm::One, 40.0),
+        squeeze(-80.0, 0.0),
+        open(Palm::Two, 50.0),
+        squeeze(-75.0, 35.0),
+    ];
+    let motion = PalmMotion::schedule(flat([HALF_GAP_M, 0.0], [-HALF_GAP_M, 0.0]), &moves)?;
+    simulated(&motion, 2.243_967, 2)
+}
+
+fn simulated(motion: &PalmMotion, start_psi_rad: f64, seed: u64) -> Result<Run, Failure> {
+    let shape = NamedShape::Pebble.shape(RADIUS_M)?;
+    let touchpad = Touchpad { noise_sd_m: NOISE_SD_M, ..Touchpad::ideal() };
+    let options = SimulateOptions { touchpad, seed, start_psi_rad, ..SimulateOptions::default() };
+    let simulation = simulate(&shape, &sampled(motion, MEASUREMENTS), &options)?;
+    Ok(Run { shape, simulation, pad_length_m: 4.0 * RADIUS_M })
+}
+
+/// The camera of the experiment: an arrow and two dots on the object, two markers on each palm beyond its pad.
+fn vision() -> VisionSystem {
+    let pad_m = Touchpad::interlink().length_m;
+    VisionSystem {
+        noise_sd_m: CAMERA_SD_M,
+        object_markers_m: [[-0.5, 0.0], [0.6, 0.0], [0.0, 0.5], [0.0, -0.5]]
+            .map(|[x, y]| [x * EXPERIMENT_RADIUS_M, y * EXPERIMENT_RADIUS_M])
+            .to_vec(),
+        palm_markers_m: vec![1.08 * pad_m, 1.2 * pad_m],
+        camera: RigidMotion { angle_rad: 0.04, offset_m: [0.35, 0.2] },
+    }
+}
+
+/// The experiment of figure 8: the pads of the paper, part of the way there and back, and a camera for the truth.
+fn experiment(vision: &VisionSystem) -> Result<Run, Failure> {
+    let shape = NamedShape::Pebble.shape(EXPERIMENT_RADIUS_M)?;
+    let (moves, start_psi_rad) = round();
+    let (once, again) = moves.split_at(2);
+    let mut schedule = once.to_vec();
+    schedule.push(PalmMove::BackAndForth { times: 1, moves: again.to_vec() });
+    let motion = PalmMotion::schedule(flat([0.0; 2], [0.0; 2]), &schedule)?;
+    let touchpad = Touchpad::interlink();
+    let count = (EXPERIMENT_S * touchpad.rate_hz) as usize + 1;
+    let pace = EXPERIMENT_S / motion.duration_s();
+    let path: Vec<(f64, PalmPair)> =
+        sampled(&motion, count).into_iter().map(|(time_s, palms)| (pace * time_s, palms)).collect();
+    let options = SimulateOptions { touchpad, seed: 3, start_psi_rad, with_forces: true, ..SimulateOptions::default() };
+    let mut simulation = simulate(&shape, &path, &options)?;
+    let palms: Vec<PalmPair> = path.iter().map(|(_, palms)| *palms).collect();
+    let motion = vision.track(&palms, &simulation.truth.motion, 4);
+    simulation.truth = Truth { motion, ..simulation.truth };
+    Ok(Run { shape, simulation, pad_length_m: touchpad.length_m })
+}

@@ -1,0 +1,298 @@
+//! The figures of Moll & Erdmann (2001), drawn from data of our own, and the page that ties them together.
+//!
+//! [`figures`] draws them as SVG, [`png`] makes pictures of them, [`paper_page`] is the page. What they show is made
+//! elsewhere: logs are simulated and reconstructed by whoever calls.
+
+mod errors;
+mod frames;
+mod geometry;
+mod page;
+mod plot;
+mod png;
+mod results;
+mod scene;
+mod svg;
+
+use palpate::palms::PalmPair;
+use palpate::sensor::VisionSystem;
+use palpate::shape::SupportFunction;
+use palpate::{Log, Reconstruction, Truth};
+
+use geometry::Rest;
+
+pub use page::paper_page;
+pub use png::{PngError, png};
+
+/// Colours: of lines and text, of what is known, of grids, of the object; and of what is pointed at.
+const INK: &str = "#1d2733";
+const GREY: &str = "#8a94a0";
+const RULE: &str = "#dfe3e8";
+const OBJECT: &str = "#eef1f4";
+const RED: &str = "#c8102e";
+const GREEN: &str = "#1a7f37";
+const BLUE: &str = "#1f5fbf";
+const ORANGE: &str = "#c05a00";
+
+/// A way to reconstruct that the figures show.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Method {
+    /// The paper's differential equations.
+    Ode,
+    /// Maximum likelihood.
+    Likelihood,
+}
+
+impl Method {
+    const BOTH: [Self; 2] = [Self::Ode, Self::Likelihood];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Ode => "differential equations",
+            Self::Likelihood => "maximum likelihood",
+        }
+    }
+
+    fn color(self) -> &'static str {
+        match self {
+            Self::Ode => ORANGE,
+            Self::Likelihood => BLUE,
+        }
+    }
+}
+
+/// A simulated log with its truth, reconstructed by both methods.
+#[derive(Clone, Copy, Debug)]
+pub struct Trial<'a> {
+    /// In a few words, such as "two palms".
+    pub name: &'a str,
+    /// What the palms felt.
+    pub log: &'a Log,
+    /// What is true, or what a camera says is.
+    pub truth: &'a Truth,
+    /// The true shape, in the frame that the true motion belongs to.
+    pub shape: &'a SupportFunction,
+    /// Length of the touchpads, metres; of use in figure 8.
+    pub pad_length_m: f64,
+    /// By the differential equations.
+    pub ode: &'a Reconstruction,
+    /// By maximum likelihood.
+    pub likelihood: &'a Reconstruction,
+}
+
+impl<'a> Trial<'a> {
+    fn found(&self, method: Method) -> &'a Reconstruction {
+        match method {
+            Method::Ode => self.ode,
+            Method::Likelihood => self.likelihood,
+        }
+    }
+}
+
+/// Everything that the figures show.
+#[derive(Clone, Copy, Debug)]
+pub struct PaperInput<'a> {
+    /// The simulation of figures 6 and 7, palms with a common hinge.
+    pub palms: Trial<'a>,
+    /// The same with two fingers.
+    pub fingers: Trial<'a>,
+    /// The experiment of figure 8.
+    pub experiment: Trial<'a>,
+    /// The camera of the experiment.
+    pub vision: &'a VisionSystem,
+    /// Boundary that was felt fewer times is left out of figure 8(b).
+    pub min_touches: u32,
+    /// Standard deviation of the contact positions in the simulations, metres.
+    pub simulation_sd_m: f64,
+    /// Version of the program, for the footer.
+    pub version: &'a str,
+}
+
+/// A figure: SVG text with what to say about it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Figure {
+    /// Name of its files, without extension.
+    pub name: &'static str,
+    /// Number and title.
+    pub title: String,
+    /// What it shows.
+    pub caption: String,
+    /// The figure.
+    pub svg: String,
+    /// The figure belongs beside the one before it, which shows the same by the other method.
+    pub beside: bool,
+}
+
+/// Names of all figures, in the order of [`figures`].
+pub const FIGURE_NAMES: [&str; 14] = [
+    "figure-1-arrangements",
+    "figure-2-contact-support",
+    "figure-4-dependencies",
+    "figure-5-generalized-contact-support",
+    "figure-6-palms-ode",
+    "figure-6-palms-likelihood",
+    "figure-7-palms-ode",
+    "figure-7-palms-likelihood",
+    "figure-6-fingers-ode",
+    "figure-6-fingers-likelihood",
+    "figure-7-fingers-ode",
+    "figure-7-fingers-likelihood",
+    "figure-8-ode",
+    "figure-8-likelihood",
+];
+
+/// Draws all figures, in the order of [`FIGURE_NAMES`].
+pub fn figures(input: &PaperInput) -> Vec<Figure> {
+    let mut names = FIGURE_NAMES.into_iter();
+    let mut all = Vec::new();
+    let mut add = |title: &str, caption: String, svg: String, beside: bool| {
+        if let Some(name) = names.next() {
+            all.push(Figure { name, title: title.to_owned(), caption, svg, beside });
+        }
+    };
+    let (hinged, apart) = (rest(&input.palms), rest(&input.fingers));
+    add(
+        "Figure 1. Two arrangements",
+        "An object at rest on two palms that share a hinge (a), and on two fingers whose base points lie apart (b). The angles are \
+         what the robot sets; s₁ and s₂ are what it feels."
+            .to_owned(),
+        geometry::arrangements(&hinged, &apart),
+        false,
+    );
+    add(
+        "Figure 2. The contact support function",
+        "The line with outward normal n(θ) that touches the object lies at the distance r(θ) from the centre of mass O, and the \
+         point of contact x(θ) at d(θ) from the foot of the perpendicular."
+            .to_owned(),
+        geometry::contact_support(input.palms.shape),
+        false,
+    );
+    add(
+        "Figure 4. Sensor values, contact support functions and palm angle",
+        "With r₁, r₂ and φ₂ known, the sensor values s₁ and s₂ give d₁ and d₂ (equation 3).".to_owned(),
+        geometry::dependencies(&hinged),
+        false,
+    );
+    add(
+        "Figure 5. The generalised contact support functions",
+        "The vector from one contact to the other, projected on normal and tangent of each palm. All four follow from palm angles \
+         and sensor values alone (equation 8)."
+            .to_owned(),
+        geometry::generalized(&hinged),
+        false,
+    );
+    for trial in [&input.palms, &input.fingers] {
+        for method in Method::BOTH {
+            add(
+                &format!("Figure 6. Reconstruction in 27 frames: {}, {}", trial.name, method.name()),
+                format!(
+                    "After 10, 20 … {} measurements: centre of mass and contacts (large dots), and the part of the shape felt so far (small \
+                     dots), in the reconstructed pose; behind it the object as it lies.",
+                    trial.log.samples.len()
+                ),
+                frames::frames(trial, method),
+                method == Method::Likelihood,
+            );
+        }
+        for method in Method::BOTH {
+            add(
+                &format!("Figure 7. Actual and observed: {}, {}", trial.name, method.name()),
+                "Actual and observed shape after alignment by singular value decomposition (a), radius function (b), orientation (c), and \
+                 the error in the norm of the contact point vector (d), which can be seen without knowing the truth."
+                    .to_owned(),
+                results::differences(trial, method),
+                method == Method::Likelihood,
+            );
+        }
+    }
+    for method in Method::BOTH {
+        add(
+            &format!("Figure 8. The experiment, simulated: {}", method.name()),
+            format!(
+                "Palms with touchpads and the markers that a camera follows (a); shape as observed, in grey what was felt fewer than {} times \
+                 and can be left out (b); orientation as observed and as the camera sees it (c).",
+                input.min_touches
+            ),
+            results::experiment(&input.experiment, method, input.vision, input.min_touches),
+            method == Method::Likelihood,
+        );
+    }
+    all
+}
+
+/// The object of a trial as it rests where the palms show the geometry best.
+fn rest<'a>(trial: &Trial<'a>) -> Rest<'a> {
+    // Both contacts away from the feet, the palms upright and neither flat nor steep.
+    let score = |palms: &PalmPair, psi: f64| {
+        let (theta1, theta2) = palms.contact_angles(psi);
+        let feet = trial.shape.at(theta1).d.abs().min(trial.shape.at(theta2).d.abs()) / trial.shape.mean_radius_m();
+        feet.min(0.3) - (palms.phi2_rad - 1.1).abs() - (palms.phi1_rad - 1.0).abs()
+    };
+    trial
+        .log
+        .samples
+        .iter()
+        .zip(&trial.truth.motion)
+        .map(|(sample, pose)| (score(&sample.palms, pose.psi_rad), sample.palms, pose.psi_rad))
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .map_or(Rest { shape: trial.shape, palms: PalmPair::hinged(0.7, 1.5), psi_rad: 0.0 }, |(_, palms, psi_rad)| {
+            Rest { shape: trial.shape, palms, psi_rad }
+        })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use palpate::compare::RigidMotion;
+
+    #[test]
+    fn nothing_gives_figures_of_nothing() {
+        let (log, truth, shape) = (Log::default(), Truth::default(), SupportFunction::new(0.03, vec![]));
+        let found = Reconstruction {
+            shape: shape.clone(),
+            outline: vec![],
+            motion: vec![],
+            certified: false,
+            com_certified: false,
+            reason: String::new(),
+            chi2_per_dof: f64::NAN,
+            jumps: vec![],
+            coverage: 0.0,
+            alternatives: 1,
+            others: vec![],
+            sensor_sd_m: f64::NAN,
+            balance_sd_m: f64::NAN,
+        };
+        let vision = VisionSystem {
+            noise_sd_m: 0.0,
+            object_markers_m: vec![],
+            palm_markers_m: vec![],
+            camera: RigidMotion { angle_rad: 0.0, offset_m: [0.0; 2] },
+        };
+        let trial = Trial {
+            name: "<nothing>",
+            log: &log,
+            truth: &truth,
+            shape: &shape,
+            pad_length_m: 0.05,
+            ode: &found,
+            likelihood: &found,
+        };
+        let input = PaperInput {
+            palms: trial,
+            fingers: trial,
+            experiment: trial,
+            vision: &vision,
+            min_touches: 2,
+            simulation_sd_m: 0.0,
+            version: "0",
+        };
+        let all = figures(&input);
+        assert_eq!(all.iter().map(|figure| figure.name).collect::<Vec<_>>(), FIGURE_NAMES);
+        for figure in &all {
+            assert!(!figure.svg.contains("NaN") && !figure.svg.contains("inf"), "{}", figure.name);
+            assert!(png(&figure.svg).is_ok(), "{}", figure.name);
+        }
+        let page = paper_page(&input, &all);
+        assert!(page.contains("&lt;nothing&gt;") && !page.contains("<nothing>") && !page.contains("NaN"));
+    }
+}

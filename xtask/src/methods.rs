@@ -1,0 +1,181 @@
+//! `cargo xtask methods`: the paper's method against maximum likelihood on the same logs, as a Markdown table.
+//!
+//! Objects and motions are those of `cargo xtask monte-carlo` without jumps. The methods that integrate are run twice: given the
+//! true initial values, and with initial values of their own finding. Maximum likelihood is given nothing.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use anyhow::bail;
+use palpate::compare::{TruthError, compare};
+use palpate::reconstruct::{Method, ReconstructOptions, reconstruct, reconstruct_from};
+use palpate::simulate::Simulation;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+
+use crate::monte_carlo::{NoiseKind, felt, object};
+
+/// Options of `cargo xtask methods`.
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// Trials; about seven in ten give a log without a jump
+    #[arg(long, default_value_t = 200)]
+    trials: u64,
+    /// Seed of the first trial
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Standard deviation of the contact positions, mm
+    #[arg(long, value_name = "MM", default_value_t = 0.1)]
+    noise_mm: f64,
+    /// Instead of trials, the logs (NAME.csv with NAME.truth beside it) of this folder, a row for each log and method
+    #[arg(long, value_name = "DIR")]
+    logs: Option<PathBuf>,
+}
+
+/// How a method was run.
+#[derive(Clone, Copy)]
+struct Run {
+    name: &'static str,
+    method: Method,
+    given_start: bool,
+}
+
+const RUNS: [Run; 5] = [
+    Run { name: "ODE, true initial values", method: Method::Ode, given_start: true },
+    Run { name: "ODE, searched initial values", method: Method::Ode, given_start: false },
+    Run { name: "quadrature, true initial values", method: Method::Quadrature, given_start: true },
+    Run { name: "quadrature, searched initial values", method: Method::Quadrature, given_start: false },
+    Run { name: "likelihood, nothing given", method: Method::Likelihood, given_start: false },
+];
+
+/// The last of the runs, which the others are held against.
+const LIKELIHOOD: usize = RUNS.len() - 1;
+
+/// The errors of each run on one log, and the seconds taken; `None` where there was no result.
+type Outcome = [Option<(TruthError, f64)>; RUNS.len()];
+
+/// Runs the comparison and prints its table.
+pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    if let Some(dir) = &arguments.logs {
+        return on_logs(dir);
+    }
+    let started = Instant::now();
+    let outcomes: Vec<Outcome> = (arguments.seed..arguments.seed + arguments.trials)
+        .into_par_iter()
+        .filter_map(|seed| trial(seed, 1e-3 * arguments.noise_mm).transpose())
+        .collect::<anyhow::Result<_>>()?;
+    if outcomes.is_empty() {
+        bail!("no trial gave a log without a jump");
+    }
+    println!(
+        "| method | results | RMS shape (mm) | Hausdorff (mm) | RMS orientation (deg) | RMS centre of mass (mm) | shape against likelihood | orientation against likelihood | seconds |"
+    );
+    println!("|---|---:|---:|---:|---:|---:|---:|---:|---:|");
+    for (index, run) in RUNS.iter().enumerate() {
+        let of = |value: &dyn Fn(&TruthError) -> f64| -> Vec<f64> {
+            outcomes.iter().filter_map(|outcome| outcome[index].as_ref()).map(|(errors, _)| value(errors)).collect()
+        };
+        let ratio = |value: &dyn Fn(&TruthError) -> f64| -> Vec<f64> {
+            let both = outcomes.iter().filter_map(|outcome| outcome[index].as_ref().zip(outcome[LIKELIHOOD].as_ref()));
+            both.map(|(this, best)| value(&this.0) / value(&best.0)).collect()
+        };
+        let seconds = outcomes.iter().filter_map(|outcome| outcome[index].as_ref()).map(|(_, seconds)| *seconds);
+        println!(
+            "| {} | {} | {} | {} | {} | {} | {} | {} | {} |",
+            run.name,
+            of(&|e| e.rms_r_m).len(),
+            spread(of(&|e| 1e3 * e.rms_r_m)),
+            spread(of(&|e| 1e3 * e.hausdorff_m)),
+            spread(of(&|e| e.rms_psi_rad.to_degrees())),
+            spread(of(&|e| 1e3 * e.rms_com_m)),
+            spread(ratio(&|e| e.rms_r_m)),
+            spread(ratio(&|e| e.rms_psi_rad)),
+            spread(seconds.collect()),
+        );
+    }
+    println!(
+        "\n{} of {} trials gave a log without a jump; {:.0} s. Each cell: median (5 % to 95 % of the logs).",
+        outcomes.len(),
+        arguments.trials,
+        started.elapsed().as_secs_f64()
+    );
+    Ok(())
+}
+
+/// The methods, told nothing, on the logs of a folder.
+fn on_logs(dir: &Path) -> anyhow::Result<()> {
+    let mut logs: Vec<PathBuf> =
+        std::fs::read_dir(dir)?.map(|entry| entry.map(|entry| entry.path())).collect::<Result<_, _>>()?;
+    logs.retain(|path| path.extension().is_some_and(|extension| extension == "csv"));
+    logs.sort();
+    println!(
+        "| log | method | RMS shape (mm) | Hausdorff (mm) | RMS orientation (deg) | RMS centre of mass (mm) | jumps | certified |"
+    );
+    println!("|---|---|---:|---:|---:|---:|---:|---|");
+    for path in logs {
+        let file = palpate_io::read_log(&path)?;
+        let truth = palpate_io::read_truth(&palpate_io::truth_dir_of(&path))?;
+        let name = path.file_stem().unwrap_or_default().to_string_lossy();
+        for method in [Method::Ode, Method::Quadrature, Method::Likelihood] {
+            let options = ReconstructOptions { method, ..ReconstructOptions::default() };
+            let Ok(found) = reconstruct(&file.log, &options, &|_| ()) else {
+                println!("| {name} | {method} | | | | | | no result |");
+                continue;
+            };
+            let errors = compare(&found, &truth)?;
+            println!(
+                "| {name} | {method} | {} | {} | {} | {} | {} | {} |",
+                digits(1e3 * errors.rms_r_m),
+                digits(1e3 * errors.hausdorff_m),
+                digits(errors.rms_psi_rad.to_degrees()),
+                digits(1e3 * errors.rms_com_m),
+                found.jumps.len(),
+                if found.certified { "yes" } else { "no" }
+            );
+        }
+    }
+    Ok(())
+}
+
+/// Two significant digits, at most five decimals.
+fn digits(value: f64) -> String {
+    let magnitude = value.abs().log10().floor();
+    let decimals = if magnitude.is_finite() { (1.0 - magnitude).clamp(0.0, 5.0) } else { 0.0 };
+    format!("{value:.0$}", decimals as usize)
+}
+
+/// Median and the range from 5 to 95 %, with two significant digits.
+fn spread(mut values: Vec<f64>) -> String {
+    values.sort_by(f64::total_cmp);
+    let at = |share: f64| values.get(((values.len() as f64 * share) as usize).min(values.len().saturating_sub(1)));
+    match (at(0.5), at(0.05), at(0.95)) {
+        (Some(&median), Some(&low), Some(&high)) => {
+            format!("{} ({} to {})", digits(median), digits(low), digits(high))
+        }
+        _ => "none".to_owned(),
+    }
+}
+
+fn trial(seed: u64, noise_sd_m: f64) -> anyhow::Result<Option<Outcome>> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let (_, shape) = object(&mut rng)?;
+    let Some(simulation) = felt(&shape, NoiseKind::Gaussian(noise_sd_m), false, &mut rng) else { return Ok(None) };
+    let Simulation { log, truth, .. } = simulation;
+    let psi: Vec<f64> = truth.motion.iter().map(|pose| pose.psi_rad).collect();
+    let mut outcome: Outcome = [None; RUNS.len()];
+    for (run, outcome) in RUNS.iter().zip(&mut outcome) {
+        let options = ReconstructOptions { method: run.method, ..ReconstructOptions::default() };
+        let clock = Instant::now();
+        let found = if run.given_start {
+            reconstruct_from(&log, &shape, &psi, &options)
+        } else {
+            reconstruct(&log, &options, &|_| ())
+        };
+        let seconds = clock.elapsed().as_secs_f64();
+        if let Ok(found) = found {
+            *outcome = Some((compare(&found, &truth)?, seconds));
+        }
+    }
+    Ok(Some(outcome))
+}
