@@ -47,7 +47,7 @@ mod truth;
 mod unit;
 mod write_error;
 
-pub use log_reader::{LogFile, MIN_SAMPLES, parse_log, read_log};
+pub use log_reader::{LogFile, MIN_SAMPLES, log_from_columns, parse_log, read_log};
 pub use log_writer::write_log;
 pub use read_error::{ReadError, ReadProblem};
 pub use result::{
