@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import threading
 import warnings
 from collections.abc import Callable
 from typing import Any, Protocol
@@ -40,8 +41,10 @@ class _Bar:
         self._bar = tqdm(total=1.0, leave=False, delay=PATIENCE_S, bar_format=form)
 
     def __call__(self, stage: str, fraction: float, /) -> None:
-        self._bar.set_description_str(stage, refresh=False)
-        self._bar.update(min(fraction, 1.0) - self._bar.n)
+        # At the end the bar goes away in a moment.
+        if fraction < 1:
+            self._bar.set_description_str(stage, refresh=False)
+            self._bar.update(fraction - self._bar.n)
 
     def close(self) -> None:
         self._bar.close()
@@ -67,7 +70,9 @@ def listener(progress: bool | Callable[[str, float], object] | None) -> Listener
 
 
 def _is_watched() -> bool:
-    """Whether someone is likely to look: a terminal, or a notebook."""
+    """Whether someone is likely to look: a terminal or a notebook, and no other threads that would draw bars as well."""
+    if threading.current_thread() is not threading.main_thread():
+        return False
     if "ipykernel" in sys.modules:
         return True
     return sys.stderr is not None and sys.stderr.isatty()
