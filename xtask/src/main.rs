@@ -2,6 +2,7 @@
 
 mod browser;
 mod monte_carlo;
+mod python;
 mod test;
 mod workspace;
 
@@ -19,7 +20,7 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Task {
-    /// Run every test of the workspace: units, properties, documentation, command line, and the report in a browser.
+    /// Run every test of the workspace: units, properties, documentation, command line, the report in a browser, and Python.
     Test(test::Arguments),
     /// Measure accuracy over many simulated objects and write the tables that the documentation quotes.
     MonteCarlo(monte_carlo::Arguments),

@@ -40,7 +40,7 @@ impl Pad {
     #[new]
     #[pyo3(signature = (*, length_m=f64::INFINITY, width_m=f64::INFINITY, counts_per_inch=None, noise_sd_m=0.0,
         pressure_levels=None, full_scale_n=10.0, rate_hz=100.0, dropout=0.0, angle_noise_sd_rad=0.0),
-        text_signature = "(*, length_m=inf, width_m=inf, counts_per_inch=None, noise_sd_m=0.0, pressure_levels=None, \
+        text_signature = "(*, length_m=..., width_m=..., counts_per_inch=None, noise_sd_m=0.0, pressure_levels=None, \
         full_scale_n=10.0, rate_hz=100.0, dropout=0.0, angle_noise_sd_rad=0.0)")]
     #[expect(clippy::too_many_arguments, reason = "Python calls it by keywords")]
     fn new(

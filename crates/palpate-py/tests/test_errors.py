@@ -78,7 +78,7 @@ def calls() -> list[tuple[object, list[list[object]]]]:
 
 
 def test_no_argument_makes_it_panic() -> None:
-    """Whatever comes in, what comes out is a value or an ordinary exception; a panic is no Exception and would fail this."""
+    """Whatever comes in, a value or an ordinary exception comes out; a panic is no Exception and would fail this."""
     tried = 0
     for target, choices in calls():
         assert callable(target)

@@ -158,7 +158,10 @@ def test_the_impossible_is_refused(egg: SupportFunction, call: object, words: st
 
 
 def test_moves_cannot_be_nested_without_end() -> None:
-    move = PalmMove.wait(1)
+    def nested(times: int) -> PalmMove:
+        return PalmMove.back_and_forth(1, [nested(times - 1)]) if times else PalmMove.wait(1)
+
+    assert PalmMotion.schedule(PalmPair(0.5, 1), [nested(5)]).duration_s == 2**5
+    assert nested(31) == nested(31)
     with pytest.raises(palpate.MotionError, match="32 deep"):
-        for _ in range(100):
-            move = PalmMove.back_and_forth(1, [move])
+        nested(32)

@@ -125,7 +125,8 @@ def test_without_tqdm_there_is_no_bar_and_no_failure(
 
 
 def test_many_logs_at_once() -> None:
-    logs = [palpate.Log.from_csv(path)[:400] for path in sorted(LOGS.glob("*.csv"))]
+    names = ("egg_full_turn_oracle_n0.1mm", "ellipse_full_turn_pymunk", "pebble_full_turn_mujoco_sensor")
+    logs = [palpate.Log.from_csv(LOGS / f"{name}.csv")[::5] for name in names]
     alone = [palpate.reconstruct(log, threads=1) for log in logs]
     with ThreadPoolExecutor(3) as pool:
         assert list(pool.map(palpate.reconstruct, logs)) == alone

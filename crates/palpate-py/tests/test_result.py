@@ -101,8 +101,9 @@ def test_jumps_are_told() -> None:
 
 
 def test_what_cannot_be_certified_is_no_error() -> None:
-    # Of 300 samples without a turn little is felt.
-    log = palpate.Log.from_csv(LOGS / "ellipse_friction_0.10_mujoco.csv")[:300]
+    # Nobody can feel a circle turn.
+    motion, pad = palpate.PalmMotion.random(1, 20), palpate.Touchpad(noise_sd_m=1e-4)
+    log = palpate.simulate(palpate.SupportFunction(0.03), motion, touchpad=pad, rate_hz=3).log
     result = palpate.reconstruct(log)
     assert not result.certified
     assert result.reason

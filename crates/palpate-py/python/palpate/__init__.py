@@ -1,7 +1,7 @@
 """Shape, motion and centre of mass of an unknown object from what two tactile palms feel.
 
-`Log.from_csv` reads a palm log, `reconstruct` makes a `Result` of it. SI units and radians throughout; a name carries its unit, but
-for the arrays of a `Result`, which are called by their letters.
+`Log.from_csv` reads a palm log, `reconstruct` makes a `Result` of it. SI units and radians throughout; a name carries
+its unit, but for the arrays of a `Result`, which are called by their letters.
 """
 
 from __future__ import annotations

@@ -27,16 +27,18 @@ class InputError(PalpateError, ValueError):
 class ReadError(InputError):
     """A file or table cannot be used as what it should be.
 
-    Attributes
+    Parameters
     ----------
+    message : str
+        Where, what is wrong, and what to do: what `str` shows.
     file : str
-        Name of the file, or what stands for it.
+        Name of the file, or what stands for it. An attribute too, as the following.
     line : int or None
-        Line in the file, from 1. For a table in memory the row, from 0.
+        Line in the file, from 1. For columns in memory the row, from 0.
     column : str or None
         Name of the column.
     problem : str
-        What is wrong, and what to do.
+        What is wrong, and what to do, without the place.
     """
 
     file: str

@@ -56,9 +56,8 @@ def _turn(result: Result, truth: Truth) -> float:
     if len(truth) != len(result.psi):
         from palpate import CompareError
 
-        raise CompareError(
-            f"the truth has {len(truth)} poses, the reconstruction {len(result.psi)}: they do not belong to the same log"
-        )
+        counts = f"the truth has {len(truth)} poses, the reconstruction {len(result.psi)}"
+        raise CompareError(f"{counts}: they do not belong to the same log")
     return float(np.angle(np.mean(np.exp(1j * (truth.psi_rad - result.psi)))))
 
 
@@ -77,14 +76,14 @@ def plot_result(result: Result, ax: Axes | None, truth: Truth | None, magnify: f
         label = "_"
     if not felt.all():
         ax.plot(points[:, 0], points[:, 1], "--", color=NEVER, linewidth=1, label="never felt", zorder=1.5)
-    line = np.where(felt[:, None], points, np.nan)
-    ax.plot(line[:, 0], line[:, 1], color=FOUND, linewidth=1.2, label="found")
     if truth is not None:
         true = _closed(truth.shape.rotated(_turn(result, truth)).boundary()) * MM
-        ax.plot(true[:, 0], true[:, 1], ":", color=TRUE, linewidth=1.5, label="true")
+        ax.plot(true[:, 0], true[:, 1], color=TRUE, linewidth=3.5, alpha=0.7, label="true")
+    line = np.where(felt[:, None], points, np.nan)
+    ax.plot(line[:, 0], line[:, 1], color=FOUND, linewidth=1.2, label="found")
     _finish_outline(ax)
     ax.set_title("certified" if result.certified else "NOT certified")
-    ax.legend(loc="upper right", fontsize="small")
+    ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.08), ncols=5, frameon=False, fontsize="small")
     return ax
 
 
@@ -118,13 +117,14 @@ def plot_motion(result: Result, axes: Sequence[Axes] | None, truth: Truth | None
         # The whole turns between the two are of no meaning, and jumps may be counted differently.
         offset = truth.psi_rad - _turn(result, truth) - result.psi
         psi = result.psi + (offset + np.pi) % (2 * np.pi) - np.pi
-        upper.plot(time, np.insert(np.degrees(psi), gaps, np.nan), ":", color=TRUE, label="true")
         com = np.insert(truth.com_m * MM, gaps, np.nan, axis=0)
-        lower.plot(time, com[:, 0], ":", color=TRUE, label="true")
-        lower.plot(time, com[:, 1], ":", color=TRUE, label="_")
+        beneath: dict[str, Any] = {"color": TRUE, "linewidth": 3.5, "alpha": 0.7, "zorder": 1.8}
+        upper.plot(time, np.insert(np.degrees(psi), gaps, np.nan), label="true", **beneath)
+        lower.plot(time, com[:, 0], label="true", **beneath)
+        lower.plot(time, com[:, 1], label="_", **beneath)
     upper.set_ylabel("orientation ψ (deg)")
     lower.set_ylabel("centre of mass (mm)")
     lower.set_xlabel("time (s)")
     for ax in both:
-        ax.legend(loc="upper right", fontsize="small")
+        ax.legend(fontsize="small")
     return both

@@ -70,7 +70,7 @@ def listener(progress: bool | Callable[[str, float], object] | None) -> Listener
 
 
 def _is_watched() -> bool:
-    """Whether someone is likely to look: a terminal or a notebook, and no other threads that would draw bars as well."""
+    """Whether someone is likely to look: a terminal or a notebook, and no threads that would each draw a bar."""
     if threading.current_thread() is not threading.main_thread():
         return False
     if "ipykernel" in sys.modules:
