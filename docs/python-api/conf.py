@@ -15,8 +15,8 @@ autodoc_member_order = "bysource"
 autosummary_generate = True
 numpydoc_show_class_members = False
 nitpicky = False
-# Docstrings must be complete: every parameter, every return value, in order. Left out: examples, further reading and extended
-# summaries where there is nothing to add, and details of punctuation.
+# Docstrings must be complete: every parameter, every return value, in order. Left out: examples, further reading and
+# extended summaries where there is nothing to add, and details of punctuation.
 numpydoc_validation_checks = {
     "all",
     "ES01",

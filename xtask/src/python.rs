@@ -115,7 +115,7 @@ impl Environment {
         let manifest = format!("{PACKAGE}/Cargo.toml");
         // The files in it are dated now: cargo takes older ones for those that it has compiled already.
         let now = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
-        let build = ["maturin", "sdist", "--quiet", "--manifest-path", &manifest, "--out"];
+        let build = ["maturin", "sdist", "--manifest-path", &manifest, "--out"];
         workspace::run(self.module(&build).arg(&folder).env("SOURCE_DATE_EPOCH", now.to_string()))?;
         let archive = only_file(&folder)?;
         let build = ["pip", "--quiet", "--disable-pip-version-check", "wheel", "--no-deps", "--no-build-isolation"];

@@ -62,7 +62,7 @@ def calls() -> list[tuple[object, list[list[object]]]]:
     landscape = palpate.EnergyLandscape(palpate.SupportFunction.named("egg"), palpate.PalmPair(0.7, 1.6))
     for instance in (palpate.SupportFunction.named("egg"), palpate.PalmPair(0.7, 1.6), landscape, palpate.Touchpad()):
         targets += [getattr(instance, name) for name in dir(instance) if not name.startswith("_")]
-    plain = [[*NUMBERS[:4], *ODD[:3]], [*NUMBERS[3:], *COUNTS[:3]], COUNTS, TABLES, ODD]
+    plain: list[list[object]] = [[*NUMBERS[:4], *ODD[:3]], [*NUMBERS[3:], *COUNTS[:3]], [*COUNTS], [*TABLES], ODD]
     every: list[tuple[object, list[list[object]]]] = []
     for target in targets:
         if not callable(target) or getattr(target, "__name__", "") in ("plot", "from_pandas", "from_csv", "_made"):

@@ -121,7 +121,7 @@ def test_touchpads_have_their_faults(egg: SupportFunction, plan: palpate.Planned
     assert_allclose(counts, np.round(counts), atol=1e-6)
     assert log.s1_sd_m is not None
     assert_allclose(log.s1_sd_m[0], pad.position_sd_m)
-    assert Touchpad().read([0.01, 0.03], [1.0, 3.0]) == (pytest.approx(0.025), 4.0)
+    assert Touchpad().read([0.01, 0.03], [1.0, 3.0]) == pytest.approx((0.025, 4.0))
     assert Touchpad().read([], []) is None
     assert len(palpate.simulate(egg, plan, touchpad=Touchpad(rate_hz=2)).log) == 81
 
@@ -144,7 +144,7 @@ def test_touchpads_have_their_faults(egg: SupportFunction, plan: palpate.Planned
         (lambda egg: PalmMotion.squeeze_and_rotate(60, times=10**9), "at most a million"),
         (lambda egg: PalmMotion.through([(0, 1, 1)]), "at least two"),
         (lambda egg: PalmMotion.random(1, 5).at(np.nan), "time_s must be a number"),
-        (lambda egg: PalmMove.open_one(3, 1, 1), "palm must be 1 or 2, not 3"),
+        (lambda egg: PalmMove.open_one(3, 1, 1), "palm must be 1 or 2, not 3"),  # type: ignore[arg-type]
         (lambda egg: PalmPair(np.nan, 1), "must be finite"),
         (lambda egg: palpate.EnergyLandscape(egg, PalmPair(1, 0)), "parallel or crossed"),
         (lambda egg: palpate.follow(egg, PalmPair(1, 1), PalmPair(1, 4), 0), "parallel or crossed"),

@@ -69,7 +69,7 @@ def test_missing_contacts_are_nan_everywhere(log: Log, tmp_path: Path) -> None:
     for variant in (frame, frame.convert_dtypes(), frame.astype({"s1_m": object}).where(frame.notna(), None)):
         read = Log.from_pandas(variant)
         assert_array_equal(np.isnan(read.s1_m), frame.s1_m.isna())
-        assert read == Log.from_numpy(frame.to_dict("list"))
+        assert read == Log.from_numpy({str(name): values for name, values in frame.items()})
     read.to_csv(tmp_path / "gaps.csv")
     assert Log.from_csv(tmp_path / "gaps.csv") == read
 
