@@ -3,6 +3,7 @@
 mod browser;
 mod monte_carlo;
 mod python;
+mod python_cost;
 mod test;
 mod workspace;
 
@@ -24,12 +25,15 @@ enum Task {
     Test(test::Arguments),
     /// Measure accuracy over many simulated objects and write the tables that the documentation quotes.
     MonteCarlo(monte_carlo::Arguments),
+    /// Measure what it costs to reconstruct from Python rather than from Rust.
+    PythonCost(python_cost::Arguments),
 }
 
 fn main() -> ExitCode {
     let done = match Arguments::parse().task {
         Some(Task::Test(arguments)) => test::run(&arguments),
         Some(Task::MonteCarlo(arguments)) => monte_carlo::run(&arguments),
+        Some(Task::PythonCost(arguments)) => python_cost::run(&arguments),
         None => Arguments::command().print_help().map_err(Into::into),
     };
     match done {

@@ -74,10 +74,17 @@ impl Environment {
         Ok(environment)
     }
 
-    /// A command that runs a module of this environment at the root of the workspace.
-    pub fn module(&self, arguments: &[&str]) -> Command {
+    /// The interpreter of this environment, started at the root of the workspace.
+    pub fn python(&self) -> Command {
         let mut command = Command::new(&self.python);
-        command.current_dir(workspace::root()).env("CARGO_TARGET_DIR", workspace::target()).arg("-m").args(arguments);
+        command.current_dir(workspace::root()).env("CARGO_TARGET_DIR", workspace::target());
+        command
+    }
+
+    /// A module of this environment as a command.
+    fn module(&self, arguments: &[&str]) -> Command {
+        let mut command = self.python();
+        command.arg("-m").args(arguments);
         // So that what is run finds its fellows.
         if let Some(programs) = self.python.parent() {
             let before = std::env::var_os("PATH").unwrap_or_default();
