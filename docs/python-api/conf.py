@@ -10,6 +10,7 @@ version = release = palpate.__version__
 extensions = ["sphinx.ext.autodoc", "sphinx.ext.autosummary", "numpydoc"]
 html_theme = "alabaster"
 html_theme_options = {"page_width": "1100px", "sidebar_width": "240px"}
+exclude_patterns = ["README.md"]
 add_module_names = False
 autodoc_member_order = "bysource"
 autosummary_generate = True

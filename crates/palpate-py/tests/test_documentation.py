@@ -8,6 +8,7 @@ import re
 import runpy
 from pathlib import Path
 
+import numpy as np
 import pytest
 from conftest import LOGS, ROOT
 
@@ -50,6 +51,22 @@ def test_the_readmes_example_gives_a_picture(tmp_path: Path, monkeypatch: pytest
     (tmp_path / "example.py").write_text(code)
     runpy.run_path(str(tmp_path / "example.py"))
     assert (tmp_path / "pebble.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_the_how_to_reads_counts_and_gaps(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    egg = palpate.SupportFunction.named("egg")
+    pad = palpate.Touchpad.interlink(length_m=0.2, dropout=0.1)
+    log = palpate.simulate(egg, palpate.plan_turn(egg, 40.0), touchpad=pad, rate_hz=10).log
+    counts = (1e3 * np.stack([log.s1_m, log.s2_m]) - 12.5) / (25.4 / 200)
+    table = np.stack([log.time_s, np.degrees(log.phi1_rad), np.degrees(log.phi1_rad + log.phi2_rad), *counts], axis=1)
+    lines = (",".join("" if np.isnan(value) else f"{value:.10f}" for value in row) for row in table)
+    (tmp_path / "counts.csv").write_text("\n".join(lines))
+    (tmp_path / "example.py").write_text(code_in(ROOT / "docs" / "how-to-own-sensor.md", "### From Python"))
+    left = runpy.run_path(str(tmp_path / "example.py"))
+    assert left["result"].certified
+    np.testing.assert_allclose(left["log"].s1_m, log.s1_m, atol=1e-9)
+    assert palpate.Result.load(tmp_path / "trial").certified
 
 
 def test_the_packages_own_readme_is_true(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
