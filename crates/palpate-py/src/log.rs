@@ -300,15 +300,14 @@ impl LogData {
             columns.set_item(name, values)?;
         }
         let samples = &self.file.log.samples;
-        let points: [(&str, fn(&Sample) -> f64); 4] = [
-            ("base1_x_m", |sample| sample.palms.base1_m[0]),
-            ("base1_y_m", |sample| sample.palms.base1_m[1]),
-            ("base2_x_m", |sample| sample.palms.base2_m[0]),
-            ("base2_y_m", |sample| sample.palms.base2_m[1]),
-        ];
-        if samples.iter().any(|sample| points.iter().any(|(_, value)| value(sample) != 0.0)) {
-            for (name, value) in points {
-                columns.set_item(name, arrays::column(py, samples.iter().map(value).collect()))?;
+        let bases = |sample: &Sample| {
+            let ([x1, y1], [x2, y2]) = (sample.palms.base1_m, sample.palms.base2_m);
+            [x1, y1, x2, y2]
+        };
+        if samples.iter().any(|sample| bases(sample) != [0.0; 4]) {
+            for (place, name) in ["base1_x_m", "base1_y_m", "base2_x_m", "base2_y_m"].into_iter().enumerate() {
+                columns
+                    .set_item(name, arrays::column(py, samples.iter().map(|sample| bases(sample)[place]).collect()))?;
             }
         }
         let stated = [

@@ -67,7 +67,7 @@ pub fn run<T: Send + 'static>(
         // Nobody may be waiting any more.
         let _ = sender.send(message);
     });
-    let outcome = loop {
+    loop {
         let (returned, next) = py.detach(move || {
             let next = receiver.recv_timeout(TICK);
             (receiver, next)
@@ -87,8 +87,7 @@ pub fn run<T: Send + 'static>(
             abandoned.store(true, Ordering::Relaxed);
             break Err(raised);
         }
-    };
-    outcome
+    }
 }
 
 fn tell_through<T: Send + 'static>(sender: Sender<Message<T>>) -> Box<dyn Fn(Progress) + Send + Sync> {
