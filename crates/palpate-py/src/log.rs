@@ -403,7 +403,7 @@ impl LogData {
         let samples = &self.file.log.samples;
         let span = samples.first().zip(samples.last()).map_or(0.0, |(first, last)| last.time_s - first.time_s);
         let both = samples.iter().filter(|sample| sample.s1_m.is_some() && sample.s2_m.is_some()).count();
-        format!("{} samples in {span:.4} s, {both} with both contacts", samples.len())
+        format!("{} samples in {span:.2} s, {both} with both contacts", samples.len())
     }
 
     /// All there is to know of each sample; NaN where nothing is.

@@ -417,7 +417,7 @@ impl ResultData {
         let rows = [
             ("mean radius", format!("{:.3} mm", 1e3 * found.shape.mean_radius_m())),
             ("boundary felt", format!("{:.0} %", 100.0 * found.coverage)),
-            ("sensor noise", format!("{:.4} mm", 1e3 * found.sensor_sd_m)),
+            ("sensor noise", format!("{:.2} &micro;m", 1e6 * found.sensor_sd_m)),
             ("&chi;&sup2; per degree of freedom", format!("{:.3}", found.chi2_per_dof)),
             ("samples", found.motion.len().to_string()),
             ("jumps", found.jumps.len().to_string()),

@@ -109,7 +109,7 @@ def test_slices_are_logs(log: Log) -> None:
     assert_array_equal(thin.time_s, log.time_s[100:1900:3])
     assert len(log[5000:]) == 0
     assert_array_equal(log[::-1].s1_m, log.s1_m[::-1])
-    assert repr(thin) == f"<Log: 600 samples in {thin.time_s[-1] - thin.time_s[0]:.4f} s, 600 with both contacts>"
+    assert repr(thin) == f"<Log: 600 samples in {thin.time_s[-1] - thin.time_s[0]:.2f} s, 600 with both contacts>"
 
 
 def test_a_notebook_shows_no_markup_of_the_file(log: Log) -> None:
