@@ -34,7 +34,7 @@ mod _palpate {
     #[pymodule_export]
     use crate::motion::{Motion, Move};
     #[pymodule_export]
-    use crate::palms::Palms;
+    use crate::palms::{Palms, radii_of_curvature_m};
     #[pymodule_export]
     use crate::plan::{Limits, Planned, plan_jump_free, plan_turn};
     #[pymodule_export]

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use palpate::palms::PalmPair;
+use palpate::palms::{ContactRates, GeneralizedContactSupport, PalmPair};
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
@@ -132,6 +132,21 @@ impl Palms {
         (point1.into(), point2.into())
     }
 
+    /// Generalised contact support functions from the readings (eq. 8 of Moll and Erdmann 2001).
+    ///
+    /// Parameters
+    /// ----------
+    /// s1_m, s2_m : float
+    ///     Distances of the contacts from the base points, metres.
+    ///
+    /// Returns
+    /// -------
+    /// tuple of float
+    ///     r1, d1, r2 and d2: the vector between the contacts along the normal and the tangent at each, metres.
+    fn generalized_support_m(&self, s1_m: f64, s2_m: f64) -> (f64, f64, f64, f64) {
+        four(GeneralizedContactSupport::of_readings(&self.0, s1_m, s2_m))
+    }
+
     /// The centre of mass of an object that touches both palms.
     ///
     /// Parameters
@@ -179,4 +194,39 @@ impl Palms {
         let arguments = (self.0.phi1_rad, self.0.phi2_rad, self.base1_m(), self.base2_m()).into_pyobject(py)?;
         Ok((py.get_type::<Self>().into_any(), arguments))
     }
+}
+
+/// The four numbers in the order of the paper.
+pub fn four(support: GeneralizedContactSupport) -> (f64, f64, f64, f64) {
+    (support.r1, support.d1, support.r2, support.d2)
+}
+
+/// Radii of curvature at the two contacts from how fast the readings change (eq. 9 of Moll and Erdmann 2001).
+///
+/// Parameters
+/// ----------
+/// support_m : tuple of float
+///     Generalised contact support functions r1, d1, r2 and d2, metres.
+/// rates : tuple of float
+///     How fast theta1 and phi2 (radians per second) and r1 and r2 (metres per second) change.
+/// phi2_rad : float
+///     Opening of the palms, radians.
+///
+/// Returns
+/// -------
+/// tuple of float or None
+///     v1 and v2, metres; None for a contact that stands still on the object.
+#[pyfunction]
+pub fn radii_of_curvature_m(
+    support_m: (f64, f64, f64, f64),
+    rates: (f64, f64, f64, f64),
+    phi2_rad: f64,
+) -> (Option<f64>, Option<f64>) {
+    let (r1, d1, r2, d2) = support_m;
+    let (theta1_rad_per_s, phi2_rad_per_s, r1_m_per_s, r2_m_per_s) = rates;
+    palpate::palms::radii_of_curvature_m(
+        &GeneralizedContactSupport { r1, d1, r2, d2 },
+        &ContactRates { theta1_rad_per_s, phi2_rad_per_s, r1_m_per_s, r2_m_per_s },
+        phi2_rad,
+    )
 }

@@ -3,12 +3,14 @@
 use std::f64::consts::TAU;
 
 use numpy::{PyArray1, PyArray2};
+use palpate::palms::GeneralizedContactSupport;
 use palpate::shape::{BoundaryPoint, NamedShape, RandomShape, ShapeError, SupportFunction};
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
 use crate::arrays::{self, Column, Numbers, Table};
 use crate::errors::{self, OrRaise};
+use crate::palms::four;
 use crate::svg;
 use crate::whole::Whole;
 
@@ -348,6 +350,23 @@ impl Shape {
             })
             .collect();
         arrays::table(py, &points)
+    }
+
+    /// Generalised contact support functions (eq. 4 to 7 of Moll and Erdmann 2001).
+    ///
+    /// Parameters
+    /// ----------
+    /// theta1_rad : float
+    ///     Normal angle at the first contact, radians.
+    /// phi2_rad : float
+    ///     Opening of the palms, radians.
+    ///
+    /// Returns
+    /// -------
+    /// tuple of float
+    ///     r1, d1, r2 and d2: the vector between the contacts along the normal and the tangent at each, metres.
+    fn generalized_support_m(&self, theta1_rad: f64, phi2_rad: f64) -> (f64, f64, f64, f64) {
+        four(GeneralizedContactSupport::of_shape(&self.0, theta1_rad, phi2_rad))
     }
 
     /// The same object turned in its frame.

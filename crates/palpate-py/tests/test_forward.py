@@ -25,6 +25,24 @@ def test_contacts_lie_on_both_palms(egg: SupportFunction) -> None:
     assert repr(PalmPair(0.5, 1.0)) == "PalmPair(phi1_rad=0.5, phi2_rad=1)"
 
 
+def test_readings_tell_the_curvature(egg: SupportFunction) -> None:
+    """Equations 7 and 8 agree, and differences of them give the radii of curvature by equation 9."""
+    phi2, h = 1.4, 1e-5
+
+    def felt(t: float) -> tuple[PalmPair, float, tuple[float, float, float, float]]:
+        palms, psi = PalmPair(0.6 + 0.2 * t, phi2 + 0.1 * t), 0.3 - 0.5 * t
+        return palms, palms.contact_angles(psi)[0], palms.generalized_support_m(*palms.contact_positions_m(egg, psi))
+
+    (_, theta_a, before), (palms, theta1, now), (_, theta_b, after) = felt(-h), felt(0), felt(h)
+    assert_allclose(now, egg.generalized_support_m(theta1, phi2), atol=1e-12)
+    rate = 1 / (2 * h)
+    rates = ((theta_b - theta_a) * rate, 0.1, (after[0] - before[0]) * rate, (after[2] - before[2]) * rate)
+    v1, v2 = palpate.radii_of_curvature_m(now, rates, palms.phi2_rad)
+    assert v1 == pytest.approx(egg.v(theta1), rel=1e-6)
+    assert v2 == pytest.approx(egg.v(palms.contact_angles(0.3)[1]), rel=1e-6)
+    assert palpate.radii_of_curvature_m(now, (0, 0, 0, 0), phi2) == (None, None)
+
+
 def test_an_object_rests_where_its_energy_is_least(egg: SupportFunction) -> None:
     landscape = palpate.EnergyLandscape(egg, PalmPair(0.7, 1.6))
     psi = np.linspace(0, 2 * np.pi, 3601)
