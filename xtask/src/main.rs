@@ -1,8 +1,11 @@
-//! What the project does to itself: `cargo xtask test`, `cargo xtask monte-carlo`, `cargo xtask methods`. Alone it lists its tasks.
+//! What the project does to itself: `cargo xtask test`, `cargo xtask monte-carlo`, `cargo xtask methods`,
+//! `cargo xtask python-cost`. Alone it lists its tasks.
 
 mod browser;
 mod methods;
 mod monte_carlo;
+mod python;
+mod python_cost;
 mod test;
 mod workspace;
 
@@ -20,12 +23,14 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Task {
-    /// Run every test of the workspace: units, properties, documentation, command line, and the report in a browser.
+    /// Run every test of the workspace: units, properties, documentation, command line, the report in a browser, and Python.
     Test(test::Arguments),
     /// Measure accuracy over many simulated objects and write the tables that the documentation quotes.
     MonteCarlo(monte_carlo::Arguments),
     /// Hold the paper's method against maximum likelihood on the same logs, and write the table that the documentation quotes.
     Methods(methods::Arguments),
+    /// Measure what it costs to reconstruct from Python rather than from Rust.
+    PythonCost(python_cost::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -33,6 +38,7 @@ fn main() -> ExitCode {
         Some(Task::Test(arguments)) => test::run(&arguments),
         Some(Task::MonteCarlo(arguments)) => monte_carlo::run(&arguments),
         Some(Task::Methods(arguments)) => methods::run(&arguments),
+        Some(Task::PythonCost(arguments)) => python_cost::run(&arguments),
         None => Arguments::command().print_help().map_err(Into::into),
     };
     match done {

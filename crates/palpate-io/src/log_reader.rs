@@ -79,7 +79,21 @@ pub fn parse_log(name: &str, bytes: &[u8]) -> Result<LogFile, ReadError> {
     let table = Table::parse(name, bytes, HEADER)?;
     let columns = Columns::find(&table)?;
     table.require_rows()?;
+    from_table(name, table, &columns)
+}
 
+/// A palm log from columns in memory, each a name and the text of its cells, by the same rules. Lines of an error are rows,
+/// counted from 0; `name` stands for the file in messages.
+///
+/// # Errors
+/// As [`read_log`]; also when the columns differ in length.
+pub fn log_from_columns(name: &str, columns: &[(String, Vec<String>)]) -> Result<LogFile, ReadError> {
+    let table = Table::from_columns(name, columns)?;
+    let found = Columns::find(&table).map_err(|error| ReadError { line: None, ..error })?;
+    from_table(name, table, &found)
+}
+
+fn from_table(name: &str, table: Table, columns: &Columns) -> Result<LogFile, ReadError> {
     let mut samples: Vec<Sample> = Vec::with_capacity(table.rows());
     for row in 0..table.rows() {
         let sample = columns.sample(&table, row)?;
@@ -93,7 +107,7 @@ pub fn parse_log(name: &str, bytes: &[u8]) -> Result<LogFile, ReadError> {
         let problem = ReadProblem::TooFewSamples { both, samples: samples.len(), needed: MIN_SAMPLES };
         return Err(ReadError::in_file(name, problem));
     }
-    let notes = notes(&table, &columns, &samples);
+    let notes = notes(&table, columns, &samples);
     Ok(LogFile { log: Log { samples }, metadata: table.metadata, notes })
 }
 

@@ -141,6 +141,14 @@ pub enum ReadProblem {
         /// Columns of the header.
         columns: usize,
     },
+    /// A column in memory that is shorter or longer than the first.
+    #[error("the column has {cells} values, the first one has {rows}; give one value for each sample")]
+    UnequalColumns {
+        /// Values in the column.
+        cells: usize,
+        /// Values in the first column.
+        rows: usize,
+    },
     /// Text where a number belongs.
     #[error("\"{text}\" is not a number; write one such as 12.5{}", empty_means(empty))]
     NotANumber {

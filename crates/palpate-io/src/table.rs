@@ -185,6 +185,25 @@ impl<'a> Table<'a> {
         Ok(table)
     }
 
+    /// A table of columns in memory, whose lines are its rows, counted from 0.
+    pub(crate) fn from_columns(file: &'a str, columns: &'a [(String, Vec<String>)]) -> Result<Self, ReadError> {
+        let rows = columns.first().map_or(0, |(_, cells)| cells.len());
+        if let Some((name, cells)) = columns.iter().find(|(_, cells)| cells.len() != rows) {
+            let problem = ReadProblem::UnequalColumns { cells: cells.len(), rows };
+            return Err(ReadError { line: None, ..ReadError::in_column(file, 0, name, problem) });
+        }
+        let row = |row: usize| columns.iter().map(move |(_, cells)| Cow::Borrowed(cells[row].trim()));
+        Ok(Self {
+            file,
+            header_line: 0,
+            names: columns.iter().map(|(name, _)| name.trim().to_owned()).collect(),
+            cells: (0..rows).flat_map(row).collect(),
+            lines: (0..rows).collect(),
+            metadata: Vec::new(),
+            unended: false,
+        })
+    }
+
     /// Refuses a table without rows.
     pub(crate) fn require_rows(&self) -> Result<(), ReadError> {
         if self.lines.is_empty() {

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use palpate_io::{parse_log, read_log};
+use palpate_io::{log_from_columns, parse_log, read_log};
 
 const HEADER: &str = "time_s,phi1_rad,phi2_rad,s1_mm,s2_mm";
 
@@ -274,4 +274,44 @@ fn no_file() {
 fn file_name_cannot_break_the_terminal() {
     let error = parse_log("a\u{1b}[2J\n.csv", b"").expect_err("it is empty").to_string();
     assert!(error.starts_with("a\\u{1b}[2J\\n.csv: "), "{error}");
+}
+
+/// The columns of [`good`], with one changed.
+fn columns(changed: &str, change: impl Fn(usize, String) -> String) -> Vec<(String, Vec<String>)> {
+    let lines = good();
+    let cells = |column: usize| lines.iter().skip(1).filter_map(move |line| line.split(',').nth(column));
+    HEADER
+        .split(',')
+        .enumerate()
+        .map(|(column, name)| {
+            let cell =
+                |(row, cell): (usize, &str)| if name == changed { change(row, cell.into()) } else { cell.into() };
+            (name.to_owned(), cells(column).enumerate().map(cell).collect())
+        })
+        .collect()
+}
+
+#[test]
+fn columns_in_memory_follow_the_same_rules() {
+    let from_file = parse_log("log.csv", text(&good()).as_bytes()).expect("a good log");
+    assert_eq!(log_from_columns("columns", &columns("", |_, cell| cell)), Ok(from_file));
+
+    let message =
+        |columns: &[(String, Vec<String>)]| log_from_columns("columns", columns).expect_err("bad").to_string();
+    // Rows count from 0.
+    assert_eq!(
+        message(&columns("s1_mm", |row, cell| if row == 3 { "wet".into() } else { cell })),
+        "columns, line 3, column s1_mm: \"wet\" is not a number; write one such as 12.5, or leave the cell empty where no contact was seen"
+    );
+    let mut short = columns("", |_, cell| cell);
+    short[4].1.pop();
+    assert_eq!(
+        message(&short),
+        "columns, column s2_mm: the column has 13 values, the first one has 14; give one value for each sample"
+    );
+    short[4].0 = "s2".into();
+    short[4].1.push("30".into());
+    // A header in memory has no line.
+    assert_eq!(message(&short), "columns, column s2: the name says no unit; name the column s2_m, s2_cm or s2_mm");
+    assert!(message(&[]).starts_with("columns: there is no column for time"));
 }

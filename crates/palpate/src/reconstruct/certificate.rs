@@ -127,8 +127,7 @@ fn gaps(evidence: &Evidence) -> Vec<String> {
             if evidence.unplaced == 1 { "" } else { "s" }
         ));
     }
-    let known = |(sd, limit): (&f64, &f64)| *sd <= *limit;
-    if !evidence.psi_sd.iter().zip(&MAX_PSI_SD).all(|both| known(both)) {
+    if !evidence.psi_sd.iter().zip(MAX_PSI_SD).all(|(sd, limit)| *sd <= limit) {
         doubts.push(format!(
             "the orientation is known only to {:.1} deg (one standard deviation; {:.1} deg at the worst sample): the felt \
              boundary is too round, or too little of it was felt",

@@ -34,8 +34,8 @@ impl Known {
         let value = linearised.at(instant, &self.coefficients, psi).value;
         let weights = self.noise.weights(&Instant { balance_weight: 1.0, ..*instant });
         let mut rows = DMatrix::zeros(self.coefficients.len(), 3);
-        for j in 0..3 {
-            let share = std::array::from_fn(|i| if i == j { weights[j] } else { 0.0 });
+        for (j, weight) in weights.into_iter().enumerate() {
+            let share = std::array::from_fn(|i| if i == j { weight } else { 0.0 });
             linearised.mixed_row(instant, share, rows.column_mut(j).as_mut_slice());
         }
         let spread = rows.tr_mul(&(&self.covariance * &rows));

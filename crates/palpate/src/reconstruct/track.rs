@@ -145,7 +145,7 @@ fn place_anew(choices: &mut [Vec<Choice>], problem: &Problem, samples: &[usize],
             for (psi, misfit) in minima(choices[index][0].psi, &surprise) {
                 match placed.iter_mut().find(|choice| same(choice.psi, psi)) {
                     Some(choice) if choice.misfit > misfit => {
-                        *choice = Choice { psi: choice.psi + turn(choice.psi, psi), misfit, ..*choice };
+                        *choice = Choice { psi: choice.psi + turn(choice.psi, psi), misfit };
                     }
                     Some(_) => {}
                     None => placed.push(Choice { psi, misfit }),

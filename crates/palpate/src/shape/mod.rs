@@ -6,6 +6,6 @@ mod random;
 mod support_function;
 
 pub use fit::ShapeError;
-pub use named::{NamedShape, ellipse, rounded_polygon};
+pub use named::{NamedShape, UnknownShape, ellipse, rounded_polygon};
 pub use random::{RandomShape, random_shape};
 pub use support_function::{BoundaryPoint, ContactSupport, SupportFunction};

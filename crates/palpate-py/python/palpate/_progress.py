@@ -1,0 +1,78 @@
+"""Who is told how far a reconstruction has come: a callable, a tqdm bar, or nobody."""
+
+from __future__ import annotations
+
+import sys
+import threading
+import warnings
+from collections.abc import Callable
+from typing import Any, Protocol
+
+PATIENCE_S = 1.0
+"""Work shorter than this needs no sign of life."""
+
+
+class Listener(Protocol):
+    """Told how far the work has come, and closed in the end."""
+
+    def __call__(self, stage: str, fraction: float, /) -> None: ...
+
+    def close(self) -> None: ...
+
+
+class _Called:
+    """Passes everything on to a callable."""
+
+    def __init__(self, callback: Callable[[str, float], object]) -> None:
+        self._callback = callback
+
+    def __call__(self, stage: str, fraction: float, /) -> None:
+        self._callback(stage, fraction)
+
+    def close(self) -> None:
+        pass
+
+
+class _Bar:
+    """A bar that appears when the work takes long, and goes away with it."""
+
+    def __init__(self, tqdm: Any) -> None:
+        form = "{desc} |{bar}| {percentage:3.0f} % of all that may have to be tried, {elapsed}"
+        self._bar = tqdm(total=1.0, leave=False, delay=PATIENCE_S, bar_format=form)
+
+    def __call__(self, stage: str, fraction: float, /) -> None:
+        # At the end the bar goes away in a moment.
+        if fraction < 1:
+            self._bar.set_description_str(stage, refresh=False)
+            self._bar.update(fraction - self._bar.n)
+
+    def close(self) -> None:
+        self._bar.close()
+
+
+def listener(progress: bool | Callable[[str, float], object] | None) -> Listener | None:
+    """What `progress` asks for; by default a bar, if tqdm is there and someone is watching."""
+    if callable(progress):
+        return _Called(progress)
+    if progress is False or (progress is None and not _is_watched()):
+        return None
+    try:
+        with warnings.catch_warnings():
+            # Without its widgets a notebook gets a bar of text, which is good enough.
+            warnings.simplefilter("ignore")
+            from tqdm.auto import tqdm
+
+            return _Bar(tqdm)
+    except ImportError:
+        if progress:
+            raise
+        return None
+
+
+def _is_watched() -> bool:
+    """Whether someone is likely to look: a terminal or a notebook, and no threads that would each draw a bar."""
+    if threading.current_thread() is not threading.main_thread():
+        return False
+    if "ipykernel" in sys.modules:
+        return True
+    return sys.stderr is not None and sys.stderr.isatty()

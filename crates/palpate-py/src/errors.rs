@@ -1,0 +1,70 @@
+//! Every error of the libraries as a Python exception, with the same words.
+
+use palpate::compare::CompareError as RustCompareError;
+use palpate::palms::MotionError as RustMotionError;
+use palpate::reconstruct::ReconstructError as RustReconstructError;
+use palpate::shape::{ShapeError as RustShapeError, UnknownShape};
+use palpate::simulate::{PlanError, SimulateError as RustSimulateError};
+use palpate_io::{ReadError as RustReadError, WriteError as RustWriteError};
+use pyo3::import_exception;
+use pyo3::prelude::*;
+
+import_exception!(palpate._errors, InputError);
+import_exception!(palpate._errors, ReadError);
+import_exception!(palpate._errors, WriteError);
+import_exception!(palpate._errors, ShapeError);
+import_exception!(palpate._errors, MotionError);
+import_exception!(palpate._errors, SimulateError);
+import_exception!(palpate._errors, ReconstructError);
+import_exception!(palpate._errors, CompareError);
+import_exception!(palpate._errors, InternalError);
+
+/// An argument that cannot be used.
+pub fn input(message: String) -> PyErr {
+    InputError::new_err(message)
+}
+
+/// An error of a library as the exception that goes with it.
+pub trait IntoException {
+    /// The exception.
+    fn into_exception(self) -> PyErr;
+}
+
+macro_rules! exceptions {
+    ($($error:ty => $exception:ty),* $(,)?) => {$(
+        impl IntoException for $error {
+            fn into_exception(self) -> PyErr {
+                <$exception>::new_err(self.to_string())
+            }
+        }
+    )*};
+}
+
+exceptions! {
+    RustShapeError => ShapeError,
+    UnknownShape => ShapeError,
+    RustMotionError => MotionError,
+    PlanError => MotionError,
+    RustSimulateError => SimulateError,
+    RustReconstructError => ReconstructError,
+    RustCompareError => CompareError,
+    RustWriteError => WriteError,
+}
+
+impl IntoException for RustReadError {
+    fn into_exception(self) -> PyErr {
+        ReadError::new_err((self.to_string(), self.file, self.line, self.column, self.problem.to_string()))
+    }
+}
+
+/// `?` for the errors of the libraries.
+pub trait OrRaise<T> {
+    /// The value, or the exception that goes with the error.
+    fn or_raise(self) -> PyResult<T>;
+}
+
+impl<T, E: IntoException> OrRaise<T> for Result<T, E> {
+    fn or_raise(self) -> PyResult<T> {
+        self.map_err(IntoException::into_exception)
+    }
+}

@@ -1,0 +1,290 @@
+//! `EnergyLandscape`, `RestPose` and `follow`: where the object rests, and where it jumps to.
+
+use std::convert::Infallible;
+use std::f64::consts::PI;
+
+use palpate::palms::{PalmPair, SMALLEST_OPENING_RAD};
+use palpate::simulate::SimulateError as RustSimulateError;
+use palpate::statics::{EnergyLandscape, Jump, RestPose};
+use pyo3::prelude::*;
+use pyo3::types::PyTuple;
+
+use crate::arrays::{self, Numbers};
+use crate::errors::OrRaise;
+use crate::palms::Palms;
+use crate::shape::{Shape, finite};
+use crate::work;
+
+/// The height of the centre of mass over all orientations of an object between two still palms.
+///
+/// Parameters
+/// ----------
+/// shape : SupportFunction
+///     The object.
+/// palms : PalmPair
+///     The palms, neither parallel nor crossed.
+///
+/// Raises
+/// ------
+/// SimulateError
+///     If the palms are parallel or crossed.
+#[pyclass(frozen, module = "palpate", name = "EnergyLandscape")]
+pub struct Landscape {
+    shape: Shape,
+    palms: Palms,
+    landscape: EnergyLandscape,
+}
+
+/// Palms between which an object can rest.
+fn open(palms: &PalmPair) -> PyResult<()> {
+    let phi2_rad = palms.phi2_rad;
+    if phi2_rad > SMALLEST_OPENING_RAD && phi2_rad < PI - SMALLEST_OPENING_RAD {
+        return Ok(());
+    }
+    Err(RustSimulateError::Parallel { time_s: 0.0, phi2_rad }).or_raise()
+}
+
+#[pymethods]
+impl Landscape {
+    #[new]
+    fn new(shape: &Shape, palms: &Palms) -> PyResult<Self> {
+        open(&palms.0)?;
+        let landscape = EnergyLandscape::new(&shape.0, &palms.0);
+        Ok(Self { shape: shape.clone(), palms: palms.clone(), landscape })
+    }
+
+    /// Height of the centre of mass over the origin.
+    ///
+    /// Parameters
+    /// ----------
+    /// psi_rad : float or array_like of float
+    ///     Orientation, radians.
+    ///
+    /// Returns
+    /// -------
+    /// float or numpy.ndarray
+    ///     Height in metres, in the shape of the input.
+    fn height_m<'py>(&self, py: Python<'py>, psi_rad: Numbers<'py>) -> PyResult<Bound<'py, PyAny>> {
+        arrays::mapped(py, &psi_rad, |psi| self.landscape.height_m(psi))
+    }
+
+    /// Balance g = d1 sin(phi12) + d2 sin(phi1), 0 where force and torque balance.
+    ///
+    /// Parameters
+    /// ----------
+    /// psi_rad : float or array_like of float
+    ///     Orientation, radians.
+    ///
+    /// Returns
+    /// -------
+    /// float or numpy.ndarray
+    ///     g in metres, in the shape of the input.
+    fn balance_m<'py>(&self, py: Python<'py>, psi_rad: Numbers<'py>) -> PyResult<Bound<'py, PyAny>> {
+        arrays::mapped(py, &psi_rad, |psi| self.landscape.balance_m(psi))
+    }
+
+    /// Slope of the balance; positive where a balanced pose is stable.
+    ///
+    /// Parameters
+    /// ----------
+    /// psi_rad : float or array_like of float
+    ///     Orientation, radians.
+    ///
+    /// Returns
+    /// -------
+    /// float or numpy.ndarray
+    ///     dg/dpsi in metres, in the shape of the input.
+    fn balance_slope_m<'py>(&self, py: Python<'py>, psi_rad: Numbers<'py>) -> PyResult<Bound<'py, PyAny>> {
+        arrays::mapped(py, &psi_rad, |psi| self.landscape.balance_slope_m(psi))
+    }
+
+    /// bool: whether every orientation is balanced alike, as for a disc with its mass in the centre.
+    #[getter]
+    fn is_flat(&self) -> bool {
+        self.landscape.is_flat()
+    }
+
+    /// All stable poses.
+    ///
+    /// Returns
+    /// -------
+    /// list of RestPose
+    ///     In order of psi, 0 to 2 pi; empty on a flat landscape.
+    fn stable_poses(&self) -> Vec<Rest> {
+        self.landscape.stable_poses().into_iter().map(Rest).collect()
+    }
+
+    /// The minimum of the energy reached by going downhill all the way.
+    ///
+    /// Parameters
+    /// ----------
+    /// psi_rad : float
+    ///     Where to start, radians.
+    ///
+    /// Returns
+    /// -------
+    /// float
+    ///     Orientation at rest, radians, unwrapped.
+    fn descend(&self, psi_rad: f64) -> f64 {
+        self.landscape.descend(psi_rad)
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<EnergyLandscape: {} stable poses>", self.landscape.stable_poses().len())
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+        let arguments = (self.shape.clone(), self.palms.clone()).into_pyobject(py)?;
+        Ok((py.get_type::<Self>().into_any(), arguments))
+    }
+}
+
+/// A stable pose of an object between two still palms.
+#[pyclass(frozen, eq, module = "palpate", name = "RestPose")]
+#[derive(Clone, PartialEq)]
+pub struct Rest(RestPose);
+
+#[pymethods]
+impl Rest {
+    /// float: orientation, radians, 0 to 2 pi.
+    #[getter]
+    fn psi_rad(&self) -> f64 {
+        self.0.psi_rad
+    }
+
+    /// float: height of the centre of mass over the origin, metres.
+    #[getter]
+    fn height_m(&self) -> f64 {
+        self.0.height_m
+    }
+
+    /// float: second derivative of the height by psi, metres; 0 where the pose is about to vanish.
+    #[getter]
+    fn stiffness_m(&self) -> f64 {
+        self.0.stiffness_m
+    }
+
+    fn __repr__(&self) -> String {
+        let RestPose { psi_rad, height_m, stiffness_m } = self.0;
+        format!("<RestPose: psi {psi_rad:.4} rad, height {height_m:.5} m, stiffness {stiffness_m:.5} m>")
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+        let arguments = (self.0.psi_rad, self.0.height_m, self.0.stiffness_m).into_pyobject(py)?;
+        Ok((py.get_type::<Self>().getattr("_made")?, arguments))
+    }
+
+    #[staticmethod]
+    fn _made(psi_rad: f64, height_m: f64, stiffness_m: f64) -> Self {
+        Self(RestPose { psi_rad, height_m, stiffness_m })
+    }
+}
+
+/// A pose vanished while the palms moved, and the object went downhill to another.
+#[pyclass(frozen, eq, module = "palpate", name = "PoseJump")]
+#[derive(Clone, PartialEq)]
+pub struct PoseJump(Jump);
+
+#[pymethods]
+impl PoseJump {
+    /// float: when, as a fraction (0 to 1) of the movement that was followed.
+    #[getter]
+    fn fraction(&self) -> f64 {
+        self.0.fraction
+    }
+
+    /// PalmPair: the palms at that instant.
+    #[getter]
+    fn palms(&self) -> Palms {
+        Palms(self.0.palms)
+    }
+
+    /// float: orientation before, radians.
+    #[getter]
+    fn psi_before_rad(&self) -> f64 {
+        self.0.psi_before_rad
+    }
+
+    /// float: orientation after, radians, unwrapped.
+    #[getter]
+    fn psi_after_rad(&self) -> f64 {
+        self.0.psi_after_rad
+    }
+
+    /// float: height of the centre of mass before, metres.
+    #[getter]
+    fn height_before_m(&self) -> f64 {
+        self.0.height_before_m
+    }
+
+    /// float: height of the centre of mass after, metres.
+    #[getter]
+    fn height_after_m(&self) -> f64 {
+        self.0.height_after_m
+    }
+
+    fn __repr__(&self) -> String {
+        format!(
+            "<PoseJump: from psi {:.4} to {:.4} rad, {:.3} mm down>",
+            self.0.psi_before_rad,
+            self.0.psi_after_rad,
+            1e3 * (self.0.height_before_m - self.0.height_after_m)
+        )
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+        let Jump { fraction, palms, psi_before_rad, psi_after_rad, height_before_m, height_after_m } = self.0;
+        let arguments = (fraction, Palms(palms), psi_before_rad, psi_after_rad, height_before_m, height_after_m);
+        Ok((py.get_type::<Self>().getattr("_made")?, arguments.into_pyobject(py)?))
+    }
+
+    #[staticmethod]
+    fn _made(fraction: f64, palms: &Palms, before: f64, after: f64, height_before_m: f64, height_after_m: f64) -> Self {
+        let palms = palms.0;
+        Self(Jump { fraction, palms, psi_before_rad: before, psi_after_rad: after, height_before_m, height_after_m })
+    }
+}
+
+/// Follow a stable pose while the palms move evenly from one pair to another.
+///
+/// Parameters
+/// ----------
+/// shape : SupportFunction
+///     The object.
+/// start, end : PalmPair
+///     The palms before and after.
+/// psi_rad : float
+///     Orientation at the start, radians; if it is not stable, the object first goes downhill.
+///
+/// Returns
+/// -------
+/// psi_rad : float
+///     Orientation at the end, radians, unwrapped.
+/// jumps : list of PoseJump
+///     The jumps on the way.
+///
+/// Raises
+/// ------
+/// SimulateError
+///     If the palms are parallel or crossed at either end.
+#[pyfunction]
+pub fn follow(
+    py: Python<'_>,
+    shape: &Shape,
+    start: &Palms,
+    end: &Palms,
+    psi_rad: f64,
+) -> PyResult<(f64, Vec<PoseJump>)> {
+    finite("psi_rad", &[psi_rad])?;
+    open(&start.0)?;
+    open(&end.0)?;
+    let (shape, start, end) = (shape.0.clone(), start.0, end.0);
+    let followed = work::run(py, None, None, move |_| {
+        palpate::statics::follow::<Infallible>(&shape, &start, &end, psi_rad, |_, _, _| Ok(()))
+    })?;
+    let (psi, jumps) = match followed {
+        Ok(found) => found,
+        Err(never) => match never {},
+    };
+    Ok((psi, jumps.into_iter().map(PoseJump).collect()))
+}

@@ -1,0 +1,100 @@
+"""One hierarchy of exceptions, and no panic, whatever comes in."""
+
+from __future__ import annotations
+
+import inspect
+import itertools
+import math
+
+import numpy as np
+import pytest
+
+import palpate
+
+FORMS = [
+    getattr(palpate, name)
+    for name in palpate.__all__
+    if inspect.isclass(getattr(palpate, name)) and issubclass(getattr(palpate, name), BaseException)
+]
+
+
+def test_all_exceptions_have_one_root() -> None:
+    assert len(FORMS) == 10
+    for form in FORMS:
+        assert issubclass(form, palpate.PalpateError)
+        assert form.__module__ == "palpate"
+        assert form.__doc__
+    assert issubclass(palpate.InputError, ValueError)
+    for form in (palpate.ReadError, palpate.ShapeError, palpate.MotionError, palpate.SimulateError):
+        assert issubclass(form, palpate.InputError)
+
+
+NUMBERS = [0.0, -1.0, 1.0, 1e-300, 1e300, math.inf, -math.inf, math.nan]
+COUNTS = [0, 1, -1, 2**63, 2**64, 10**30]
+TABLES = [[], [[]], [(1, 2)], [(math.nan, 1.0)] * 20, [(math.inf, 1.0)] * 20, np.zeros((50, 2)), np.ones((50, 3))]
+ODD = [None, "egg", b"egg", object(), {}, [None], ["a", 1], 1 + 2j]
+
+
+def things() -> dict[str, list[object]]:
+    """Values that a careless caller may give, by what an argument's name suggests."""
+    egg = palpate.SupportFunction.named("egg")
+    wild = palpate.SupportFunction(1e300, [(1e300, -1e300)] * 3)
+    tiny = palpate.SupportFunction(1e-300, [(0, 1e-300)] * 2)
+    palms = [palpate.PalmPair(0.7, 1.6), palpate.PalmPair(-12.0, 12.0), palpate.PalmPair(0, 0, (1e300, 0), (0, -1e300))]
+    log = palpate.simulate(egg, palpate.PalmMotion.random(1, 5), rate_hz=4).log
+    return {
+        "shape": [egg, wild, tiny],
+        "palms": [*palms],
+        "start": [*palms],
+        "end": [*palms],
+        "log": [log, log[:3], log[:0], log[::-1]],
+        "moves": [[], [palpate.PalmMove.rotate(x, y) for x in NUMBERS for y in NUMBERS[:2]]],
+    }
+
+
+def calls() -> list[tuple[object, list[list[object]]]]:
+    known = things()
+    targets: list[object] = [palpate.simulate, palpate.plan_turn, palpate.plan_jump_free, palpate.follow]
+    targets += [palpate.reconstruct, palpate.reconstruct_from, palpate.cramer_rao_bound_m]
+    for form in (palpate.SupportFunction, palpate.PalmPair, palpate.PalmMotion, palpate.PalmMove, palpate.Log):
+        targets.append(form)
+        targets += [getattr(form, name) for name in vars(form) if isinstance(vars(form)[name], staticmethod)]
+    landscape = palpate.EnergyLandscape(palpate.SupportFunction.named("egg"), palpate.PalmPair(0.7, 1.6))
+    for instance in (palpate.SupportFunction.named("egg"), palpate.PalmPair(0.7, 1.6), landscape, palpate.Touchpad()):
+        targets += [getattr(instance, name) for name in dir(instance) if not name.startswith("_")]
+    plain: list[list[object]] = [[*NUMBERS[:4], *ODD[:3]], [*NUMBERS[3:], *COUNTS[:3]], [*COUNTS], [*TABLES], ODD]
+    every: list[tuple[object, list[list[object]]]] = []
+    for target in targets:
+        if not callable(target) or getattr(target, "__name__", "") in ("plot", "from_pandas", "from_csv", "_made"):
+            continue
+        try:
+            parameters = list(inspect.signature(target).parameters.values())
+        except (TypeError, ValueError):
+            continue
+        needed = [each.name for each in parameters if each.default is each.empty and each.kind < each.VAR_POSITIONAL]
+        for choice in plain:
+            every.append((target, [known.get(name, choice) for name in needed]))
+    return every
+
+
+def test_no_argument_makes_it_panic() -> None:
+    """Whatever comes in, a value or an ordinary exception comes out; a panic is no Exception and would fail this."""
+    tried = 0
+    for target, choices in calls():
+        assert callable(target)
+        for arguments in itertools.islice(itertools.product(*choices), 60):
+            tried += 1
+            try:
+                target(*arguments)
+            except palpate.InternalError as error:
+                pytest.fail(f"{target}{arguments}: {error}")
+            except (palpate.PalpateError, TypeError, ValueError):
+                pass
+    assert tried > 3000
+
+
+def test_wrong_types_are_type_errors(egg: palpate.SupportFunction) -> None:
+    with pytest.raises(TypeError, match="'str' object is not an instance of 'Log'"):
+        palpate.reconstruct("trial.csv")  # type: ignore[arg-type]
+    with pytest.raises(TypeError):
+        palpate.simulate(egg, "random")

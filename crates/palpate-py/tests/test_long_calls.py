@@ -1,0 +1,132 @@
+"""Long calls: Ctrl-C, progress, other threads, forks."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import subprocess
+import sys
+import textwrap
+import threading
+from concurrent.futures import ThreadPoolExecutor
+
+import pytest
+from conftest import LOGS
+
+import palpate
+from palpate import _progress
+
+ENDLESS = """
+    import os, signal, sys, threading
+    import palpate
+
+    def interrupt():
+        # The main thread is in the call, or about to be, once this line is out.
+        print("begun", flush=True)
+        os.kill(os.getpid(), signal.SIGINT)
+
+    shape = palpate.SupportFunction.named("egg")
+    table = palpate.PalmMotion.random(1, 50_000.0).sample(100.0)
+    threading.Timer(0.5, interrupt).start()
+    try:
+        palpate.simulate(shape, table)
+        print("finished")
+    except KeyboardInterrupt:
+        print("interrupted")
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="a process cannot send itself Ctrl-C")
+def test_ctrl_c_ends_a_call_that_tells_nothing() -> None:
+    """Five million samples take many seconds to simulate; the call must not wait for their end."""
+    run = subprocess.run(
+        [sys.executable, "-c", textwrap.dedent(ENDLESS)], capture_output=True, text=True, timeout=100, check=True
+    )
+    assert run.stdout.split() == ["begun", "interrupted"]
+
+
+def test_progress_is_told_and_never_decreases(simulation: palpate.Simulation) -> None:
+    told: list[tuple[str, float]] = []
+    palpate.reconstruct(simulation.log, progress=lambda stage, share: told.append((stage, share)))
+    shares = [share for _, share in told]
+    assert shares == sorted(shares)
+    assert 0 <= shares[0] <= shares[-1] == 1
+    assert told[0][0] == "searching for arrangements"
+
+
+def test_what_a_listener_raises_ends_the_call(simulation: palpate.Simulation, result: palpate.Result) -> None:
+    class EnoughError(Exception):
+        pass
+
+    def listener(stage: str, share: float) -> None:
+        raise EnoughError(stage)
+
+    with pytest.raises(EnoughError, match="searching"):
+        palpate.reconstruct(simulation.log, progress=listener)
+    # The work that was dropped leaves nothing behind.
+    assert palpate.reconstruct(simulation.log) == result
+
+
+def test_a_listener_is_called_in_the_thread_that_called(simulation: palpate.Simulation) -> None:
+    threads = set()
+    palpate.reconstruct(simulation.log, progress=lambda *_: threads.add(threading.get_ident()))
+    assert threads == {threading.get_ident()}
+
+
+def test_other_threads_run_meanwhile(simulation: palpate.Simulation, result: palpate.Result) -> None:
+    """Two calls that each wait for the other's first sign of progress: neither may hold the interpreter."""
+    meet = threading.Barrier(2, timeout=60)
+
+    def solve() -> palpate.Result:
+        met = False
+
+        def listener(stage: str, share: float) -> None:
+            nonlocal met
+            if not met:
+                met = True
+                meet.wait()
+
+        return palpate.reconstruct(simulation.log, progress=listener)
+
+    with ThreadPoolExecutor(2) as pool:
+        futures = [pool.submit(solve) for _ in range(2)]
+        assert [future.result() for future in futures] == [result, result]
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="there is no fork here")
+@pytest.mark.filterwarnings("ignore:.*multi-threaded.*fork.*:DeprecationWarning")
+def test_a_forked_process_works(simulation: palpate.Simulation, result: palpate.Result) -> None:
+    """A thread pool does not survive a fork; a child that used the parent's would wait for ever."""
+    assert palpate.reconstruct(simulation.log) == result
+    with multiprocessing.get_context("fork").Pool(2) as pool:
+        results = pool.map_async(palpate.reconstruct, [simulation.log] * 2).get(timeout=120)
+    assert results == [result, result]
+
+
+def test_a_bar_is_shown_when_it_is_wanted(
+    simulation: palpate.Simulation, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(_progress, "PATIENCE_S", 0.0)
+    palpate.reconstruct(simulation.log, progress=True)
+    assert "% of all that may have to be tried" in capsys.readouterr().err
+    palpate.reconstruct(simulation.log)  # nobody is watching
+    palpate.reconstruct(simulation.log, progress=False)
+    assert capsys.readouterr().err == ""
+
+
+def test_without_tqdm_there_is_no_bar_and_no_failure(
+    simulation: palpate.Simulation, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "tqdm.auto", None)
+    monkeypatch.setattr(_progress, "_is_watched", lambda: True)
+    assert palpate.reconstruct(simulation.log).certified
+    with pytest.raises(ImportError):
+        palpate.reconstruct(simulation.log, progress=True)
+
+
+def test_many_logs_at_once() -> None:
+    names = ("egg_full_turn_oracle_n0.1mm", "ellipse_full_turn_pymunk", "pebble_full_turn_mujoco_sensor")
+    logs = [palpate.Log.from_csv(LOGS / f"{name}.csv")[::5] for name in names]
+    alone = [palpate.reconstruct(log, threads=1) for log in logs]
+    with ThreadPoolExecutor(3) as pool:
+        assert list(pool.map(palpate.reconstruct, logs)) == alone

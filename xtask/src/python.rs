@@ -1,0 +1,154 @@
+//! The Python package, tested as its users meet it: the wheel is built, installed into a virtual environment of its own, and there
+//! used, type-checked and documented. All of it lies in the target folder.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use anyhow::{Context, bail};
+
+use crate::workspace;
+
+/// Where the package is, from the root of the workspace.
+const PACKAGE: &str = "crates/palpate-py";
+/// What it is tested with, from the folder of the package.
+const REQUIREMENTS: &str = "requirements-dev.txt";
+/// The notebook that is executed.
+const NOTEBOOK: &str = "docs/python-tutorial.ipynb";
+
+/// Builds, installs and tests the package.
+pub fn test() -> anyhow::Result<()> {
+    let environment = Environment::provide()?;
+    environment.install_wheel("dev")?;
+    let settings = format!("{PACKAGE}/pyproject.toml");
+    let (python, tests, reference) =
+        (format!("{PACKAGE}/python"), format!("{PACKAGE}/tests"), "docs/python-api".to_owned());
+    environment.run(&["ruff", "check", "--quiet", "--no-cache", "--config", &settings, &python, &tests, &reference])?;
+    environment.run(&[
+        "ruff",
+        "format",
+        "--check",
+        "--no-cache",
+        "--config",
+        &settings,
+        &python,
+        &tests,
+        &reference,
+    ])?;
+    let cache = environment.folder.join("mypy").to_string_lossy().into_owned();
+    environment.run(&["mypy", "--config-file", &settings, "--cache-dir", &cache, "--package", "palpate"])?;
+    environment.run(&["mypy", "--config-file", &settings, "--cache-dir", &cache, &tests])?;
+    environment.run(&["mypy.stubtest", "--mypy-config-file", &settings, "palpate"])?;
+    environment.run(&["pytest", "--quiet", "-p", "no:cacheprovider", "--config-file", &settings, &tests])?;
+    environment.run(&["pytest", "--quiet", "-p", "no:cacheprovider", "--nbmake", NOTEBOOK])?;
+    let pages = environment.folder.join("reference").to_string_lossy().into_owned();
+    environment.run(&["sphinx", "--quiet", "--fail-on-warning", "--fresh-env", &reference, &pages])?;
+    environment.build_source_distribution()
+}
+
+/// A virtual environment with what the package is tested with.
+pub struct Environment {
+    folder: PathBuf,
+    python: PathBuf,
+}
+
+impl Environment {
+    /// The environment, made anew where what is to be in it has changed.
+    pub fn provide() -> anyhow::Result<Self> {
+        let folder = workspace::target().join("python");
+        let programs = if cfg!(windows) { "Scripts" } else { "bin" };
+        let environment = Self { python: folder.join("environment").join(programs).join("python"), folder };
+        let list = workspace::root().join(PACKAGE).join(REQUIREMENTS);
+        let wanted = fs::read_to_string(&list).with_context(|| list.display().to_string())?;
+        let stamp = environment.folder.join("installed.txt");
+        if fs::read_to_string(&stamp).is_ok_and(|installed| installed == wanted) && environment.python.exists() {
+            return Ok(environment);
+        }
+        let python = if cfg!(windows) { "python" } else { "python3" };
+        let inside = environment.folder.join("environment");
+        workspace::run(Command::new(python).args(["-m", "venv", "--clear"]).arg(&inside))
+            .context("the Python package is tested with Python 3.10 or later and its venv module")?;
+        environment.pip(&["install", "--requirement", &list.to_string_lossy()])?;
+        fs::write(&stamp, wanted)?;
+        Ok(environment)
+    }
+
+    /// The interpreter of this environment, started at the root of the workspace.
+    pub fn python(&self) -> Command {
+        let mut command = Command::new(&self.python);
+        command.current_dir(workspace::root()).env("CARGO_TARGET_DIR", workspace::target());
+        command
+    }
+
+    /// A module of this environment as a command.
+    fn module(&self, arguments: &[&str]) -> Command {
+        let mut command = self.python();
+        command.arg("-m").args(arguments);
+        // So that what is run finds its fellows.
+        if let Some(programs) = self.python.parent() {
+            let before = std::env::var_os("PATH").unwrap_or_default();
+            let folders = std::iter::once(programs.to_path_buf()).chain(std::env::split_paths(&before));
+            if let Ok(path) = std::env::join_paths(folders) {
+                command.env("PATH", path);
+            }
+        }
+        command
+    }
+
+    fn run(&self, arguments: &[&str]) -> anyhow::Result<()> {
+        workspace::run(&mut self.module(arguments))
+    }
+
+    fn pip(&self, arguments: &[&str]) -> anyhow::Result<()> {
+        workspace::run(self.module(&["pip", "--quiet", "--disable-pip-version-check"]).args(arguments))
+    }
+
+    /// Builds the wheel and installs it.
+    pub fn install_wheel(&self, profile: &str) -> anyhow::Result<()> {
+        let wheels = empty(&self.folder.join("wheels"))?;
+        let python = self.python.to_string_lossy();
+        let manifest = format!("{PACKAGE}/Cargo.toml");
+        let build = ["maturin", "build", "--locked", "--quiet", "--profile", profile, "--auditwheel", "skip"];
+        workspace::run(
+            self.module(&build).args(["--manifest-path", &manifest, "--interpreter", &python, "--out"]).arg(&wheels),
+        )?;
+        self.pip(&["install", "--force-reinstall", "--no-deps", &only_file(&wheels)?])
+    }
+
+    /// Builds the source distribution and from it, and it alone, a wheel. Nothing but its compiler is asked of the machine.
+    fn build_source_distribution(&self) -> anyhow::Result<()> {
+        let folder = empty(&self.folder.join("source"))?;
+        let manifest = format!("{PACKAGE}/Cargo.toml");
+        // The files in it are dated now: cargo takes older ones for those that it has compiled already.
+        let now = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
+        let build = ["maturin", "sdist", "--manifest-path", &manifest, "--out"];
+        workspace::run(self.module(&build).arg(&folder).env("SOURCE_DATE_EPOCH", now.to_string()))?;
+        let archive = only_file(&folder)?;
+        let build = ["pip", "--quiet", "--disable-pip-version-check", "wheel", "--no-deps", "--no-build-isolation"];
+        let settings = ["--config-settings", "build-args=--profile dev --auditwheel skip", "--wheel-dir"];
+        let mut command = self.module(&build);
+        command.args(settings).arg(self.folder.join("from-source")).arg(archive);
+        // It is to be built, not to be fast.
+        command.env("CARGO_TARGET_DIR", self.folder.join("from-source"));
+        workspace::run(command.env("CARGO_PROFILE_DEV_OPT_LEVEL", "0").env("CARGO_PROFILE_DEV_DEBUG", "0"))
+    }
+}
+
+/// The folder, with nothing in it.
+fn empty(folder: &Path) -> anyhow::Result<PathBuf> {
+    if folder.exists() {
+        fs::remove_dir_all(folder).with_context(|| folder.display().to_string())?;
+    }
+    fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
+    Ok(folder.to_path_buf())
+}
+
+/// The one file in a folder.
+fn only_file(folder: &Path) -> anyhow::Result<String> {
+    let files = fs::read_dir(folder)?.map(|entry| entry.map(|entry| entry.path())).collect::<Result<Vec<_>, _>>()?;
+    match files.as_slice() {
+        [file] => Ok(file.to_string_lossy().into_owned()),
+        _ => bail!("{}: one file was expected, {} are there", folder.display(), files.len()),
+    }
+}
