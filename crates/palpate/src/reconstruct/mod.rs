@@ -73,7 +73,11 @@ const BALANCE_SHARES: [f64; 2] = [1.0, 0.1];
 
 /// Samples beside a doubtful one that are set aside with it, and how many at the most.
 const BESIDE: usize = 5;
-const MOST_ASIDE: usize = 120;
+const MOST_ASIDE: usize = 240;
+
+/// Samples at each end of the log that are set aside when the balance is missed by more than this share of the sensor noise.
+const END: usize = 60;
+const INEXACT: f64 = 0.5;
 
 /// Samples that the choice of the number of harmonics works on.
 const ORDER_SAMPLES: usize = 450;
@@ -265,12 +269,16 @@ impl<'a> Task<'a> {
     /// The way through the log of the shape that the samples beyond doubt have without the others, which bend the shape towards
     /// the poses that they were given. `None` when there are none, or too many.
     fn without_doubtful(&self, fine: &Fit, of_all: &Track, freedom: Freedom, floor_m: f64) -> Option<Track> {
-        let doubtful: Vec<usize> = (0..of_all.psi.len()).filter(|&sample| of_all.doubts(sample)).collect();
+        let count = of_all.psi.len();
+        let doubtful: Vec<usize> = (0..count).filter(|&sample| of_all.doubts(sample)).collect();
         let beside = |index: usize| {
             let first = doubtful.partition_point(|&other| other + BESIDE < index);
             doubtful.get(first).is_some_and(|&other| other <= index + BESIDE)
         };
-        let aside: Vec<usize> = (0..of_all.psi.len()).filter(|&index| beside(index)).collect();
+        // A pose at an end of the log hangs on one side only; that it is wrong may show in nothing but the balance.
+        let inexact = fine.noise.balance_m > INEXACT * fine.noise.sensor_m;
+        let end = |index: usize| inexact && (index < END || index + END >= count);
+        let aside: Vec<usize> = (0..count).filter(|&index| beside(index) || end(index)).collect();
         if aside.is_empty() || aside.len() > MOST_ASIDE {
             return None;
         }
