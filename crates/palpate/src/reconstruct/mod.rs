@@ -57,7 +57,7 @@ use evidence::{Fit, Freedom, ROUNDS, choose_order, fit};
 use known::Known;
 use problem::Problem;
 use smooth::{Effort, Estimate, Noise, Prior, Smoother};
-use track::{Track, track};
+use track::{Aside, Track, track};
 
 /// Fewest samples with both contacts seen that are tried.
 pub const FEWEST_SAMPLES: usize = 12;
@@ -78,6 +78,9 @@ const MOST_ASIDE: usize = 240;
 /// Samples at each end of the log that are set aside when the balance is missed by more than this share of the sensor noise.
 const END: usize = 60;
 const INEXACT: f64 = 0.5;
+
+/// Contacts with more noise than this share of the mean radius are noisy.
+const NOISY: f64 = 3e-4;
 
 /// Samples that the choice of the number of harmonics works on.
 const ORDER_SAMPLES: usize = 450;
@@ -275,8 +278,13 @@ impl<'a> Task<'a> {
             let first = doubtful.partition_point(|&other| other + BESIDE < index);
             doubtful.get(first).is_some_and(|&other| other <= index + BESIDE)
         };
-        // A pose at an end of the log hangs on one side only; that it is wrong may show in nothing but the balance.
-        let inexact = fine.noise.balance_m > INEXACT * fine.noise.sensor_m;
+        // A pose at an end of the log hangs on one side only; that it is wrong may show in nothing but the balance, when the
+        // contacts are noisy.
+        let Noise { sensor_m, balance_m } = fine.noise;
+        let mean_radius_m = fine.estimate.coefficients[0].abs();
+        let inexact = sensor_m > NOISY * mean_radius_m
+            && balance_m > INEXACT * sensor_m
+            && balance_m < certificate::balance_limit_m(sensor_m, mean_radius_m);
         let end = |index: usize| inexact && (index < END || index + END >= count);
         let aside: Vec<usize> = (0..count).filter(|&index| beside(index) || end(index)).collect();
         if aside.is_empty() || aside.len() > MOST_ASIDE {
@@ -286,7 +294,8 @@ impl<'a> Task<'a> {
         aside.iter().for_each(|&index| problem.instants[index].set_aside());
         let certain = fit(&mut problem, fine.order, fine.estimate.clone(), fine.noise, fine.prior, freedom, ROUNDS)?;
         let known = Known::from(&problem, &certain)?;
-        let mut again = track(&self.problem, &certain, floor_m, Some((&aside, &known)));
+        let mut again =
+            track(&self.problem, &certain, floor_m, Some(Aside { samples: &aside, doubtful: &beside, known: &known }));
         let turned = grow::common_turn(&of_all.psi, &again.psi);
         let elsewhere = |(a, b): (&f64, &f64)| (0.5 * (a - b - turned)).sin().abs() > 0.05;
         again.moved = of_all.moved + of_all.psi.iter().zip(&again.psi).filter(|both| elsewhere(*both)).count();

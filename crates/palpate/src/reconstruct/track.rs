@@ -27,8 +27,10 @@ const LONGEST_STEP: f64 = 0.15;
 /// squared standard deviations as everything here: −2 ln of how rarely one sample in a log has it, some five of a thousand.
 const FALL: f64 = 10.0;
 
-/// What a leap costs that statics does not foretell.
-const LEAP: f64 = 40.0;
+/// What a leap costs that statics does not foretell, and what more if it is by half a turn: an object does not turn to and fro
+/// to come from one pose to another.
+const LEAP: f64 = 20.0;
+const HALF_TURN: f64 = 40.0;
 
 /// What such a leap costs where friction or pace spoil the balance, and no contact leapt. It cannot be: an object that looks
 /// the same after half a turn would else turn wherever the balance is spoilt for long.
@@ -76,9 +78,19 @@ struct Choice {
     misfit: f64,
 }
 
-/// Tracks the fitted shape through the log. Contacts are never believed to be more exact than `floor_m`. The samples `aside`
-/// were not fitted: they may lie on boundary that was not felt, wherever what the others tell of it lets them.
-pub(super) fn track(problem: &Problem, fit: &Fit, floor_m: f64, aside: Option<(&[usize], &Known)>) -> Track {
+/// Samples that were not fitted: they may lie on boundary that was not felt, wherever what the others tell of it lets them.
+#[derive(Clone, Copy)]
+pub(super) struct Aside<'a> {
+    /// In order.
+    pub samples: &'a [usize],
+    /// Those of which statics is not asked, since it foretells no better than the shape is known.
+    pub doubtful: &'a (dyn Fn(usize) -> bool + Sync),
+    /// The shape that the others leave.
+    pub known: &'a Known,
+}
+
+/// Tracks the fitted shape through the log. Contacts are never believed to be more exact than `floor_m`.
+pub(super) fn track(problem: &Problem, fit: &Fit, floor_m: f64, aside: Option<Aside>) -> Track {
     let coefficients = &fit.estimate.coefficients;
     let (shape, table) = (SupportFunction::from_coefficients(coefficients), Tabulated::new(coefficients));
     let here = &fit.estimate.psi;
@@ -106,15 +118,14 @@ pub(super) fn track(problem: &Problem, fit: &Fit, floor_m: f64, aside: Option<(&
             choices
         })
         .collect();
-    if let Some((samples, known)) = aside {
-        place_anew(&mut choices, problem, samples, known);
+    if let Some(aside) = aside {
+        place_anew(&mut choices, problem, aside);
     }
     let steps: Vec<Vec<f64>> = (1..problem.len())
         .into_par_iter()
         .map(|index| {
             let ahead = Ahead { shape: &shape, table: &table, instant: &problem.instants[index], hill_sd_m, still_m };
-            // Statics foretells no better than the shape is known.
-            let blind = aside.is_some_and(|(samples, _)| samples.binary_search(&index).is_ok());
+            let blind = aside.is_some_and(|aside| (aside.doubtful)(index));
             steps(&ahead, &problem.instants[index - 1], &choices[index - 1], &choices[index], blind)
         })
         .collect();
@@ -135,7 +146,7 @@ pub(super) fn track(problem: &Problem, fit: &Fit, floor_m: f64, aside: Option<(&
 }
 
 /// Lets samples be wherever a shape that is known to within a Gaussian explains them.
-fn place_anew(choices: &mut [Vec<Choice>], problem: &Problem, samples: &[usize], known: &Known) {
+fn place_anew(choices: &mut [Vec<Choice>], problem: &Problem, Aside { samples, known, .. }: Aside) {
     let placed: Vec<Vec<Choice>> = samples
         .par_iter()
         .map(|&index| {
@@ -217,7 +228,7 @@ struct Ahead<'a> {
 /// The cost of each step from one sample's choices (outer) to those of the next (inner). `blind` asks nothing of statics.
 fn steps(ahead: &Ahead, before: &Instant, from: &[Choice], to: &[Choice], blind: bool) -> Vec<f64> {
     let mut costs = Vec::with_capacity(from.len() * to.len());
-    let leap = if ahead.still_since(before) { MIRACLE } else { LEAP };
+    let still = ahead.still_since(before);
     for start in from {
         // Where the object would go from here: looked up only when a choice lies elsewhere.
         let mut foretold = None;
@@ -225,14 +236,15 @@ fn steps(ahead: &Ahead, before: &Instant, from: &[Choice], to: &[Choice], blind:
             costs.push(if near(start.psi, end.psi) {
                 0.0
             } else if blind {
-                FALL
+                FALL + HALF_TURN * turn(start.psi, end.psi).abs() / PI
             } else {
                 let rest = *foretold.get_or_insert_with(|| ahead.rest(before, start.psi));
                 if same(rest, end.psi) {
                     FALL
                 } else {
                     let hill = ahead.hill_m(start.psi, end.psi) / ahead.hill_sd_m;
-                    (FALL + hill * hill).min(leap)
+                    let unforeseen = LEAP + HALF_TURN * turn(start.psi, end.psi).abs() / PI;
+                    (FALL + hill * hill).min(if still { MIRACLE } else { unforeseen })
                 }
             });
         }
