@@ -25,7 +25,7 @@ A pebble of 20 mm mean radius lies between two palms that carry it round once. T
 with the truth afterwards.
 
 Example:
-  palpate demo -o /tmp/demo";
+  palpate demo -o my-demo";
 
 /// Simulate an object, reconstruct it from what the palms felt, and report; no input needed
 #[derive(clap::Args)]

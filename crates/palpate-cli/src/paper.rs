@@ -45,7 +45,7 @@ M. Moll and M. A. Erdmann, Reconstructing Shape from Motion Using Tactile Sensor
 with two fingers, by the differential equations of the paper and by maximum likelihood, side by side, and a table of the errors of both.
 
 Example:
-  palpate paper -o /tmp/paper";
+  palpate paper -o figures";
 
 /// Reproduce the figures of Moll & Erdmann (2001) from data made here; no input needed
 #[derive(clap::Args)]

@@ -86,7 +86,6 @@ fn an_exact_circle() {
 }
 
 #[test]
-#[ignore = "slow: half a minute"]
 fn a_nearly_flat_side() {
     // Nearly flat sides: d is nearly discontinuous, many harmonics. Right, or refused.
     let shape = scaled(&rounded_polygon(3, 0.15, 0.12).expect("in range"), SIZE_M).translated(0.1 * SIZE_M, 0.0);
@@ -196,7 +195,6 @@ fn the_wrong_sign_of_phi2() {
 }
 
 #[test]
-#[ignore = "slow: half a minute"]
 fn the_wrong_sign_of_phi1() {
     let run = turned(&egg(), 600, noisy(NOISE_M));
     assert_refused(&solve(&changed(&run.log, |sample| sample.palms.phi1_rad = -sample.palms.phi1_rad)));

@@ -100,7 +100,6 @@ fn the_stone_that_jumps() {
 }
 
 #[test]
-#[ignore = "slow: half a minute"]
 fn the_ellipse_that_friction_holds_has_no_certified_centre_of_mass() {
     // Friction of 0.1: it hardly moves, and balance without friction does not hold.
     let (log, truth) = example("ellipse_friction_0.10_mujoco");
