@@ -154,6 +154,8 @@ fn what_cannot_be_is_refused_with_its_time() {
     assert!(matches!(lying, Err(SimulateError::LeavesPalm { time_s: 1.0, palm: Palm::One })));
     let infinite = simulate(&egg, &hinged(&[(0.5, 1.0), (f64::NAN, 1.0)]), &options);
     assert_eq!(infinite, Err(SimulateError::FaultyMotion { sample: 1 }));
+    let endless = simulate(&egg, &hinged(&[(0.5, 1.0), (1e300, 1.0)]), &options);
+    assert_eq!(endless, Err(SimulateError::FaultyMotion { sample: 1 }));
     let backwards = [(1.0, PalmPair::hinged(0.5, 1.0)), (0.0, PalmPair::hinged(0.5, 1.0))];
     assert_eq!(simulate(&egg, &backwards, &options), Err(SimulateError::FaultyMotion { sample: 1 }));
     // Squeezed, the object runs off a palm of 60 mm on the way.

@@ -202,5 +202,7 @@ fn nothing_hangs_on_odd_numbers() {
         let _ = landscape.descend(0.3);
         let _ = landscape.descend(f64::NAN);
         let _ = follow(&shape, &palms, &PalmPair::hinged(0.6, 1.5), 0.3, |_, _, _| Ok::<(), Infallible>(()));
+        // And palms that turn without end come to one.
+        let _ = follow(&shape, &palms, &PalmPair::hinged(1e300, 1.5), 0.3, |_, _, _| Ok::<(), Infallible>(()));
     }
 }

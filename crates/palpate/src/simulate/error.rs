@@ -10,9 +10,10 @@ pub enum SimulateError {
     /// The motion has no samples.
     #[error("the palm motion has no samples")]
     NoMotion,
-    /// A time or palm angle is not a number, or time runs backwards.
+    /// A time or palm angle is not a number or beyond all reason, or time runs backwards.
     #[error(
-        "the palm motion is faulty at its sample {sample}: time and angles must be finite and time must not decrease"
+        "the palm motion is faulty at its sample {sample}: time and angles must be finite, angles no more than two turns, and \
+         time must not decrease"
     )]
     FaultyMotion {
         /// Index of the sample, from 0.

@@ -154,7 +154,8 @@ fn pose(shape: &SupportFunction, time_s: f64, palms: &PalmPair, psi_rad: f64) ->
 
 fn check(shape: &SupportFunction, motion: &[(f64, PalmPair)], options: &SimulateOptions) -> Result<(), SimulateError> {
     let finite = |palms: &PalmPair| {
-        [[palms.phi1_rad, palms.phi2_rad], palms.base1_m, palms.base2_m].iter().flatten().all(|value| value.is_finite())
+        let numbers = [[palms.phi1_rad, palms.phi2_rad], palms.base1_m, palms.base2_m];
+        numbers.iter().flatten().all(|value| value.is_finite()) && palms.phi1_rad.abs() <= 2.0 * TAU
     };
     let smallest_m = shape.min_curvature_radius_m();
     if shape.has_nonfinite() || shape.mean_radius_m() <= 0.0 || smallest_m < 0.0 {

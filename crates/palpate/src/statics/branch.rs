@@ -16,6 +16,9 @@ pub const SMALLEST_STEP_RAD: f64 = 1e-11;
 /// Largest palm rotation in one step, radians.
 const LARGEST_STEP_RAD: f64 = 0.02;
 
+/// Palms that turn further than this are not followed step by step: no palms do, radians.
+const LARGEST_TURN_RAD: f64 = 100.0;
+
 /// Rotation of the object beyond which the passage of a fold is a jump, radians; a pose that goes on through a nearly
 /// vanishing stability moves by some 1e-5 in the step over it.
 const SMALLEST_JUMP_RAD: f64 = 1e-3;
@@ -41,7 +44,8 @@ pub struct Jump {
 ///
 /// `psi_rad` should be stable at `from`; if it is not, the object first goes downhill. `visit` is called with the fraction
 /// of the movement, the palms and ψ after each step and each jump, and may stop the pursuit with an error. Returns ψ at the
-/// end (unwrapped) and the jumps on the way.
+/// end (unwrapped) and the jumps on the way; of palms that turn by more than 100 rad, only where the object would go from
+/// its pose between the last ones.
 ///
 /// # Errors
 /// Those of `visit`.
@@ -57,6 +61,11 @@ pub fn follow<E>(
     let mut psi = landscape.continued(psi_rad).unwrap_or_else(|| landscape.descend(psi_rad));
     let turn = (to.phi1_rad - from.phi1_rad).abs().max((to.phi12_rad() - from.phi12_rad()).abs());
     if turn == 0.0 || landscape.is_flat() {
+        visit(1.0, to, psi)?;
+        return Ok((psi, jumps));
+    }
+    if turn > LARGEST_TURN_RAD || !turn.is_finite() {
+        psi = EnergyLandscape::new(shape, to).descend(psi);
         visit(1.0, to, psi)?;
         return Ok((psi, jumps));
     }
