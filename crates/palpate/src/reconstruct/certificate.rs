@@ -120,17 +120,18 @@ fn gaps(evidence: &Evidence) -> Vec<String> {
         ));
     }
     if evidence.unplaced > 0 {
+        let (samples, them, their) =
+            if evidence.unplaced == 1 { ("sample", "it", "its") } else { ("samples", "them", "their") };
         doubts.push(format!(
-            "the pose of {} sample{} cannot be told: another orientation explains them about as well (their psi_sd_rad says \
-             so)",
+            "the pose of {} {samples} cannot be told: another orientation explains {them} about as well ({their} psi_sd_rad \
+             says so)",
             evidence.unplaced,
-            if evidence.unplaced == 1 { "" } else { "s" }
         ));
     }
     if !evidence.psi_sd.iter().zip(MAX_PSI_SD).all(|(sd, limit)| *sd <= limit) {
         doubts.push(format!(
-            "the orientation is known only to {:.1} deg (one standard deviation; {:.1} deg at the worst sample): the felt \
-             boundary is too round, or too little of it was felt",
+            "the orientation is known only to {:.1} deg (one standard deviation over all samples, {:.1} deg at the worst of \
+             them): the felt boundary is too round, or too little of it was felt",
             evidence.psi_sd[0].to_degrees(),
             evidence.psi_sd[1].to_degrees()
         ));
