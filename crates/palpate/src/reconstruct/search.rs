@@ -98,12 +98,9 @@ fn arrange(
     consider: &mut dyn FnMut(f64, Found) -> bool,
 ) -> bool {
     let whole: usize = windows.iter().map(|window| window.range.len()).sum();
-    let mut budget = Budget::default();
-    let mut fallback: Option<Seed> = None;
-    let mut grown = 0;
-    let mut attempt = |seed: Seed, budget: &mut Budget| {
-        let order = seed.order;
-        let arranged = grow(problem, windows, seed.span, seed.candidates, order, tolerance, prior, budget);
+    let mut attempt = |seed: &Seed, budget: &mut Budget| {
+        let Seed { span, candidates, order, .. } = seed;
+        let arranged = grow(problem, windows, span.clone(), candidates.clone(), *order, tolerance, prior, budget);
         let Some(top) = arranged.hypotheses.first() else { return false };
         // What is not arranged counts as not explained.
         let covered: usize = arranged.windows.iter().map(|window| window.range.len()).sum();
@@ -114,27 +111,36 @@ fn arrange(
         let estimates = arranged.hypotheses.into_iter().map(|hypothesis| hypothesis.estimate).collect();
         consider(cost, Found { thin: arranged.thin, ranges, estimates })
     };
+    // Few harmonics first, over every stretch: many explain a short stretch with a jump in it as well.
+    let mut seeds: Vec<Seed> = Vec::new();
+    let (mut budget, mut grown) = (Budget::default(), 0);
     for (number, span) in spans(windows).into_iter().take(SPANS).enumerate() {
-        tell(number as f64 / SPANS as f64);
-        let Some(seed) = seed(windows, span, tolerance, prior) else { continue };
-        if seed.misfit >= EXPLAINED {
-            if fallback.as_ref().is_none_or(|other| seed.misfit < other.misfit) {
-                fallback = Some(seed);
+        tell(0.5 * number as f64 / SPANS as f64);
+        let Some(seed) = Seed::with_few_harmonics(windows, span, tolerance, prior) else { continue };
+        if seed.misfit < EXPLAINED && grown < SEEDS && !budget.is_spent() {
+            grown += 1;
+            if attempt(&seed, &mut budget) {
+                return true;
             }
+        }
+        seeds.push(seed);
+    }
+    let (mut budget, mut richer) = (Budget::default(), 0);
+    for (number, seed) in seeds.iter_mut().enumerate() {
+        tell(0.5 + 0.5 * number as f64 / SPANS as f64);
+        if seed.misfit < EXPLAINED || !seed.add_harmonics(windows, tolerance, prior) {
             continue;
         }
-        grown += 1;
+        richer += 1;
         if attempt(seed, &mut budget) {
             return true;
         }
-        if grown == SEEDS || budget.is_spent() {
+        if richer == SEEDS || budget.is_spent() {
             return false;
         }
     }
-    match fallback {
-        Some(seed) if grown == 0 => attempt(seed, &mut budget),
-        _ => false,
-    }
+    let best = seeds.iter().min_by(|a, b| a.misfit.total_cmp(&b.misfit));
+    best.filter(|_| grown + richer == 0).is_some_and(|seed| attempt(seed, &mut budget))
 }
 
 /// Candidates over a run of windows, best first, with the number of harmonics that they took.
@@ -146,40 +152,62 @@ struct Seed {
     misfit: f64,
 }
 
-/// Searches a run of windows for candidates; with more harmonics where few explain nothing (nearly flat sides, corners).
-fn seed(windows: &[Window], span: Range<usize>, tolerance: Tolerance, prior: Prior) -> Option<Seed> {
-    let thin = joined(&windows[span.clone()]);
-    let judged_at = tolerance.sharp();
-    let mut candidates = start::from_heights(&thin, tolerance.loose(), prior, ORDERS[0]);
-    candidates.truncate(CANDIDATES);
-    let mut best: Option<Seed> = None;
-    for order in ORDERS {
-        let mut polished: Vec<(f64, Estimate)> = candidates
-            .par_iter()
-            .map(|estimate| {
-                let mut estimate = estimate.clone();
-                for noise in [tolerance.loose(), judged_at] {
-                    let smoother = Smoother::new(&thin, order, noise, prior);
-                    let effort = Effort { iterations: 15, tolerance: 1e-3 };
-                    estimate = smoother.run(estimate.coefficients, estimate.psi, effort);
-                }
-                (misfit(&thin, &estimate, judged_at) / thin.len() as f64, estimate)
-            })
-            .filter(|(misfit, _)| misfit.is_finite())
-            .collect();
-        polished.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let misfit = polished.first()?.0;
-        if best.as_ref().is_none_or(|other| misfit < other.misfit) {
-            let candidates = polished.iter().map(|(_, estimate)| estimate.clone()).collect();
-            best = Some(Seed { span: span.clone(), candidates, order, misfit });
-        }
-        if !(EXPLAINED..NEARLY).contains(&misfit) {
-            break;
-        }
-        // Only what is nearly right with few harmonics can be right with more.
-        candidates = polished.into_iter().take(3).map(|(_, estimate)| estimate).collect();
+impl Seed {
+    /// Searches a run of windows for candidates.
+    fn with_few_harmonics(windows: &[Window], span: Range<usize>, tolerance: Tolerance, prior: Prior) -> Option<Self> {
+        let thin = joined(&windows[span.clone()]);
+        let mut candidates = start::from_heights(&thin, tolerance.loose(), prior, ORDERS[0]);
+        candidates.truncate(CANDIDATES);
+        let (misfit, candidates) = polished(&thin, &candidates, ORDERS[0], tolerance, prior)?;
+        Some(Self { span, candidates, order: ORDERS[0], misfit })
     }
-    best
+
+    /// Tries more harmonics where a few explain nothing (nearly flat sides, corners); whether they explain the run.
+    fn add_harmonics(&mut self, windows: &[Window], tolerance: Tolerance, prior: Prior) -> bool {
+        let thin = joined(&windows[self.span.clone()]);
+        let mut candidates = self.candidates.clone();
+        let mut last = self.misfit;
+        for &order in &ORDERS[1..] {
+            // Only what is nearly right with few harmonics can be right with more.
+            if !(EXPLAINED..NEARLY).contains(&last) {
+                break;
+            }
+            candidates.truncate(3);
+            let Some((misfit, better)) = polished(&thin, &candidates, order, tolerance, prior) else { break };
+            if misfit < self.misfit {
+                (self.misfit, self.order, self.candidates) = (misfit, order, better.clone());
+            }
+            (last, candidates) = (misfit, better);
+        }
+        self.misfit < EXPLAINED
+    }
+}
+
+/// Candidates smoothed at less and less noise with a given number of harmonics, best first, and the misfit of the best.
+fn polished(
+    thin: &Problem,
+    candidates: &[Estimate],
+    order: usize,
+    tolerance: Tolerance,
+    prior: Prior,
+) -> Option<(f64, Vec<Estimate>)> {
+    let judged_at = tolerance.sharp();
+    let mut polished: Vec<(f64, Estimate)> = candidates
+        .par_iter()
+        .map(|estimate| {
+            let mut estimate = estimate.clone();
+            for noise in [tolerance.loose(), judged_at] {
+                let smoother = Smoother::new(thin, order, noise, prior);
+                let effort = Effort { iterations: 15, tolerance: 1e-3 };
+                estimate = smoother.run(estimate.coefficients, estimate.psi, effort);
+            }
+            (misfit(thin, &estimate, judged_at) / thin.len() as f64, estimate)
+        })
+        .filter(|(misfit, _)| misfit.is_finite())
+        .collect();
+    polished.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let least = polished.first()?.0;
+    Some((least, polished.into_iter().map(|(_, estimate)| estimate).collect()))
 }
 
 /// The index ranges that placed windows cover; windows that are joined make one range.
