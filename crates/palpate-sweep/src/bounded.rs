@@ -5,6 +5,8 @@ use serde::{Deserialize, Deserializer, de::Error};
 
 /// Most samples that a log of a sweep may have: a plan is not the place to find out how much memory there is.
 const MOST_SAMPLES: u32 = 1_000_000;
+/// Largest seed: every reader of the table knows it exactly, also one that knows no numbers but floating ones.
+const LARGEST_SEED: u64 = 1 << 53;
 /// Most harmonics of a random object.
 const MOST_ORDER: usize = 512;
 /// Most corners of a polygon.
@@ -46,6 +48,10 @@ pub(crate) struct Samples(pub(crate) u32);
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Trials(pub(crate) u64);
 
+/// A first seed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Seed(pub(crate) u64);
+
 /// Implements `Deserialize` for a number that is only taken when it passes.
 macro_rules! taken_if {
     ($name:ident($inner:ty), $passes:expr, $otherwise:expr) => {
@@ -84,3 +90,4 @@ taken_if!(
     format!("a whole number from {FEWEST_SAMPLES} to {MOST_SAMPLES} is needed")
 );
 taken_if!(Trials(u64), |value| value > 0, "at least one is needed");
+taken_if!(Seed(u64), |value| value <= LARGEST_SEED, format!("a whole number up to {LARGEST_SEED} is needed"));

@@ -24,7 +24,7 @@
 //! ```
 //!
 //! [`Sweep::run`] does all jobs on the threads of this machine; [`Sweep::run_in`] does so in a folder: what is finished is kept in a
-//! [journal](journal), so that a sweep that was killed goes on where it was. The table has its rows in the order of the jobs, so
+//! [journal], so that a sweep that was killed goes on where it was. The table has its rows in the order of the jobs, so
 //! that its bytes depend neither on the number of threads nor on how often the sweep was interrupted.
 #![forbid(unsafe_code)]
 

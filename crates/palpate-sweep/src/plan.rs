@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde::Deserialize;
 
-use crate::bounded::{AxisRatio, Corners, Harmonics, NotNegative, Order, Positive, Samples, Share, Trials};
+use crate::bounded::{AxisRatio, Corners, Harmonics, NotNegative, Order, Positive, Samples, Seed, Share, Trials};
 use crate::many::Many;
 use crate::object::ShapeName;
 use crate::plan_error::{PlanError, PlanProblem};
@@ -40,7 +40,7 @@ pub(crate) struct SimulatePlan {
     pub(crate) trials: Trials,
     /// The first of them.
     #[serde(default = "first_seed")]
-    pub(crate) seed: u64,
+    pub(crate) seed: Seed,
     #[serde(default)]
     pub(crate) objects: ObjectLists,
     #[serde(default = "random_motion")]
@@ -202,8 +202,8 @@ fn one_trial() -> Trials {
     Trials(1)
 }
 
-fn first_seed() -> u64 {
-    1
+fn first_seed() -> Seed {
+    Seed(1)
 }
 
 fn random_motion() -> Many<MotionKind> {

@@ -52,7 +52,7 @@ fn simulations(plan: &SimulatePlan) -> Result<Vec<Job>, Wrong> {
     let others = product(&[plan.motions.0.len(), sample_counts.len()]);
     let count =
         [touchpads, others, Some(plan.trials.0)].into_iter().fold(objects, |count, some| count?.checked_mul(some?));
-    if count.is_none_or(|count| count > MOST_JOBS) || plan.seed.checked_add(plan.trials.0).is_none() {
+    if count.is_none_or(|count| count > MOST_JOBS) {
         return Err((None, PlanProblem::TooManyJobs(MOST_JOBS)));
     }
     let objects = self::objects(&plan.objects);
@@ -62,7 +62,7 @@ fn simulations(plan: &SimulatePlan) -> Result<Vec<Job>, Wrong> {
         for &motion in &plan.motions.0 {
             for &samples in &sample_counts {
                 for &touchpads in &touchpads {
-                    for seed in plan.seed..plan.seed + plan.trials.0 {
+                    for seed in plan.seed.0..plan.seed.0 + plan.trials.0 {
                         let source =
                             Source::Simulate(SimulateJob { seed, object: object.clone(), motion, samples, touchpads });
                         jobs.push(Job { source, reconstruct: (&plan.reconstruct).into(), score: plan.score.into() });
