@@ -10,11 +10,9 @@ use anyhow::bail;
 use palpate::compare::{TruthError, compare};
 use palpate::reconstruct::{Method, ReconstructOptions, reconstruct, reconstruct_from};
 use palpate::simulate::Simulation;
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
-use crate::monte_carlo::{NoiseKind, felt, object};
+use crate::monte_carlo::{NoiseKind, simulation};
 
 /// Options of `cargo xtask methods`.
 #[derive(clap::Args)]
@@ -158,10 +156,8 @@ fn spread(mut values: Vec<f64>) -> String {
 }
 
 fn trial(seed: u64, noise_sd_m: f64) -> anyhow::Result<Option<Outcome>> {
-    let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let (_, shape) = object(&mut rng)?;
-    let Some(simulation) = felt(&shape, NoiseKind::Gaussian(noise_sd_m), false, &mut rng) else { return Ok(None) };
-    let Simulation { log, truth, .. } = simulation;
+    let Ok(simulated) = simulation(seed, NoiseKind::Gaussian(noise_sd_m), false).simulate() else { return Ok(None) };
+    let (shape, Simulation { log, truth, .. }) = (simulated.shape, simulated.simulation);
     let psi: Vec<f64> = truth.motion.iter().map(|pose| pose.psi_rad).collect();
     let mut outcome: Outcome = [None; RUNS.len()];
     for (run, outcome) in RUNS.iter().zip(&mut outcome) {

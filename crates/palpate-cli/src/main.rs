@@ -7,6 +7,7 @@ mod demo;
 mod paper;
 mod reconstruct;
 mod simulate;
+mod sweep;
 mod terminal;
 mod values;
 
@@ -23,6 +24,7 @@ Examples:
   palpate simulate --shape egg -o egg.csv          a log to try things on, with the truth beside it
   palpate reconstruct egg.csv -o egg --truth egg.truth
   palpate paper                                    the figures of Moll & Erdmann (2001), made anew
+  palpate sweep plan.toml -o study                 thousands of logs, simulated or recorded, in one table
 
 Exit codes: 0 success, for `reconstruct`: certified;  3 a result that is not certified;  2 bad input or usage;  1 anything else.";
 
@@ -43,6 +45,7 @@ enum Command {
     Simulate(simulate::Arguments),
     Reconstruct(reconstruct::Arguments),
     Paper(paper::Arguments),
+    Sweep(sweep::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -51,6 +54,7 @@ fn main() -> ExitCode {
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Reconstruct(arguments) => reconstruct::run(&arguments),
         Command::Paper(arguments) => paper::run(&arguments),
+        Command::Sweep(arguments) => sweep::run(&arguments),
     };
     Terminal::end(ending)
 }

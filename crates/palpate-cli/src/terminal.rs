@@ -100,6 +100,40 @@ impl Terminal {
     pub fn progress(&self) -> ProgressLine {
         ProgressLine((!self.quiet && io::stderr().is_terminal()).then(Watched::new))
     }
+
+    /// Shows how many of many jobs are finished, if someone is watching.
+    pub fn counted_progress(&self) -> CountedProgress {
+        let watched = !self.quiet && io::stderr().is_terminal();
+        let target = if watched { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
+        let bar = ProgressBar::with_draw_target(None, target);
+        if let Ok(style) = ProgressStyle::with_template("{wide_bar} {pos} of {len} jobs  {elapsed}, {eta} to go") {
+            bar.set_style(style);
+        }
+        bar.enable_steady_tick(TICK);
+        CountedProgress(bar)
+    }
+}
+
+/// A bar for work of which it is known how much there is.
+pub struct CountedProgress(ProgressBar);
+
+impl CountedProgress {
+    /// Takes in how many of how many are finished.
+    pub fn update(&self, finished: u64, all: u64) {
+        if self.0.length() != Some(all) {
+            // What was finished before says nothing of how long the rest takes.
+            self.0.set_length(all);
+            self.0.set_position(finished);
+            self.0.reset_eta();
+        }
+        self.0.set_position(finished);
+    }
+}
+
+impl Drop for CountedProgress {
+    fn drop(&mut self) {
+        self.0.finish_and_clear();
+    }
 }
 
 /// Prints to standard output, quiet or not.

@@ -193,8 +193,11 @@ fn is_number(name: &OsStr) -> bool {
     name.to_str().is_some_and(|name| name.parse::<usize>().is_ok_and(|number| number > 0 && number.to_string() == name))
 }
 
-/// Writes one file whole or not at all, making parents as needed. A device or pipe is written to directly.
-pub(crate) fn write_file(path: &Path, content: &[u8]) -> Result<(), WriteError> {
+/// Writes one file whole or not at all: aside first, then renamed. Makes parents as needed; a device or pipe is written to directly.
+///
+/// # Errors
+/// `path` is a folder, or cannot be written.
+pub fn write_whole(path: &Path, content: &[u8]) -> Result<(), WriteError> {
     let failed = |error: io::Error| WriteError::io(path, &error);
     let target = match fs::canonicalize(path) {
         Ok(target) if target.is_dir() => return Err(WriteError::new(path, WriteProblem::IsFolder)),

@@ -49,6 +49,7 @@ mod unit;
 mod write_error;
 
 pub use figures::{check_figures_target, write_figures};
+pub use folder::write_whole;
 pub use log_reader::{LogFile, MIN_SAMPLES, log_from_columns, parse_log, read_log};
 pub use log_writer::{log_csv, write_log};
 pub use read_error::{ReadError, ReadProblem};

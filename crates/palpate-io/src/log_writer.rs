@@ -4,7 +4,7 @@ use std::path::Path;
 
 use palpate::{Log, Sample};
 
-use crate::folder::write_file;
+use crate::folder::write_whole;
 use crate::number::{number, push_row};
 use crate::table;
 use crate::write_error::{WriteError, WriteProblem};
@@ -29,7 +29,7 @@ pub fn write_log(path: &Path, log: &Log, metadata: &[(String, String)]) -> Resul
         text.push_str(&format!("# {line}\n"));
     }
     text += &log_csv(log);
-    write_file(path, text.as_bytes())
+    write_whole(path, text.as_bytes())
 }
 
 /// The text of a palm log as [`write_log`] writes it, without metadata.

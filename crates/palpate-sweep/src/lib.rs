@@ -1,0 +1,60 @@
+//! Sweeps: thousands of palm logs, simulated or recorded, reconstructed one by one and scored against the truth.
+//!
+//! A [`Plan`](plan::Plan) is a small TOML file that says what to try. It unfolds into a [`Sweep`]: a list of [`Job`]s, each of
+//! them plain data, addressed by its place in the list, and the same wherever it is run. A job gives an [`Outcome`]: one [`Row`]
+//! of the table, and the seconds it took, which are kept apart because they are the only thing that differs from run to run.
+//!
+//! ```
+//! use palpate_sweep::{Sweep, parse_plan};
+//!
+//! let plan = parse_plan("egg.toml", r#"
+//!     kind = "simulate"
+//!     trials = 3
+//!     samples = 200
+//!     motions = "random"
+//!     touchpads = [{ noise_sd_m = [0.1e-3, 0.3e-3] }]
+//!     objects.named = { name = "egg", mean_radius_m = 0.03 }
+//! "#)?;
+//! let sweep = Sweep::new(&plan, ".".as_ref())?;
+//! assert_eq!(sweep.jobs.len(), 6);
+//!
+//! let row = sweep.outcome(4).expect("one of six").row;
+//! assert_eq!((row.object.as_str(), row.seed, row.noise_sd_m), ("egg", Some(2), Some(0.3e-3)));
+//! # Ok::<(), palpate_sweep::PlanError>(())
+//! ```
+//!
+//! [`Sweep::run`] does all jobs on the threads of this machine; [`Sweep::run_in`] does so in a folder: what is finished is kept in a
+//! [journal], so that a sweep that was killed goes on where it was. The table has its rows in the order of the jobs, so
+//! that its bytes depend neither on the number of threads nor on how often the sweep was interrupted.
+#![forbid(unsafe_code)]
+
+mod bounded;
+mod digest;
+mod job;
+pub mod journal;
+mod log_job;
+mod many;
+mod object;
+pub mod plan;
+mod plan_error;
+mod row;
+mod score;
+mod simulate_job;
+mod sweep;
+mod sweep_error;
+pub mod table;
+mod threads;
+mod touchpad;
+mod unfold;
+
+pub use job::{Job, Outcome, Source};
+pub use log_job::LogJob;
+pub use object::{Object, ShapeName};
+pub use plan::{parse_plan, read_plan};
+pub use plan_error::{PlanError, PlanProblem};
+pub use row::{Row, Status};
+pub use score::{MethodChoice, ReconstructChoice, ScoreChoice};
+pub use simulate_job::{MotionKind, NoLog, SimulateJob, Simulated};
+pub use sweep::{Done, Sweep};
+pub use sweep_error::SweepError;
+pub use touchpad::Touchpads;

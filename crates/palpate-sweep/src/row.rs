@@ -1,0 +1,98 @@
+//! One row of the table: what a job was, and what came of it. Nothing in it depends on when or where the job was run.
+
+use serde::{Deserialize, Serialize};
+
+/// A row. `None`, in the table null: not known, not asked for, or not a finite number.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Row {
+    /// Place of the job in the sweep, from 0.
+    pub job: u64,
+    /// How far the job came.
+    pub status: Status,
+    /// Seed of a simulation.
+    pub seed: Option<u64>,
+    /// What the object is called, or the path of the log.
+    pub object: String,
+    /// Mean radius of the true object, metres.
+    pub mean_radius_m: Option<f64>,
+    /// How the palms of a simulation moved.
+    pub motion: Option<String>,
+    /// Standard deviation of simulated noise on the contact positions before rounding, metres.
+    pub noise_sd_m: Option<f64>,
+    /// Steps per inch of the simulated pads.
+    pub counts_per_inch: Option<f64>,
+    /// Standard deviation of simulated noise on the palm angles, radians.
+    pub angle_noise_sd_rad: Option<f64>,
+    /// Share of readings that a simulation left out.
+    pub dropout: Option<f64>,
+    /// Samples in the log.
+    pub samples: Option<u64>,
+    /// True number of jumps in a simulation.
+    pub jumps: Option<u64>,
+    /// Jumps that were found.
+    pub jumps_found: Option<u64>,
+    /// Share of the boundary that was felt, as the result has it.
+    pub coverage: Option<f64>,
+    /// Whether shape and motion are certified.
+    pub certified: bool,
+    /// Whether the centre of mass is.
+    pub com_certified: bool,
+    /// Whether the shape is as good as that from the reference: RMS error within 1.5 times.
+    pub solved: Option<bool>,
+    /// Certified, and worse than the reference by more than chance.
+    pub wrong: Option<bool>,
+    /// RMS error of r over the felt boundary after the best rotation, metres.
+    pub rms_r_m: Option<f64>,
+    /// The same after the best translation as well, metres.
+    pub rms_form_m: Option<f64>,
+    /// Hausdorff distance of the felt boundary, metres.
+    pub hausdorff_m: Option<f64>,
+    /// RMS error of ψ, radians.
+    pub rms_psi_rad: Option<f64>,
+    /// RMS error of the centre of mass, metres.
+    pub rms_com_m: Option<f64>,
+    /// Share of the felt boundary whose true r lies in its 95 % band.
+    pub inside_band: Option<f64>,
+    /// `rms_r_m` of the reference, a reconstruction that starts from the truth.
+    pub reference_rms_r_m: Option<f64>,
+    /// `rms_psi_rad` of the reference.
+    pub reference_rms_psi_rad: Option<f64>,
+    /// `coverage` of the reference.
+    pub reference_coverage: Option<f64>,
+    /// Cramér-Rao bound of the RMS error of r, metres.
+    pub bound_r_m: Option<f64>,
+    /// Number of harmonics of the result.
+    pub harmonics: Option<u64>,
+    /// Arrangements that fit equally well, 1 when the result is unique.
+    pub alternatives: Option<u64>,
+    /// Weighted squared residuals per degree of freedom.
+    pub chi2_per_dof: Option<f64>,
+    /// Standard deviation of the contact positions, stated or estimated, metres.
+    pub sensor_sd_m: Option<f64>,
+    /// Why the result is not certified, or why there is none.
+    pub reason: String,
+}
+
+/// How far a job came.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Status {
+    /// There was no log: it could not be simulated or read.
+    #[default]
+    NoLog,
+    /// There was a log, but no result.
+    NoResult,
+    /// There is a result, certified or not.
+    Reconstructed,
+}
+
+impl Status {
+    /// Its name, as in the table.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::NoLog => "no-log",
+            Self::NoResult => "no-result",
+            Self::Reconstructed => "reconstructed",
+        }
+    }
+}

@@ -1,0 +1,191 @@
+//! Reconstructs a log and holds the result against the truth.
+//!
+//! *Solved* means as good as the reference, a reconstruction of the same log that starts from the truth. The Cramér-Rao bound is
+//! evaluated at the truth.
+
+use std::time::Instant;
+
+use palpate::compare::{TruthError, compare, true_support};
+use palpate::reconstruct::{
+    Method, OutlinePoint, Pose, ReconstructOptions, Reconstruction, cramer_rao_bound_m, reconstruct, reconstruct_from,
+};
+use palpate::shape::SupportFunction;
+use palpate::{Log, Truth};
+use serde::{Deserialize, Serialize};
+
+use crate::row::{Row, Status};
+
+/// How to reconstruct, as plain data; see [`ReconstructOptions`].
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ReconstructChoice {
+    /// Which way.
+    pub method: MethodChoice,
+    /// Number of harmonics.
+    pub harmonics: Option<usize>,
+    /// Standard deviation of the contact positions, metres.
+    pub sensor_sd_m: Option<f64>,
+}
+
+/// How to reconstruct; see [`Method`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum MethodChoice {
+    /// Maximum likelihood.
+    #[default]
+    Likelihood,
+    /// The differential equations of the paper.
+    Ode,
+    /// The same by quadrature.
+    Quadrature,
+}
+
+impl From<&ReconstructChoice> for ReconstructOptions {
+    fn from(choice: &ReconstructChoice) -> Self {
+        let method = match choice.method {
+            MethodChoice::Likelihood => Method::Likelihood,
+            MethodChoice::Ode => Method::Ode,
+            MethodChoice::Quadrature => Method::Quadrature,
+        };
+        Self { harmonics: choice.harmonics, sensor_sd_m: choice.sensor_sd_m, method }
+    }
+}
+
+/// What to hold the result against, besides the truth.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ScoreChoice {
+    /// Reconstruct once more, starting from the truth: needed for `solved` and `wrong`.
+    pub reference: bool,
+    /// Evaluate the Cramér-Rao bound, for simulations.
+    pub bound: bool,
+}
+
+/// A log with what is known of it.
+pub(crate) struct Known<'a> {
+    pub(crate) log: &'a Log,
+    pub(crate) truth: Option<&'a Truth>,
+    /// The true shape, where it is known better than from the samples of the truth.
+    pub(crate) shape: Option<&'a SupportFunction>,
+    /// True standard deviation of the contact positions, metres.
+    pub(crate) sensor_sd_m: Option<f64>,
+}
+
+/// Fills the row, all but what the job is; returns the seconds of the reconstruction alone.
+pub(crate) fn score(row: &mut Row, known: &Known, options: &ReconstructOptions, choice: ScoreChoice) -> f64 {
+    row.samples = Some(known.log.samples.len() as u64);
+    row.status = Status::NoResult;
+    let clock = Instant::now();
+    let found = reconstruct(known.log, options, &|_| ());
+    let seconds = clock.elapsed().as_secs_f64();
+    if let Some(truth) = known.truth {
+        against_truth(row, known, truth, options, choice);
+    }
+    match found {
+        Ok(found) => tell(row, &found, known.truth),
+        Err(error) => row.reason = error.to_string(),
+    }
+    seconds
+}
+
+/// What needs no result: the reference and the bound.
+fn against_truth(row: &mut Row, known: &Known, truth: &Truth, options: &ReconstructOptions, choice: ScoreChoice) {
+    let sampled;
+    let shape = match known.shape {
+        Some(shape) => shape,
+        None => match true_support(truth) {
+            Ok(shape) => {
+                sampled = shape;
+                &sampled
+            }
+            Err(_) => return,
+        },
+    };
+    row.mean_radius_m = finite(shape.mean_radius_m());
+    let psi: Vec<f64> = truth.motion.iter().map(|pose| pose.psi_rad).collect();
+    if choice.reference
+        && let Ok(reference) = reconstruct_from(known.log, shape, &psi, options)
+        && let Ok(errors) = compare(&reference, truth)
+    {
+        row.reference_rms_r_m = finite(errors.rms_r_m);
+        row.reference_rms_psi_rad = finite(errors.rms_psi_rad);
+        row.reference_coverage = finite(reference.coverage);
+    }
+    if choice.bound
+        && let Some(sensor_sd_m) = known.sensor_sd_m
+    {
+        row.bound_r_m = cramer_rao_bound_m(known.log, shape, &psi, sensor_sd_m).and_then(finite);
+    }
+}
+
+/// What the result says of itself, and how far it is from the truth.
+fn tell(row: &mut Row, found: &Reconstruction, truth: Option<&Truth>) {
+    row.status = Status::Reconstructed;
+    row.certified = found.certified;
+    row.com_certified = found.com_certified;
+    row.jumps_found = Some(found.jumps.len() as u64);
+    row.coverage = finite(found.coverage);
+    row.harmonics = Some(found.shape.harmonics_m().len() as u64);
+    row.alternatives = Some(found.alternatives as u64);
+    row.chi2_per_dof = finite(found.chi2_per_dof);
+    row.sensor_sd_m = finite(found.sensor_sd_m);
+    row.reason = found.reason.clone();
+    let Some(truth) = truth else { return };
+    match compare(found, truth) {
+        Ok(errors) => {
+            row.rms_r_m = finite(errors.rms_r_m);
+            row.rms_form_m = finite(errors.rms_form_m);
+            row.hausdorff_m = finite(errors.hausdorff_m);
+            row.rms_psi_rad = finite(errors.rms_psi_rad);
+            row.rms_com_m = finite(errors.rms_com_m);
+            row.inside_band = inside_band(found, truth);
+            judge(row, &errors);
+        }
+        Err(error) if row.reason.is_empty() => row.reason = error.to_string(),
+        Err(error) => row.reason = format!("{}; {error}", row.reason),
+    }
+}
+
+/// Whether a result is as good as it could be, and whether a certified one is worse than it may be. Both are measured against the
+/// reference; the bound, where there is one, forgives.
+fn judge(row: &mut Row, errors: &TruthError) {
+    let (Some(reference_m), Some(reference_rad)) = (row.reference_rms_r_m, row.reference_rms_psi_rad) else { return };
+    const ROUNDING_M: f64 = 1e-6;
+    let chance_m = (3.0 * reference_m).max(4.0 * row.bound_r_m.unwrap_or(0.0)) + ROUNDING_M;
+    let chance_rad = (3.0 * reference_rad).max(0.02);
+    row.solved = Some(errors.rms_r_m <= 1.5 * reference_m + ROUNDING_M);
+    row.wrong = Some(row.certified && (errors.rms_r_m > chance_m || errors.rms_psi_rad > chance_rad));
+}
+
+/// Share of the felt outline whose true r lies inside the 95 % band, after the best rotation; `None` without bands.
+fn inside_band(found: &Reconstruction, truth: &Truth) -> Option<f64> {
+    let shape = true_support(truth).ok()?;
+    let felt: Vec<&OutlinePoint> = found.outline.iter().filter(|point| point.touches > 0).collect();
+    if felt.is_empty() || felt.iter().all(|point| point.r_sd_m.is_nan()) {
+        return None;
+    }
+    let (mut sin, mut cos) = (0.0, 0.0);
+    for (Pose { psi_rad, .. }, real) in found.motion.iter().zip(&truth.motion) {
+        sin += (real.psi_rad - psi_rad).sin();
+        cos += (real.psi_rad - psi_rad).cos();
+    }
+    let mut turn = sin.atan2(cos);
+    // Gauss-Newton for the rotation that the bands leave out: unweighted least squares over the felt outline.
+    for _ in 0..20 {
+        let (mut slope, mut curvature) = (0.0, 0.0);
+        for point in &felt {
+            let at = shape.at(point.theta_rad - turn);
+            // ∂r(θ − turn)/∂turn = −r' = d.
+            slope += (at.r - point.r_m) * at.d;
+            curvature += at.d * at.d;
+        }
+        if curvature > 0.0 {
+            turn -= slope / curvature;
+        }
+    }
+    let inside =
+        felt.iter().filter(|point| (shape.at(point.theta_rad - turn).r - point.r_m).abs() <= 1.959_964 * point.r_sd_m);
+    finite(inside.count() as f64 / felt.len() as f64)
+}
+
+fn finite(value: f64) -> Option<f64> {
+    value.is_finite().then_some(value)
+}

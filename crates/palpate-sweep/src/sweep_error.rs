@@ -1,0 +1,75 @@
+//! What can go wrong with the folder of a sweep, in one message.
+
+use std::io;
+use std::path::Path;
+
+use palpate_io::WriteError;
+
+/// Why a sweep cannot be run in a folder, or not to its end. What was finished is kept.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SweepError {
+    /// Another sweep was begun there.
+    #[error(
+        "{dir}: the folder holds another sweep of {jobs} jobs: the plan, or a log that it names, has changed since; choose another folder, or delete this one to start anew"
+    )]
+    OtherPlan {
+        /// The folder.
+        dir: String,
+        /// Jobs of the sweep in it.
+        jobs: u64,
+    },
+    /// Another version of palpate was at work there; its results may differ.
+    #[error(
+        "{dir}: the sweep in this folder was begun by palpate {version}; finish it with that version, or choose another folder"
+    )]
+    OtherVersion {
+        /// The folder.
+        dir: String,
+        /// That version.
+        version: String,
+    },
+    /// A journal whose first line is damaged.
+    #[error(
+        "{path}: this is no journal of a sweep, or its first line is damaged; choose another folder, or delete the file to start anew"
+    )]
+    NoJournal {
+        /// The file.
+        path: String,
+    },
+    /// A table that no sweep of ours made.
+    #[error("{path}: a file of that name exists, and no sweep of which it could be a result; choose another folder")]
+    Foreign {
+        /// The file.
+        path: String,
+    },
+    /// A second sweep in the same folder at the same time.
+    #[error("{dir}: another palpate is at work in this folder; wait for it, or choose another folder")]
+    Busy {
+        /// The folder.
+        dir: String,
+    },
+    /// The operating system refused.
+    #[error("{path}: {message}")]
+    Io {
+        /// The file or folder.
+        path: String,
+        /// What the operating system said.
+        message: String,
+    },
+    /// Threads could not be had.
+    #[error("threads cannot be started: {0}")]
+    Threads(String),
+    /// A result could not be written.
+    #[error(transparent)]
+    Write(#[from] WriteError),
+    /// The rows could not be put into a table or a journal.
+    #[error("the results cannot be encoded: {0}")]
+    Encode(String),
+}
+
+impl SweepError {
+    pub(crate) fn io(path: &Path, error: &io::Error) -> Self {
+        Self::Io { path: path.display().to_string(), message: error.to_string() }
+    }
+}

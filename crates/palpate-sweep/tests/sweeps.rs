@@ -1,0 +1,179 @@
+//! What a sweep puts into its table, and that a job is the same wherever it is run.
+
+use std::fs;
+use std::num::NonZero;
+use std::path::{Path, PathBuf};
+
+use palpate_sweep::table::{column_names, results_parquet};
+use palpate_sweep::{Job, Source, Status, Sweep, SweepError, parse_plan, read_plan};
+use parquet::file::reader::{FileReader, SerializedFileReader};
+use parquet::record::Field;
+
+const TWO: NonZero<usize> = NonZero::new(2).expect("two");
+
+fn repository() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+fn sweep(plan: &str, base: &Path) -> Sweep {
+    let plan = parse_plan("plan.toml", plan).expect("a plan");
+    Sweep::new(&plan, base).expect("jobs")
+}
+
+const SHORT: &str = r#"
+kind = "simulate"
+trials = 1
+samples = 150
+objects.named = { name = ["egg", "circle"] }
+touchpads = [{ noise_sd_m = 0.1e-3 }, { counts_per_inch = 200 }]
+score = { reference = true, bound = true }
+"#;
+
+#[test]
+fn the_table_holds_the_rows() {
+    let outcomes = sweep(SHORT, Path::new(".")).run(TWO, &mut |_| ()).expect("outcomes");
+    let bytes = results_parquet(&outcomes).expect("a table");
+    let alone = sweep(SHORT, Path::new(".")).run(NonZero::<usize>::MIN, &mut |_| ()).expect("outcomes");
+    assert!(results_parquet(&alone).expect("a table") == bytes, "threads change the table");
+    let dir = tempfile::tempdir().expect("a folder");
+    let path = dir.path().join("results.parquet");
+    fs::write(&path, bytes).expect("a file");
+    let reader = SerializedFileReader::try_from(path.as_path()).expect("a Parquet file");
+    let rows: Vec<_> = reader.get_row_iter(None).expect("rows").map(|row| row.expect("a row")).collect();
+    assert_eq!(rows.len(), 4);
+    for (row, outcome) in rows.iter().zip(&outcomes) {
+        // Every column against the field of its name, by way of JSON.
+        let json = serde_json::to_value(&outcome.row).expect("JSON");
+        let columns: Vec<_> = row.get_column_iter().collect();
+        assert_eq!(columns.len(), json.as_object().expect("an object").len(), "a field has no column");
+        for (name, field) in columns {
+            let value = match field {
+                Field::Null => serde_json::Value::Null,
+                Field::Bool(value) => (*value).into(),
+                Field::Long(value) => (*value).into(),
+                Field::Double(value) => (*value).into(),
+                Field::Str(value) => value.clone().into(),
+                other => panic!("{name} holds {other:?}"),
+            };
+            assert_eq!(value, json[name.as_str()], "{name}");
+        }
+    }
+    let first = &outcomes[0].row;
+    assert_eq!((first.job, first.seed, first.samples), (0, Some(1), Some(150)));
+    assert_eq!((first.noise_sd_m, first.counts_per_inch), (Some(0.1e-3), None));
+    assert_eq!(first.status, Status::Reconstructed);
+    assert!(first.solved.is_some() && first.wrong.is_some() && first.bound_r_m.is_some());
+    assert!((first.mean_radius_m.expect("a radius") - 0.03).abs() < 1e-12);
+}
+
+#[test]
+fn a_job_that_travels_gives_the_same_row() {
+    let sweep = sweep(SHORT, Path::new("."));
+    let here = sweep.outcome(3).expect("a job").row;
+    let letter = serde_json::to_string(&sweep.jobs[3]).expect("JSON");
+    let there: Job = serde_json::from_str(&letter).expect("a job");
+    assert_eq!(there, sweep.jobs[3]);
+    let row = there.run(3, Path::new("elsewhere")).row;
+    assert_eq!(row, here);
+    let answer = serde_json::to_string(&row).expect("JSON");
+    assert_eq!(serde_json::from_str::<palpate_sweep::Row>(&answer).expect("a row"), here, "to the last bit");
+    assert_eq!(sweep.outcome(4), None);
+}
+
+#[test]
+fn logs_are_reconstructed_and_held_against_the_truths_beside_them() {
+    let dir = tempfile::tempdir().expect("a folder");
+    let Source::Simulate(job) = sweep(SHORT, Path::new(".")).jobs[0].source.clone() else { panic!("a simulation") };
+    let simulation = job.simulate().expect("a log").simulation;
+    let logs = dir.path().join("logs [1]");
+    fs::create_dir(&logs).expect("a folder");
+    for name in ["known.csv", "unknown.csv", "wrong.csv"] {
+        palpate_io::write_log(&logs.join(name), &simulation.log, &[]).expect("a log");
+    }
+    palpate_io::write_truth(&logs.join("known.truth"), &simulation.truth).expect("a truth");
+    let mut short = simulation.truth.clone();
+    short.motion.pop();
+    palpate_io::write_truth(&logs.join("wrong.truth"), &short).expect("a truth");
+    fs::write(logs.join("broken.csv"), "time_s\n1\n").expect("a file");
+    let plan = "kind = \"reconstruct\"\nlogs = [\"known.csv\", \"*.csv\"]\nscore.reference = true\nreconstruct.method = \"quadrature\"\n";
+    let swept = sweep(plan, &logs);
+    let rows: Vec<_> = swept.run(TWO, &mut |_| ()).expect("outcomes").into_iter().map(|outcome| outcome.row).collect();
+    let told: Vec<_> = rows.iter().map(|row| (row.object.as_str(), row.status, row.rms_r_m.is_some())).collect();
+    assert_eq!(
+        told,
+        [
+            ("known.csv", Status::Reconstructed, true),
+            ("broken.csv", Status::NoLog, false),
+            ("unknown.csv", Status::Reconstructed, false),
+            ("wrong.csv", Status::NoLog, false),
+        ]
+    );
+    assert!(rows[0].solved.is_some());
+    assert!(rows[1].reason.starts_with("broken.csv, line 1: there is no column for phi1"), "{}", rows[1].reason);
+    assert_eq!(rows[3].reason, "the truth has 149 poses, the log 150 samples; they do not belong together");
+
+    // A log that has changed makes another sweep.
+    let out = dir.path().join("out");
+    swept.run_in(&out, TWO, &mut |_| ()).expect("outcomes");
+    fs::write(logs.join("broken.csv"), "time_s\n2\n").expect("a file");
+    let refused = sweep(plan, &logs).run_in(&out, TWO, &mut |_| ()).expect_err("another sweep");
+    assert!(matches!(refused, SweepError::OtherPlan { jobs: 4, .. }), "{refused}");
+}
+
+#[test]
+fn two_sweeps_do_not_share_a_folder_at_the_same_time() {
+    let dir = tempfile::tempdir().expect("a folder");
+    let sweep = sweep(&format!("{SHORT}reconstruct.method = \"quadrature\"\n"), Path::new("."));
+    let mut refusals = Vec::new();
+    sweep
+        .run_in(dir.path(), TWO, &mut |_| refusals.push(sweep.run_in(dir.path(), TWO, &mut |_| ()).expect_err("busy")))
+        .expect("the first one is not disturbed");
+    assert_eq!(refusals.len(), 5, "one before the first job and one after each");
+    assert!(refusals.iter().all(|error| matches!(error, SweepError::Busy { .. })), "{refusals:?}");
+}
+
+#[test]
+fn example_plans_are_plans() {
+    for (name, jobs) in [("noise.toml", 30), ("logs.toml", 5)] {
+        let path = repository().join("examples/sweeps").join(name);
+        let plan = read_plan(&path).expect("a plan");
+        let sweep = Sweep::new(&plan, path.parent().expect("a folder")).expect("jobs");
+        assert_eq!(sweep.jobs.len(), jobs, "{name}");
+    }
+}
+
+#[test]
+fn every_motion_and_object_gives_a_log() {
+    let motions = r#"
+kind = "simulate"
+motions = ["random", "random-jump-free", "turn", "zigzag"]
+objects.ellipse = { axis_ratio = 0.7 }
+touchpads = [{ noise_sd_m = 0.1e-3, angle_noise_sd_rad = 1e-3, dropout = 0.1, length_m = 0.2 }]
+"#;
+    let objects = r#"
+kind = "simulate"
+objects.mixed = {}
+objects.named = { name = "random:7" }
+objects.fourier = { order = 4 }
+objects.ellipse = { axis_ratio = 0.7 }
+objects.polygon = { corners = 3 }
+touchpads = [{}]
+"#;
+    for (plan, jobs) in [(motions, 4), (objects, 5)] {
+        let sweep = sweep(&format!("samples = 600\n{plan}"), Path::new("."));
+        assert_eq!(sweep.jobs.len(), jobs);
+        for job in &sweep.jobs {
+            let Source::Simulate(job) = &job.source else { panic!("a simulation") };
+            let simulated = job.simulate().unwrap_or_else(|error| panic!("{job:?}: {error}"));
+            assert_eq!(simulated.simulation.log.samples.len(), 600, "{job:?}");
+        }
+    }
+}
+
+#[test]
+fn the_guide_names_every_column() {
+    let guide = fs::read_to_string(repository().join("docs/sweeps.md")).expect("the guide");
+    for name in column_names() {
+        assert!(guide.contains(&format!("`{name}`")), "{name} is missing in docs/sweeps.md");
+    }
+}
