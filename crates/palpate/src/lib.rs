@@ -76,6 +76,7 @@
 //! of mass first ([`Reconstruction::com_certified`]). What cannot be certified is said to be so, with the reason.
 #![forbid(unsafe_code)]
 
+mod angle;
 pub mod compare;
 pub mod log;
 pub mod palms;

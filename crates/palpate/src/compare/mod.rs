@@ -7,10 +7,9 @@ mod alignment;
 mod hausdorff;
 mod procrustes;
 
-use std::f64::consts::{PI, TAU};
-
 use thiserror::Error;
 
+use crate::angle::{mean_direction, wrapped};
 use crate::reconstruct::Reconstruction;
 use crate::shape::{ShapeError, SupportFunction};
 use crate::truth::Truth;
@@ -106,8 +105,7 @@ pub fn true_support(truth: &Truth) -> Result<SupportFunction, ShapeError> {
 
 /// The constant closest to some angles, and the RMS of what is left, both radians; whole turns do not count.
 fn mean_angle(angles: &[f64]) -> (f64, f64) {
-    let (sin, cos) = angles.iter().fold((0.0, 0.0), |(s, c), angle| (s + angle.sin(), c + angle.cos()));
-    let mut mean = sin.atan2(cos);
+    let mut mean = mean_direction(angles.iter().copied());
     let count = angles.len() as f64;
     // The mean direction is a start; the least squares of the wrapped differences is the mean of them, repeated.
     for _ in 0..20 {
@@ -119,11 +117,6 @@ fn mean_angle(angles: &[f64]) -> (f64, f64) {
     }
     let square = angles.iter().map(|angle| wrapped(angle - mean).powi(2)).sum::<f64>() / count;
     (mean, square.sqrt())
-}
-
-/// The same angle in [−π, π).
-fn wrapped(angle: f64) -> f64 {
-    (angle + PI).rem_euclid(TAU) - PI
 }
 
 #[cfg(test)]

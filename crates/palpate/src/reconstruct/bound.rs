@@ -8,7 +8,7 @@ use super::evidence::Fit;
 use super::felt::NODES;
 use super::posterior::Posterior;
 use super::problem::Problem;
-use super::smooth::{Estimate, Noise, Prior};
+use super::smooth::{Estimate, Noise, Prior, coefficients_to_order};
 use crate::log::Log;
 use crate::shape::SupportFunction;
 
@@ -35,11 +35,8 @@ pub fn cramer_rao_bound_m(log: &Log, shape: &SupportFunction, psi_rad: &[f64], s
         }
         order -= 1;
     }
-    let mut coefficients = vec![0.0; 2 * order + 1];
-    coefficients[0] = shape.mean_radius_m();
-    for k in 1..=order.min(harmonics.len()) {
-        [coefficients[k], coefficients[order + k]] = harmonics[k - 1];
-    }
+    let mut coefficients = shape.coefficients();
+    coefficients_to_order(&mut coefficients, order);
     let size_m = shape.mean_radius_m();
     let fit = Fit {
         estimate: Estimate { coefficients, psi: psi_rad.to_vec(), cost: 0.0 },

@@ -31,7 +31,7 @@ pub(super) struct Evidence<'a> {
     pub times_s: &'a [f64],
     /// Share of the boundary that was felt.
     pub coverage: f64,
-    /// Samples in pieces too short to be placed.
+    /// Samples whose pose cannot be told.
     pub unplaced: usize,
     /// Standard deviation of ψ, radians: root mean square over all samples that could be placed, and largest.
     pub psi_sd: [f64; 2],
@@ -55,8 +55,7 @@ pub(super) fn judge(evidence: &Evidence) -> Verdict {
     let explained = doubts.is_empty();
     doubts.extend(gaps(evidence));
     let certified = doubts.is_empty();
-    let balance_limit = (3.0 * evidence.expected_sensor_m).max(4.0 * MODEL_ALLOWANCE * evidence.coefficients[0].abs());
-    let balanced = evidence.balance_m <= balance_limit;
+    let balanced = evidence.balance_m <= balance_limit_m(evidence.expected_sensor_m, evidence.coefficients[0].abs());
     if certified && !balanced {
         doubts.push(format!(
             "shape and motion are certified, the centre of mass is not: force/torque balance is missed by {:.2} mm \

@@ -216,9 +216,7 @@ mod tests {
             ..SimulateOptions::default()
         };
         let run = simulate(shape, &motion, &options).expect("possible");
-        let harmonics = shape.harmonics_m();
-        let mut coefficients = vec![shape.mean_radius_m()];
-        coefficients.extend(harmonics.iter().map(|pair| pair[0]).chain(harmonics.iter().map(|pair| pair[1])));
+        let mut coefficients = shape.coefficients();
         crate::reconstruct::smooth::coefficients_to_order(&mut coefficients, 8);
         let psi = run.truth.motion.iter().map(|pose| pose.psi_rad).collect();
         (Problem::new(&run.log, None), Estimate { coefficients, psi, cost: f64::INFINITY })

@@ -19,6 +19,7 @@ use super::quadrature::{integrate, relative_height};
 use super::residuals::{contact_angles, residuals, support};
 use super::smooth::{Belief, Effort, Estimate, Noise, Prior, Smoother};
 use super::windows::{Window, heights};
+use crate::angle::mean_direction;
 
 /// Trial heights for a window that is searched.
 const HEIGHTS: usize = 20;
@@ -360,7 +361,7 @@ impl Growth<'_> {
         let mut kept: Vec<Hypothesis> = Vec::new();
         for hypothesis in polished {
             let hopeless = kept.first().is_some_and(|best| hypothesis.score > best.score + HOPELESS);
-            let known = || kept.iter().any(|other| same_motion(&other.estimate, &hypothesis.estimate));
+            let known = || kept.iter().any(|other| same_motion(&other.estimate.psi, &hypothesis.estimate.psi));
             if kept.len() < BEAM && !hopeless && !known() {
                 kept.push(hypothesis);
             }
@@ -400,19 +401,14 @@ pub(super) fn misfit(problem: &Problem, estimate: &Estimate, noise: Noise) -> f6
 
 /// The rotation that brings the motion `b` closest to `a`, radians.
 pub(super) fn common_turn(a: &[f64], b: &[f64]) -> f64 {
-    let (mut sin, mut cos) = (0.0, 0.0);
-    for (a, b) in a.iter().zip(b) {
-        sin += (a - b).sin();
-        cos += (a - b).cos();
-    }
-    f64::atan2(sin, cos)
+    mean_direction(a.iter().zip(b).map(|(a, b)| a - b))
 }
 
-/// Whether two estimates over the same instants are one motion, but for a common rotation.
-pub(super) fn same_motion(a: &Estimate, b: &Estimate) -> bool {
-    let turned = common_turn(&a.psi, &b.psi);
+/// Whether two motions over the same instants are one, but for a common rotation.
+pub(super) fn same_motion(a: &[f64], b: &[f64]) -> bool {
+    let turned = common_turn(a, b);
     let apart = |(a, b): (&f64, &f64)| 1.0 - (a - b - turned).cos();
-    let mean = a.psi.iter().zip(&b.psi).map(apart).sum::<f64>() / a.psi.len().max(1) as f64;
+    let mean = a.iter().zip(b).map(apart).sum::<f64>() / a.len().max(1) as f64;
     // 1 − cos of 3 degrees.
     mean < 1.4e-3
 }

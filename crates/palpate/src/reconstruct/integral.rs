@@ -332,7 +332,7 @@ impl<'a> Task<'a> {
         if shape.has_nonfinite() || psi.iter().any(|psi| !psi.is_finite()) {
             return Err(ReconstructError::NotSolvable);
         }
-        let coefficients = coefficients_of(&shape);
+        let coefficients = shape.coefficients();
         for (piece, placed) in self.pieces.iter().zip(&placed).filter(|(_, placed)| placed.is_some()) {
             let contacts = placed.iter().flat_map(|placed| &placed.contacts);
             let angles = piece.problem.instants.iter().zip(contacts).map(|(i, c)| contact_angles(i, c.psi - turned));
@@ -455,14 +455,6 @@ fn jump(shape: &SupportFunction, sample: &Sample, [before, after]: [f64; 2]) -> 
         height_after_m,
         physical: height_after_m < height_before_m,
     }
-}
-
-/// (a₀, a₁ … a_K, b₁ … b_K).
-fn coefficients_of(shape: &SupportFunction) -> Vec<f64> {
-    let pairs = shape.harmonics_m();
-    let mut coefficients = vec![shape.mean_radius_m()];
-    coefficients.extend(pairs.iter().map(|pair| pair[0]).chain(pairs.iter().map(|pair| pair[1])));
-    coefficients
 }
 
 /// The place of a minimum between `low` and `high`, and the value there.

@@ -4,7 +4,7 @@
 use super::noise::median;
 use crate::palms::PalmPair;
 use crate::shape::SupportFunction;
-use crate::statics::{EnergyLandscape, follow};
+use crate::statics::{EnergyLandscape, followed};
 
 /// A turn by less than this between two samples is never looked at, radians.
 const SMALLEST_STEP: f64 = 0.02;
@@ -106,8 +106,7 @@ fn passage(shape: &SupportFunction, palms: &[PalmPair], from: (usize, f64), to: 
     let mut jumped = false;
     let mut end = before;
     for index in from..to {
-        let never = |_: f64, _: &PalmPair, _: f64| -> Result<(), std::convert::Infallible> { Ok(()) };
-        let Ok((next, jumps)) = follow(shape, &palms[index], &palms[index + 1], end, never);
+        let (next, jumps) = followed(shape, &palms[index], &palms[index + 1], end);
         jumped |= !jumps.is_empty();
         end = next;
         path.push(next);

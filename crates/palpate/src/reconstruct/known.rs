@@ -1,7 +1,5 @@
 //! A shape known to within a Gaussian, and how surprising a sample is at an orientation: for boundary that was hardly felt.
 
-use std::f64::consts::PI;
-
 use nalgebra::{DMatrix, Matrix3, Vector3};
 
 use super::evidence::Fit;
@@ -9,9 +7,7 @@ use super::place::minima;
 use super::problem::{Instant, Problem};
 use super::residuals::Linearised;
 use super::smooth::{Noise, Smoother};
-
-/// An orientation further away than this is another one, radians.
-const ELSEWHERE: f64 = 0.15;
+use super::track::near;
 
 /// The shape that some samples leave.
 pub(super) struct Known {
@@ -54,8 +50,7 @@ impl Known {
     pub fn margin(&self, instant: &Instant, psi: f64) -> f64 {
         let (mut here, mut elsewhere) = (self.surprise(instant, psi), f64::INFINITY);
         for (other, surprise) in minima(psi, &|psi| self.surprise(instant, psi)) {
-            let away = ((other - psi + PI).rem_euclid(2.0 * PI) - PI).abs();
-            let least = if away < ELSEWHERE { &mut here } else { &mut elsewhere };
+            let least = if near(psi, other) { &mut here } else { &mut elsewhere };
             *least = least.min(surprise);
         }
         elsewhere - here

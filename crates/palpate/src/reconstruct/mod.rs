@@ -7,8 +7,8 @@
 //! 3. `grow`, `search`: from there over the whole log, through jumps, as several hypotheses;
 //! 4. `smooth` (on `residuals` and `problem`): maximum likelihood over all samples, every pose eliminated exactly;
 //! 5. `evidence`: number of harmonics, noise and prior, by what the data say of them;
-//! 6. `track` (on `place` and `tabulated`): the way of the shape through the log; samples put at a wrong pose are placed anew;
-//! 7. `posterior`, `felt`, `brief`: error bars, which boundary was felt, and what too few samples cannot tell;
+//! 6. `track` (on `place`, `tabulated` and `known`): the way of the shape through the log; samples put at a wrong pose are placed anew;
+//! 7. `posterior`, `felt`, `brief` (on `known`): error bars, which boundary was felt, and what too few samples cannot tell;
 //! 8. `jumps`, `certificate`: is it right, and is it the only answer. When not, the search goes on.
 //!
 //! That is [`Method::Likelihood`]. `integral` holds the methods that integrate instead: `ode`, the paper's own (on rates from
@@ -167,9 +167,7 @@ pub fn reconstruct_from(
     }
     let task = Task::new(log, options);
     let ranges = pieces::pieces(&task.problem, task.scatter_m);
-    let mut coefficients = vec![shape.mean_radius_m()];
-    let harmonics = shape.harmonics_m();
-    coefficients.extend(harmonics.iter().map(|pair| pair[0]).chain(harmonics.iter().map(|pair| pair[1])));
+    let mut coefficients = shape.coefficients();
     smooth::coefficients_to_order(&mut coefficients, START_ORDER);
     let estimate = Estimate { coefficients, psi: psi_rad.to_vec(), cost: 0.0 };
     let found = search::Found { thin: task.problem.clone(), ranges, estimates: vec![estimate] };
@@ -353,11 +351,7 @@ impl<'a> Task<'a> {
 
 /// Whether two results are one, but for a common rotation and what noise makes of it.
 fn same_result(a: &Reconstruction, b: &Reconstruction) -> bool {
-    let psi = |result: &Reconstruction| Estimate {
-        coefficients: Vec::new(),
-        psi: result.motion.iter().map(|pose| pose.psi_rad).collect(),
-        cost: 0.0,
-    };
+    let psi = |result: &Reconstruction| -> Vec<f64> { result.motion.iter().map(|pose| pose.psi_rad).collect() };
     grow::same_motion(&psi(a), &psi(b))
 }
 
@@ -426,7 +420,7 @@ fn rivals(thin: &Problem, candidates: &[Estimate], chosen: &Fit) -> Vec<usize> {
     let best = polished.iter().map(|estimate| estimate.cost).fold(f64::INFINITY, f64::min);
     (1..polished.len())
         .filter(|&index| polished[index].cost < best + NEAR_EQUAL)
-        .filter(|&index| !polished[..index].iter().any(|other| grow::same_motion(other, &polished[index])))
+        .filter(|&index| !polished[..index].iter().any(|other| grow::same_motion(&other.psi, &polished[index].psi)))
         .take(MOST_RIVALS)
         .collect()
 }

@@ -3,6 +3,7 @@
 //! Palms whose base points lie apart are brought back to a hinge: their lines meet in one point, and measured from there the
 //! contact equations and the balance are those of the hinged pair. Only the constant that carries s to that point changes.
 
+use super::noise::median;
 use crate::log::{Log, Sample};
 use crate::palms::Palm;
 
@@ -114,8 +115,7 @@ impl Problem {
             .filter(|instant| instant.both_seen())
             .map(|i| (i.s1 * i.s1 + i.s2 * i.s2 - 2.0 * i.s1 * i.s2 * i.cos2).max(0.0).sqrt())
             .collect();
-        chords.sort_by(f64::total_cmp);
-        chords.get(chords.len() / 2).map_or(0.0, |chord| 0.5 * chord)
+        0.5 * median(&mut chords)
     }
 
     /// The same motion at fewer instants: means over runs of `run` neighbours that saw both contacts.

@@ -1,7 +1,6 @@
 //! From a log to arrangements of its pieces, with no start given: seeds from the longest stretches that the search over the
 //! height of the centre of mass explains alone, grown over the whole log until one arrangement explains all of it.
 
-use std::f64::consts::{PI, TAU};
 use std::ops::Range;
 
 use rayon::prelude::*;
@@ -13,6 +12,7 @@ use super::problem::Problem;
 use super::smooth::{Effort, Estimate, Prior, Smoother};
 use super::start;
 use super::windows::{Window, joined, spans, windows};
+use crate::angle::wrapped;
 
 /// Samples that the search works on; a longer log is thinned to about this many.
 const SAMPLES: usize = 250;
@@ -268,7 +268,6 @@ fn between(places: &[f64], psi: &[f64], place: f64) -> f64 {
         psi[after - 1]
     } else {
         let share = (place - places[after - 1]) / (places[after] - places[after - 1]);
-        let turn = (psi[after] - psi[after - 1] + PI).rem_euclid(TAU) - PI;
-        psi[after - 1] + share * turn
+        psi[after - 1] + share * wrapped(psi[after] - psi[after - 1])
     }
 }

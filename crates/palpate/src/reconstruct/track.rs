@@ -5,7 +5,7 @@
 //! off), and it tells what cannot be known: a sample that a way of nearly the same cost puts elsewhere. Elsewhere is where the
 //! object can only come by a leap; how uncertain a pose is about its place, the error bars say.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::PI;
 
 use rayon::prelude::*;
 
@@ -16,9 +16,10 @@ use super::noise::{correlation_time, median};
 use super::place::{Spread, candidates, minima};
 use super::problem::{Instant, Problem};
 use super::tabulated::Tabulated;
+use crate::angle::wrapped;
 use crate::palms::PalmPair;
 use crate::shape::SupportFunction;
-use crate::statics::{EnergyLandscape, follow};
+use crate::statics::{EnergyLandscape, followed};
 
 /// Steps beyond this from one sample to the next need a reason, radians.
 const LONGEST_STEP: f64 = 0.15;
@@ -204,10 +205,11 @@ fn anchor(psi: &[f64]) -> usize {
 
 /// The way from one angle to another, radians, at most half a turn.
 fn turn(from: f64, to: f64) -> f64 {
-    (to - from + PI).rem_euclid(TAU) - PI
+    wrapped(to - from)
 }
 
-fn near(a: f64, b: f64) -> bool {
+/// Whether a step from one to the other needs no reason.
+pub(super) fn near(a: f64, b: f64) -> bool {
     turn(a, b).abs() < LONGEST_STEP
 }
 
@@ -262,9 +264,7 @@ impl Ahead<'_> {
         if let Some(rest) = EnergyLandscape::new(self.shape, &to).continued(psi) {
             return rest;
         }
-        let never = |_: f64, _: &PalmPair, _: f64| -> Result<(), std::convert::Infallible> { Ok(()) };
-        let Ok((rest, _)) = follow(self.shape, &from, &to, psi, never);
-        rest
+        followed(self.shape, &from, &to, psi).0
     }
 
     /// Whether both contacts were seen and neither leapt.

@@ -50,6 +50,15 @@ impl SupportFunction {
         Self::new(coefficients[0], harmonics)
     }
 
+    /// That vector.
+    pub(crate) fn coefficients(&self) -> Vec<f64> {
+        let mut coefficients = vec![self.mean_m];
+        for part in 0..2 {
+            coefficients.extend(self.harmonics_m.iter().map(|pair| pair[part]));
+        }
+        coefficients
+    }
+
     /// Mean radius a₀ in metres; the perimeter is 2π a₀ (Cauchy).
     pub fn mean_radius_m(&self) -> f64 {
         self.mean_m

@@ -9,16 +9,16 @@
 
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap};
-use std::convert::Infallible;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use thiserror::Error;
 
 use super::{SimulateOptions, coverage, simulate};
+use crate::angle::wrapped;
 use crate::palms::{MotionError, PalmMotion, PalmPair};
 use crate::sensor::Touchpad;
 use crate::shape::SupportFunction;
-use crate::statics::{EnergyLandscape, follow};
+use crate::statics::{EnergyLandscape, followed};
 
 /// Spacing of the grid of palm angles, radians.
 const SPACING_RAD: f64 = 4.0 * PI / 180.0;
@@ -468,11 +468,11 @@ struct Piece {
 fn joined(shape: &SupportFunction, places: &[Place], from: usize, there: &[usize]) -> Option<(usize, f64)> {
     let palms = |place: &Place| PalmPair::hinged(place.phi1, place.phi12 - place.phi1);
     let (here, target) = (&places[from], &places[*there.first()?]);
-    let Ok((psi, jumps)) = follow(shape, &palms(here), &palms(target), here.psi, |_, _, _| Ok::<(), Infallible>(()));
+    let (psi, jumps) = followed(shape, &palms(here), &palms(target), here.psi);
     if !jumps.is_empty() {
         return None;
     }
-    let apart = |other: &Place| ((psi - other.psi + PI).rem_euclid(TAU) - PI).abs();
+    let apart = |other: &Place| wrapped(psi - other.psi).abs();
     let to = there.iter().copied().find(|&other| apart(&places[other]) < 1e-6)?;
     Some((to, psi - here.psi))
 }

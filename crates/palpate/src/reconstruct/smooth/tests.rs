@@ -21,13 +21,6 @@ fn shape() -> SupportFunction {
     SupportFunction::new(SIZE_M, vec![[2e-3, -1e-3], [1.8e-3, 6e-4], [-5e-4, 7e-4]])
 }
 
-fn coefficients(shape: &SupportFunction) -> Vec<f64> {
-    let harmonics = shape.harmonics_m();
-    let mut coefficients = vec![shape.mean_radius_m()];
-    coefficients.extend(harmonics.iter().map(|pair| pair[0]).chain(harmonics.iter().map(|pair| pair[1])));
-    coefficients
-}
-
 /// `count` samples without a jump.
 fn run(count: usize, noise_sd_m: f64) -> Simulation {
     let points = [(0.0, 0.5, 1.9), (3.0, 0.9, 1.2), (6.0, 0.4, 1.5), (9.0, 1.2, 1.4), (12.0, 0.8, 1.9)];
@@ -100,7 +93,7 @@ fn the_truth_of_an_exact_log_is_a_minimum_of_cost_zero() {
     let run = run(40, 0.0);
     let problem = Problem::new(&run.log, None);
     let smoother = Smoother::new(&problem, ORDER, NOISE, NO_PRIOR);
-    let (a, psi) = (coefficients(&shape()), true_psi(&run));
+    let (a, psi) = (shape().coefficients(), true_psi(&run));
     let normal = smoother.linearise(&a, &psi);
     let mut settled = psi.clone();
     let cost = smoother.settle(&a, &mut settled, 2);
@@ -123,7 +116,7 @@ fn a_disturbed_start_comes_back_to_the_truth() {
     let problem = Problem::new(&run.log, None);
     let smoother = Smoother::new(&problem, ORDER, NOISE, NO_PRIOR);
     let disturbed: Vec<f64> =
-        coefficients(&shape()).iter().enumerate().map(|(i, a)| a + 4e-4 * (1.7 * i as f64).sin()).collect();
+        shape().coefficients().iter().enumerate().map(|(i, a)| a + 4e-4 * (1.7 * i as f64).sin()).collect();
     let psi: Vec<f64> = true_psi(&run).iter().enumerate().map(|(i, psi)| psi + 0.05 * (i as f64).cos()).collect();
     let found = smoother.run(disturbed, psi, TO_THE_END);
     assert!(found.cost < 0.02, "{}", found.cost);
@@ -151,7 +144,7 @@ fn elimination_of_psi_is_the_schur_complement_of_the_whole() {
     // Somewhere, not at a minimum; once convex and once with nodes that are not.
     let psi: Vec<f64> = true_psi(&run).iter().enumerate().map(|(i, psi)| psi + 0.02 * (i as f64).cos()).collect();
     for (third, convex) in [(7e-4, true), (6e-3, false)] {
-        let mut a = coefficients(&shape());
+        let mut a = shape().coefficients();
         a[2 * ORDER] = third;
         let prior = Prior { size_m: SIZE_M, scale_m: 0.01 };
         let normal = Smoother::new(&problem, ORDER, NOISE, prior).linearise(&a, &psi);
@@ -246,7 +239,7 @@ fn a_belief_stands_for_the_samples_that_it_came_from() {
     let run = run(40, 1e-4);
     let half = |range: std::ops::Range<usize>| Problem::new(&Log { samples: run.log.samples[range].to_vec() }, None);
     let (first, second, whole) = (half(0..20), half(20..40), half(0..40));
-    let (a, psi) = (coefficients(&shape()), true_psi(&run));
+    let (a, psi) = (shape().coefficients(), true_psi(&run));
     let prior = Prior { size_m: SIZE_M, scale_m: 0.01 };
     let of_first = Smoother::new(&first, ORDER, NOISE, prior).linearise(&a, &psi[..20]);
     // The minimum of the quadratic that the first half leaves.
