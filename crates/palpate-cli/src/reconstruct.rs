@@ -235,13 +235,7 @@ fn three_digits(value: f64) -> String {
 /// How far the result is from the truth; a note when that cannot be said.
 fn errors(reconstruction: &Reconstruction, truth: &Truth, terminal: &Terminal) -> Option<TruthSummary> {
     match compare(reconstruction, truth) {
-        Ok(errors) => Some(TruthSummary {
-            rms_r_m: errors.rms_r_m,
-            rms_form_m: errors.rms_form_m,
-            hausdorff_m: errors.hausdorff_m,
-            rms_psi_rad: errors.rms_psi_rad,
-            rms_com_m: errors.rms_com_m,
-        }),
+        Ok(errors) => Some(errors.into()),
         Err(error) => {
             terminal.note(&error.to_string());
             None
@@ -251,14 +245,7 @@ fn errors(reconstruction: &Reconstruction, truth: &Truth, terminal: &Terminal) -
 
 /// The report page.
 fn report(job: &Job, reconstruction: &Reconstruction, summary: &Summary) -> String {
-    let overlay = job.truth.zip(summary.truth).map(|(truth, errors)| TruthOverlay {
-        truth,
-        rms_r_m: errors.rms_r_m,
-        rms_form_m: errors.rms_form_m,
-        hausdorff_m: errors.hausdorff_m,
-        rms_psi_rad: errors.rms_psi_rad,
-        rms_com_m: errors.rms_com_m,
-    });
+    let overlay = job.truth.zip(summary.truth).map(|(truth, errors)| TruthOverlay { truth, errors: errors.into() });
     palpate_report::page(&ReportInput {
         title: job.title,
         log: &job.file.log,

@@ -1,6 +1,7 @@
 //! What summary.json says.
 
 use palpate::Reconstruction;
+use palpate::compare::TruthError;
 use palpate::reconstruct::Jump;
 use serde::{Deserialize, Serialize};
 
@@ -101,6 +102,18 @@ pub struct TruthSummary {
     /// Root mean square error of the centre of mass in the global frame, metres.
     #[serde(with = "number_or_null")]
     pub rms_com_m: f64,
+}
+
+impl From<TruthError> for TruthSummary {
+    fn from(TruthError { rms_r_m, rms_form_m, hausdorff_m, rms_psi_rad, rms_com_m }: TruthError) -> Self {
+        Self { rms_r_m, rms_form_m, hausdorff_m, rms_psi_rad, rms_com_m }
+    }
+}
+
+impl From<TruthSummary> for TruthError {
+    fn from(TruthSummary { rms_r_m, rms_form_m, hausdorff_m, rms_psi_rad, rms_com_m }: TruthSummary) -> Self {
+        Self { rms_r_m, rms_form_m, hausdorff_m, rms_psi_rad, rms_com_m }
+    }
 }
 
 impl Summary {

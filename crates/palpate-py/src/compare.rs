@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use palpate::compare::TruthError;
 use pyo3::prelude::*;
-use pyo3::types::PyTuple;
 
 use crate::errors::OrRaise;
+use crate::pickled::{self, Pickled};
 use crate::result::ResultData;
 use crate::truth::TrueData;
 use crate::work;
@@ -55,10 +55,10 @@ impl Errors {
         )
     }
 
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Pickled<'py> {
         let TruthError { rms_r_m, rms_form_m, hausdorff_m, rms_psi_rad, rms_com_m } = self.0;
-        let arguments = (rms_r_m, rms_form_m, hausdorff_m, rms_psi_rad, rms_com_m).into_pyobject(py)?;
-        Ok((py.get_type::<Self>().getattr("_made")?, arguments))
+        let arguments = (rms_r_m, rms_form_m, hausdorff_m, rms_psi_rad, rms_com_m);
+        pickled::by_method::<Self>(py, "_made", arguments)
     }
 
     #[staticmethod]

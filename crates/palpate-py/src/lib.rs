@@ -10,6 +10,7 @@ mod errors;
 mod log;
 mod motion;
 mod palms;
+mod pickled;
 mod plan;
 mod reconstruct;
 mod result;

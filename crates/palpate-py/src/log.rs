@@ -8,10 +8,11 @@ use palpate::palms::PalmPair;
 use palpate::{Log, Sample};
 use palpate_io::LogFile;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyMapping, PySlice, PyTuple};
+use pyo3::types::{PyDict, PyMapping, PySlice};
 
 use crate::arrays::{self, Column, Table};
 use crate::errors::{self, OrRaise};
+use crate::pickled::{self, Pickled};
 
 /// Stands for the file in messages about columns in memory.
 const COLUMNS: &str = "the columns (lines counted from 0)";
@@ -379,10 +380,10 @@ impl LogData {
         format!("<p><b>Palm log{name}</b>: {}{notes}</p>", escaped(&self.told()))
     }
 
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Pickled<'py> {
         let file = &self.file;
         let arguments = (self.to_rows(py), file.metadata.clone(), file.notes.clone(), self.name.clone());
-        Ok((py.get_type::<Self>().getattr("_made")?, arguments.into_pyobject(py)?))
+        pickled::by_method::<Self>(py, "_made", arguments)
     }
 
     #[staticmethod]

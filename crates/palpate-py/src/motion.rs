@@ -8,6 +8,7 @@ use pyo3::types::PyTuple;
 use crate::arrays::{self, Table};
 use crate::errors::{self, OrRaise};
 use crate::palms::Palms;
+use crate::pickled::{self, Pickled};
 use crate::plan::{Limits, Plan};
 use crate::shape::{Shape, finite};
 use crate::whole::Whole;
@@ -161,7 +162,7 @@ impl Move {
         }
     }
 
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Pickled<'py> {
         let (name, numbers) = self.call();
         let arguments = match &self.0 {
             PalmMove::BackAndForth { times, moves } => {
@@ -173,7 +174,7 @@ impl Move {
             }
             _ => PyTuple::new(py, numbers)?,
         };
-        Ok((py.get_type::<Self>().getattr(name)?, arguments))
+        pickled::by_method::<Self>(py, name, arguments)
     }
 }
 
@@ -412,7 +413,7 @@ impl Motion {
         format!("<PalmMotion: {kind}, {:.4} s>", self.motion.duration_s())
     }
 
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Pickled<'py> {
         let (name, arguments) = match &self.recipe {
             Recipe::Schedule(start, moves) => {
                 let moves: Vec<Move> = moves.iter().cloned().map(Move).collect();
@@ -431,8 +432,8 @@ impl Motion {
             }
         };
         let bases = self.motion.at(0.0);
-        let arguments = (name, arguments, bases.base1_m, bases.base2_m).into_pyobject(py)?;
-        Ok((py.get_type::<Self>().getattr("_made")?, arguments))
+        let arguments = (name, arguments, bases.base1_m, bases.base2_m);
+        pickled::by_method::<Self>(py, "_made", arguments)
     }
 
     #[staticmethod]

@@ -4,9 +4,9 @@ use std::f64::consts::TAU;
 
 use palpate::palms::{ContactRates, GeneralizedContactSupport, PalmPair};
 use pyo3::prelude::*;
-use pyo3::types::PyTuple;
 
 use crate::errors;
+use crate::pickled::{self, Pickled};
 use crate::shape::{Shape, finite};
 
 /// Angles of palms stay within this many radians, as in a file: farther apart, a pose could not be followed in any time.
@@ -190,9 +190,9 @@ impl Palms {
         format!("PalmPair(phi1_rad={phi1_rad}, phi2_rad={phi2_rad}{bases})")
     }
 
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
-        let arguments = (self.0.phi1_rad, self.0.phi2_rad, self.base1_m(), self.base2_m()).into_pyobject(py)?;
-        Ok((py.get_type::<Self>().into_any(), arguments))
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Pickled<'py> {
+        let arguments = (self.0.phi1_rad, self.0.phi2_rad, self.base1_m(), self.base2_m());
+        pickled::by_class::<Self>(py, arguments)
     }
 }
 

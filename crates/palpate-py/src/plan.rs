@@ -3,10 +3,10 @@
 use palpate::shape::SupportFunction;
 use palpate::simulate::{PalmLimits, PlanError, PlannedMotion};
 use pyo3::prelude::*;
-use pyo3::types::PyTuple;
 
 use crate::errors::OrRaise;
 use crate::motion::Motion;
+use crate::pickled::{self, Pickled};
 use crate::shape::Shape;
 use crate::whole::Whole;
 use crate::work;
@@ -91,11 +91,11 @@ impl Limits {
         )
     }
 
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Pickled<'py> {
         let PalmLimits { smallest_phi1_rad, largest_phi12_rad, smallest_phi2_rad, largest_phi2_rad, palm_length_m } =
             self.0;
         let arguments = (smallest_phi1_rad, largest_phi12_rad, smallest_phi2_rad, largest_phi2_rad, palm_length_m);
-        Ok((py.get_type::<Self>().getattr("_made")?, arguments.into_pyobject(py)?))
+        pickled::by_method::<Self>(py, "_made", arguments)
     }
 
     #[staticmethod]
@@ -155,9 +155,9 @@ impl Planned {
         format!("<PlannedMotion: {turn}, {:.0} % of the boundary felt>", 100.0 * self.coverage)
     }
 
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Pickled<'py> {
         let arguments = (self.motion.clone_ref(py), self.start_psi_rad, self.coverage, self.full_turn);
-        Ok((py.get_type::<Self>().getattr("_made")?, arguments.into_pyobject(py)?))
+        pickled::by_method::<Self>(py, "_made", arguments)
     }
 
     #[staticmethod]

@@ -44,7 +44,7 @@ fn solved(
         listener.call_method0("close")?;
     }
     let (reconstruction, seconds) = outcome?.or_raise()?;
-    ResultData::of(py, reconstruction, Some(log.clone_ref(py)), seconds)
+    Ok(ResultData::of(py, reconstruction, Some(log.clone_ref(py)), seconds))
 }
 
 /// Find shape, motion and centre of mass from a palm log and nothing else.

@@ -7,14 +7,15 @@ use numpy::{PyArray1, PyArray2};
 use palpate::reconstruct::{Jump, OutlinePoint, Pose};
 use palpate::shape::SupportFunction;
 use palpate::{Log, Reconstruction};
-use palpate_io::{Summary, TruthSummary};
+use palpate_io::Summary;
 use palpate_report::{ReportInput, TruthOverlay};
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyTuple};
+use pyo3::types::PyDict;
 
 use crate::arrays::{self, Table};
 use crate::errors::{self, InternalError, OrRaise};
 use crate::log::{LogData, escaped};
+use crate::pickled::{self, Pickled};
 use crate::shape::Shape;
 use crate::svg;
 use crate::truth::TrueData;
@@ -97,11 +98,7 @@ pub struct ResultData {
 
 impl ResultData {
     /// With its arrays.
-    pub fn of(py: Python<'_>, found: Reconstruction, log: Option<Py<LogData>>, seconds: f64) -> PyResult<Self> {
-        Ok(Self::sharing(py, Arc::new(found), log, seconds))
-    }
-
-    fn sharing(py: Python<'_>, found: Arc<Reconstruction>, log: Option<Py<LogData>>, seconds: f64) -> Self {
+    pub fn of(py: Python<'_>, found: Reconstruction, log: Option<Py<LogData>>, seconds: f64) -> Self {
         let along = |value: fn(&OutlinePoint) -> f64| arrays::column(py, found.outline.iter().map(value).collect());
         let over = |value: fn(&Pose) -> f64| arrays::column(py, found.motion.iter().map(value).collect());
         let left = |value: fn(&Pose) -> Option<f64>| arrays::sparse_column(py, found.motion.iter().map(value));
@@ -126,7 +123,7 @@ impl ResultData {
             piece: arrays::column(py, found.motion.iter().map(|pose| pose.piece).collect()),
             residual1: left(|pose| pose.residual1_m),
             residual2: left(|pose| pose.residual2_m),
-            found,
+            found: Arc::new(found),
         }
     }
 
@@ -139,13 +136,7 @@ impl ResultData {
         }
         if let Some(truth) = truth {
             let errors = palpate::compare::compare(&self.found, &truth.truth).or_raise()?;
-            summary.truth = Some(TruthSummary {
-                rms_r_m: errors.rms_r_m,
-                rms_form_m: errors.rms_form_m,
-                hausdorff_m: errors.hausdorff_m,
-                rms_psi_rad: errors.rms_psi_rad,
-                rms_com_m: errors.rms_com_m,
-            });
+            summary.truth = Some(errors.into());
         }
         Ok(summary)
     }
@@ -159,14 +150,8 @@ impl ResultData {
 
     fn page(&self, summary: &Summary, truth: Option<&TrueData>, title: Option<&str>) -> PyResult<String> {
         let name = summary.log.as_deref();
-        let overlay = truth.zip(summary.truth).map(|(truth, errors)| TruthOverlay {
-            truth: &truth.truth,
-            rms_r_m: errors.rms_r_m,
-            rms_form_m: errors.rms_form_m,
-            hausdorff_m: errors.hausdorff_m,
-            rms_psi_rad: errors.rms_psi_rad,
-            rms_com_m: errors.rms_com_m,
-        });
+        let overlay =
+            truth.zip(summary.truth).map(|(truth, errors)| TruthOverlay { truth: &truth.truth, errors: errors.into() });
         Ok(palpate_report::page(&ReportInput {
             title: title.or(name).unwrap_or("A palm log"),
             log: self.logged()?,
@@ -246,7 +231,7 @@ impl ResultData {
     fn others(&self, py: Python<'_>) -> Vec<Self> {
         let log = || self.log.as_ref().map(|log| log.clone_ref(py));
         let others = self.found.others.iter();
-        others.map(|other| Self::sharing(py, Arc::new(other.clone()), log(), self.seconds)).collect()
+        others.map(|other| Self::of(py, other.clone(), log(), self.seconds)).collect()
     }
 
     /// dict: what `summary.json` in a result folder says.
@@ -319,7 +304,7 @@ impl ResultData {
             }
             found.others.push(loaded(py, &inside)?.0);
         }
-        Self::of(py, found, None, summary.seconds)
+        Ok(Self::of(py, found, None, summary.seconds))
     }
 
     /// The report as one self-contained HTML page.
@@ -432,7 +417,7 @@ impl ResultData {
         )
     }
 
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Pickled<'py> {
         let found = &self.found;
         let verdict = (found.certified, found.com_certified, &found.reason, found.alternatives);
         let numbers = [found.chi2_per_dof, found.coverage, found.sensor_sd_m, found.balance_sd_m, self.seconds];
@@ -440,7 +425,7 @@ impl ResultData {
         let motion: Vec<[f64; 11]> = found.motion.iter().map(motion_row).collect();
         let tables = (arrays::table(py, &outline), arrays::table(py, &motion));
         let arguments = (verdict, numbers, self.shape(), tables, self.jumps(), self.others(py), &self.log);
-        Ok((py.get_type::<Self>().getattr("_made")?, arguments.into_pyobject(py)?))
+        pickled::by_method::<Self>(py, "_made", arguments)
     }
 
     #[staticmethod]
@@ -472,7 +457,7 @@ impl ResultData {
             sensor_sd_m,
             balance_sd_m,
         };
-        Self::of(py, found, log, seconds)
+        Ok(Self::of(py, found, log, seconds))
     }
 }
 
@@ -609,10 +594,10 @@ impl FoundJump {
         )
     }
 
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Pickled<'py> {
         let Jump { time_s, psi_before_rad, psi_after_rad, height_before_m, height_after_m, physical } = self.0;
         let arguments = (time_s, psi_before_rad, psi_after_rad, height_before_m, height_after_m, physical);
-        Ok((py.get_type::<Self>().getattr("_made")?, arguments.into_pyobject(py)?))
+        pickled::by_method::<Self>(py, "_made", arguments)
     }
 
     #[staticmethod]

@@ -2,11 +2,12 @@
 
 use palpate::sensor::{PadContact, Touchpad};
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyTuple};
+use pyo3::types::PyDict;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use crate::arrays::{self, Column};
+use crate::pickled::{self, Pickled};
 use crate::whole::Whole;
 
 /// Properties of the touchpads, the same on both palms.
@@ -224,8 +225,8 @@ impl Pad {
         format!("Touchpad({})", properties.join(", "))
     }
 
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
-        Ok((py.get_type::<Self>().getattr("_made")?, (self.properties(py)?,).into_pyobject(py)?))
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Pickled<'py> {
+        pickled::by_method::<Self>(py, "_made", (self.properties(py)?,))
     }
 
     #[staticmethod]

@@ -6,11 +6,11 @@ use numpy::{PyArray1, PyArray2};
 use palpate::palms::GeneralizedContactSupport;
 use palpate::shape::{BoundaryPoint, NamedShape, RandomShape, ShapeError, SupportFunction};
 use pyo3::prelude::*;
-use pyo3::types::PyTuple;
 
 use crate::arrays::{self, Column, Numbers, Table};
 use crate::errors::{self, OrRaise};
 use crate::palms::four;
+use crate::pickled::{self, Pickled};
 use crate::svg;
 use crate::whole::Whole;
 
@@ -472,9 +472,9 @@ impl Shape {
         svg::outline(&self.0)
     }
 
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
-        let arguments = (self.0.mean_radius_m(), self.harmonics_m(py)).into_pyobject(py)?;
-        Ok((py.get_type::<Self>().into_any(), arguments))
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Pickled<'py> {
+        let arguments = (self.0.mean_radius_m(), self.harmonics_m(py));
+        pickled::by_class::<Self>(py, arguments)
     }
 }
 

@@ -4,13 +4,13 @@ use palpate::palms::PalmPair;
 use palpate::simulate::{SimulateOptions, TimedJump};
 use palpate_io::LogFile;
 use pyo3::prelude::*;
-use pyo3::types::PyTuple;
 
 use crate::arrays::{self, Table};
 use crate::errors::{self, OrRaise};
 use crate::log::LogData;
 use crate::motion::{self, Motion};
 use crate::palms::require_few_turns;
+use crate::pickled::{self, Pickled};
 use crate::plan::Planned;
 use crate::sensor::Pad;
 use crate::shape::Shape;
@@ -54,9 +54,9 @@ impl Simulated {
         format!("<Simulation: {samples} samples, {} jumps, {:.0} % felt>", self.jumps.len(), 100.0 * self.coverage)
     }
 
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
-        let arguments = (&self.log, &self.truth, self.jumps.clone(), self.coverage).into_pyobject(py)?;
-        Ok((py.get_type::<Self>().getattr("_made")?, arguments))
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Pickled<'py> {
+        let arguments = (&self.log, &self.truth, self.jumps.clone(), self.coverage);
+        pickled::by_method::<Self>(py, "_made", arguments)
     }
 
     #[staticmethod]
@@ -107,10 +107,10 @@ impl SimulatedJump {
         format!("<TimedJump: at {time_s:.3} s from psi {psi_before_rad:.4} to {psi_after_rad:.4} rad>")
     }
 
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Pickled<'py> {
         let TimedJump { time_s, psi_before_rad, psi_after_rad, energy_before_j, energy_after_j } = self.0;
-        let arguments = (time_s, psi_before_rad, psi_after_rad, energy_before_j, energy_after_j).into_pyobject(py)?;
-        Ok((py.get_type::<Self>().getattr("_made")?, arguments))
+        let arguments = (time_s, psi_before_rad, psi_after_rad, energy_before_j, energy_after_j);
+        pickled::by_method::<Self>(py, "_made", arguments)
     }
 
     #[staticmethod]

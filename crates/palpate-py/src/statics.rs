@@ -7,11 +7,11 @@ use palpate::palms::{PalmPair, SMALLEST_OPENING_RAD};
 use palpate::simulate::SimulateError as RustSimulateError;
 use palpate::statics::{EnergyLandscape, Jump, RestPose};
 use pyo3::prelude::*;
-use pyo3::types::PyTuple;
 
 use crate::arrays::{self, Numbers};
 use crate::errors::OrRaise;
 use crate::palms::Palms;
+use crate::pickled::{self, Pickled};
 use crate::shape::{Shape, finite};
 use crate::work;
 
@@ -133,9 +133,9 @@ impl Landscape {
         format!("<EnergyLandscape: {} stable poses>", self.landscape.stable_poses().len())
     }
 
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
-        let arguments = (self.shape.clone(), self.palms.clone()).into_pyobject(py)?;
-        Ok((py.get_type::<Self>().into_any(), arguments))
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Pickled<'py> {
+        let arguments = (self.shape.clone(), self.palms.clone());
+        pickled::by_class::<Self>(py, arguments)
     }
 }
 
@@ -169,9 +169,9 @@ impl Rest {
         format!("<RestPose: psi {psi_rad:.4} rad, height {height_m:.5} m, stiffness {stiffness_m:.5} m>")
     }
 
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
-        let arguments = (self.0.psi_rad, self.0.height_m, self.0.stiffness_m).into_pyobject(py)?;
-        Ok((py.get_type::<Self>().getattr("_made")?, arguments))
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Pickled<'py> {
+        let arguments = (self.0.psi_rad, self.0.height_m, self.0.stiffness_m);
+        pickled::by_method::<Self>(py, "_made", arguments)
     }
 
     #[staticmethod]
@@ -232,10 +232,10 @@ impl PoseJump {
         )
     }
 
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Pickled<'py> {
         let Jump { fraction, palms, psi_before_rad, psi_after_rad, height_before_m, height_after_m } = self.0;
         let arguments = (fraction, Palms(palms), psi_before_rad, psi_after_rad, height_before_m, height_after_m);
-        Ok((py.get_type::<Self>().getattr("_made")?, arguments.into_pyobject(py)?))
+        pickled::by_method::<Self>(py, "_made", arguments)
     }
 
     #[staticmethod]

@@ -6,10 +6,10 @@ use numpy::{PyArray1, PyArray2};
 use palpate::truth::TruePose;
 use palpate::{Truth, compare};
 use pyo3::prelude::*;
-use pyo3::types::PyTuple;
 
 use crate::arrays::{self, Column, Table};
 use crate::errors::OrRaise;
+use crate::pickled::{self, Pickled};
 use crate::shape::{Shape, support_columns};
 
 /// True shape and motion behind a log, where someone knows them.
@@ -148,8 +148,8 @@ impl TrueData {
         format!("<Truth: {} directions, {} poses>", self.truth.support.len(), self.truth.motion.len())
     }
 
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
-        let arguments = (&self.theta_rad, &self.r_m, &self.time_s, &self.psi_rad, &self.com_m).into_pyobject(py)?;
-        Ok((py.get_type::<Self>().into_any(), arguments))
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Pickled<'py> {
+        let arguments = (&self.theta_rad, &self.r_m, &self.time_s, &self.psi_rad, &self.com_m);
+        pickled::by_class::<Self>(py, arguments)
     }
 }

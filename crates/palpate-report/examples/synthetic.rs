@@ -4,6 +4,7 @@
 #[path = "../tests/fixture/mod.rs"]
 mod fixture;
 
+use palpate::compare::TruthError;
 use palpate_report::{ReportInput, TruthOverlay, page};
 
 fn main() -> std::io::Result<()> {
@@ -13,11 +14,13 @@ fn main() -> std::io::Result<()> {
     let egg = fixture::fixture(samples, 12.0, 1.4);
     let overlay = TruthOverlay {
         truth: &egg.truth,
-        rms_r_m: 7.4e-6,
-        rms_form_m: 5.1e-6,
-        hausdorff_m: 2.3e-5,
-        rms_psi_rad: 0.0016,
-        rms_com_m: 4.2e-6,
+        errors: TruthError {
+            rms_r_m: 7.4e-6,
+            rms_form_m: 5.1e-6,
+            hausdorff_m: 2.3e-5,
+            rms_psi_rad: 0.0016,
+            rms_com_m: 4.2e-6,
+        },
     };
     let html = page(&ReportInput {
         title: "A made-up egg",

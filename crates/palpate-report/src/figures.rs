@@ -254,13 +254,13 @@ fn key_figures_of(input: &ReportInput, result: &Reconstruction) -> String {
 
 /// The card with the errors against the truth; empty without one.
 pub(crate) fn truth_errors(truth: Option<&TruthOverlay>) -> String {
-    let Some(truth) = truth else { return String::new() };
+    let Some(TruthOverlay { errors, .. }) = truth else { return String::new() };
     let rows = [
-        ("Boundary, felt part", length_text(truth.rms_r_m), "RMS of r after the best rotation"),
-        ("Form alone", length_text(truth.rms_form_m), "RMS of r after the best rotation and shift"),
-        ("Largest gap", length_text(truth.hausdorff_m), "Hausdorff distance of the boundaries"),
-        ("Orientation", format!("{}°", number(truth.rms_psi_rad.to_degrees())), "RMS of ψ"),
-        ("Centre of mass", length_text(truth.rms_com_m), "RMS of its position"),
+        ("Boundary, felt part", length_text(errors.rms_r_m), "RMS of r after the best rotation"),
+        ("Form alone", length_text(errors.rms_form_m), "RMS of r after the best rotation and shift"),
+        ("Largest gap", length_text(errors.hausdorff_m), "Hausdorff distance of the boundaries"),
+        ("Orientation", format!("{}°", number(errors.rms_psi_rad.to_degrees())), "RMS of ψ"),
+        ("Centre of mass", length_text(errors.rms_com_m), "RMS of its position"),
     ];
     let rows: String = rows
         .iter()

@@ -39,6 +39,7 @@ mod html;
 mod overlay;
 pub mod paper;
 
+use palpate::compare::TruthError;
 use palpate::{Log, Reconstruction, Truth};
 
 pub use data::MAX_SAMPLES_SHOWN;
@@ -62,21 +63,13 @@ pub struct ReportInput<'a> {
     pub version: &'a str,
 }
 
-/// The true shape and motion, and how far the result is from them.
+/// What is true, and how far the result is from it.
 #[derive(Clone, Copy, Debug)]
 pub struct TruthOverlay<'a> {
     /// True shape and motion.
     pub truth: &'a Truth,
-    /// RMS error of r over the felt boundary after the best rotation, metres.
-    pub rms_r_m: f64,
-    /// The same after the best rotation and translation, metres.
-    pub rms_form_m: f64,
-    /// Hausdorff distance between the two boundaries, metres.
-    pub hausdorff_m: f64,
-    /// RMS error of the orientation, radians.
-    pub rms_psi_rad: f64,
-    /// RMS error of the centre of mass, metres.
-    pub rms_com_m: f64,
+    /// Errors of the result.
+    pub errors: TruthError,
 }
 
 impl<'a> ReportInput<'a> {

@@ -13,6 +13,7 @@ use std::time::Duration;
 
 use devtools::Browser;
 use fixture::fixture;
+use palpate::compare::TruthError;
 use palpate::shape::SupportFunction;
 use palpate_report::{ReportInput, TruthOverlay, page};
 use serde_json::json;
@@ -59,11 +60,13 @@ fn egg_page() -> String {
         reconstruction: &egg.reconstruction,
         truth: Some(TruthOverlay {
             truth: &egg.truth,
-            rms_r_m: 7.4e-6,
-            rms_form_m: 5.1e-6,
-            hausdorff_m: 2.3e-5,
-            rms_psi_rad: 0.0016,
-            rms_com_m: 4.2e-6,
+            errors: TruthError {
+                rms_r_m: 7.4e-6,
+                rms_form_m: 5.1e-6,
+                hausdorff_m: 2.3e-5,
+                rms_psi_rad: 0.0016,
+                rms_com_m: 4.2e-6,
+            },
         }),
         seconds: 3.21,
         command: Some("palpate reconstruct egg_full_turn.csv -o egg --truth egg_full_turn.truth"),

@@ -3,6 +3,7 @@
 mod fixture;
 
 use fixture::{Fixture, fixture};
+use palpate::compare::TruthError;
 use palpate::reconstruct::Jump;
 use palpate::{Log, Reconstruction};
 use palpate_report::{ReportInput, TruthOverlay, page};
@@ -15,11 +16,7 @@ fn input<'a>(log: &'a Log, reconstruction: &'a Reconstruction) -> ReportInput<'a
 fn with_truth(egg: &Fixture) -> String {
     let overlay = TruthOverlay {
         truth: &egg.truth,
-        rms_r_m: 1e-5,
-        rms_form_m: 1e-5,
-        hausdorff_m: 1e-5,
-        rms_psi_rad: 1e-3,
-        rms_com_m: 1e-5,
+        errors: TruthError { rms_r_m: 1e-5, rms_form_m: 1e-5, hausdorff_m: 1e-5, rms_psi_rad: 1e-3, rms_com_m: 1e-5 },
     };
     page(&ReportInput { truth: Some(overlay), ..input(&egg.log, &egg.reconstruction) })
 }
