@@ -3,7 +3,7 @@
 use palpate::palms::{GeneralizedContactSupport, Palm, PalmPair};
 use palpate::shape::SupportFunction;
 
-use super::scene::{outline, palm_ends, palms};
+use super::scene::{outline, palm_ends, palms, view_of};
 use super::svg::{Anchor, Pen, Point, Sheet, View, arc, area, line, plain};
 use super::{BLUE, GREEN, GREY, INK, OBJECT, ORANGE, RED};
 use palpate::compare::RigidMotion;
@@ -39,13 +39,9 @@ impl Rest<'_> {
     fn draw(&self, sheet: &mut Sheet, corner: Point, size: Point) -> View {
         let radius = self.shape.mean_radius_m();
         let length = 3.6 * radius;
-        let ends = [Palm::One, Palm::Two].map(|palm| palm_ends(&self.palms, palm, length));
         let pose = self.pose();
         let body: Vec<Point> = outline(self.shape).map(|point| pose.apply(point)).collect();
-        let all = || body.iter().copied().chain(ends.iter().flat_map(|(base, end)| [*base, *end]));
-        let low = [0, 1].map(|axis| all().map(|point| point[axis]).fold(f64::INFINITY, f64::min));
-        let high = [0, 1].map(|axis| all().map(|point| point[axis]).fold(f64::NEG_INFINITY, f64::max));
-        let view = View::fitting(low, high, corner, size);
+        let view = view_of(&body, &self.palms, length, corner, size);
         sheet.path(body.iter().map(|point| view.at(*point)), true, line(INK, 1.6).filled(OBJECT));
         palms(sheet, &view, &self.palms, length, PALM);
         view

@@ -8,7 +8,7 @@ use palpate::reconstruct::diagnostics;
 use palpate::sensor::VisionSystem;
 
 use super::plot::{Labels, Plot, range};
-use super::scene::{observed_points, outline, palm_ends, palms, true_pose};
+use super::scene::{observed_points, outline, palm_ends, palms, true_pose, view_of};
 use super::svg::{Anchor, Point, Sheet, View, area, line, plain};
 use super::{GREEN, GREY, INK, Method, OBJECT, RED, RULE, Trial};
 
@@ -177,11 +177,7 @@ fn set_up_panel(sheet: &mut Sheet, trial: &Trial, vision: &VisionSystem) {
     let length = trial.pad_length_m;
     let pose = true_pose(trial, sample);
     let body: Vec<Point> = outline(trial.shape).map(|point| pose.apply(point)).collect();
-    let ends = [Palm::One, Palm::Two].map(|palm| palm_ends(&felt.palms, palm, 1.25 * length));
-    let all = || body.iter().copied().chain(ends.iter().flat_map(|(base, end)| [*base, *end]));
-    let low = [0, 1].map(|axis| all().map(|point| point[axis]).fold(f64::INFINITY, f64::min));
-    let high = [0, 1].map(|axis| all().map(|point| point[axis]).fold(f64::NEG_INFINITY, f64::max));
-    let view = View::fitting(low, high, [40.0, 34.0], [PANEL[0] - 80.0, PANEL[1] - 84.0]);
+    let view = view_of(&body, &felt.palms, 1.25 * length, [40.0, 34.0], [PANEL[0] - 80.0, PANEL[1] - 84.0]);
     palms(sheet, &view, &felt.palms, 1.25 * length, line(GREY, 8.0));
     for palm in [Palm::One, Palm::Two] {
         let (base, end) = palm_ends(&felt.palms, palm, length);

@@ -7,7 +7,7 @@ use palpate::shape::SupportFunction;
 use std::f64::consts::TAU;
 
 use super::Trial;
-use super::svg::{Pen, Point, Sheet, View};
+use super::svg::{Pen, Point, Sheet, View, area};
 
 /// The outline of a shape in its own frame, metres.
 pub(super) fn outline(shape: &SupportFunction) -> impl Iterator<Item = Point> + use<'_> {
@@ -23,12 +23,20 @@ pub(super) fn palms(sheet: &mut Sheet, view: &View, palms: &PalmPair, length_m: 
         let (base, end) = palm_ends(palms, palm, length_m);
         sheet.segment(view.at(base), view.at(end), pen);
     }
-    if palms.base1_m == palms.base2_m {
-        sheet.dot(view.at(palms.base1_m), 1.1 * pen.width, super::svg::area(pen.stroke));
-    } else {
-        sheet.dot(view.at(palms.base1_m), 1.1 * pen.width, super::svg::area(pen.stroke));
-        sheet.dot(view.at(palms.base2_m), 1.1 * pen.width, super::svg::area(pen.stroke));
+    let mut base = |base: Point| sheet.dot(view.at(base), 1.1 * pen.width, area(pen.stroke));
+    base(palms.base1_m);
+    if palms.base2_m != palms.base1_m {
+        base(palms.base2_m);
     }
+}
+
+/// A view that holds a body and both palms, `length_m` long.
+pub(super) fn view_of(body: &[Point], palms: &PalmPair, length_m: f64, corner: Point, size: Point) -> View {
+    let ends = [Palm::One, Palm::Two].map(|palm| palm_ends(palms, palm, length_m));
+    let all = || body.iter().copied().chain(ends.iter().flat_map(|(base, end)| [*base, *end]));
+    let low = [0, 1].map(|axis| all().map(|point| point[axis]).fold(f64::INFINITY, f64::min));
+    let high = [0, 1].map(|axis| all().map(|point| point[axis]).fold(f64::NEG_INFINITY, f64::max));
+    View::fitting(low, high, corner, size)
 }
 
 /// Base and a point `length_m` from it along a palm, metres.
