@@ -10,7 +10,7 @@
 //!
 //! Sensor values and their rates come from [`super::smoothing`], the steps from [`adams`]. The denominator of ψ' is 0 where
 //! the lines of force meet in the centre of mass, and noise in the numerator is without bound there. So the quotient n/q is
-//! damped towards the last rate, (n q + λ² ψ'₋)/(q² + λ²), with λ in proportion to the noise; exact readings are not damped.
+//! damped towards the last rate, (n q + λ² ψ'₋)/(q² + λ²), with a λ that grows with the noise; exact readings are not damped.
 
 mod adams;
 

@@ -61,7 +61,7 @@ pub enum ReconstructError {
         /// What is wrong with it.
         what: String,
     },
-    /// No height of the centre of mass is possible at all sample: the log contradicts itself.
+    /// No height of the centre of mass is possible at all samples: the log contradicts itself.
     #[error("no object can rest between the palms as the log tells it; {advice}")]
     NoStart {
         /// What to look at.

@@ -100,7 +100,7 @@ impl<'a> Smoothing<'a> {
         let reach = self.reach_s(window, time_s);
         let mut normal = SMatrix::<f64, TERMS, TERMS>::zeros();
         let mut right = SVector::<f64, TERMS>::zeros();
-        // Values relative to the nearest one lose no digits.
+        // Values relative to one of them lose no digits.
         let origin = self.values[window.start];
         for index in window.clone() {
             let row = legendre((self.times_s[index] - time_s) / reach);
