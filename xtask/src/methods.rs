@@ -12,7 +12,7 @@ use palpate::reconstruct::{Method, ReconstructOptions, reconstruct, reconstruct_
 use palpate::simulate::Simulation;
 use rayon::prelude::*;
 
-use crate::monte_carlo::{NoiseKind, simulation};
+use crate::monte_carlo::{NoiseKind, quantile, simulation};
 
 /// Options of `cargo xtask methods`.
 #[derive(clap::Args)]
@@ -146,9 +146,9 @@ fn digits(value: f64) -> String {
 /// Median and the range from 5 to 95 %, with two significant digits.
 fn spread(mut values: Vec<f64>) -> String {
     values.sort_by(f64::total_cmp);
-    let at = |share: f64| values.get(((values.len() as f64 * share) as usize).min(values.len().saturating_sub(1)));
+    let at = |share: f64| quantile(&values, share);
     match (at(0.5), at(0.05), at(0.95)) {
-        (Some(&median), Some(&low), Some(&high)) => {
+        (Some(median), Some(low), Some(high)) => {
             format!("{} ({} to {})", digits(median), digits(low), digits(high))
         }
         _ => "none".to_owned(),

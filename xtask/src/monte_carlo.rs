@@ -128,6 +128,11 @@ impl Trial<'_> {
     }
 }
 
+/// The value below which a share of some sorted values lies; `None` of nothing.
+pub(crate) fn quantile(sorted: &[f64], share: f64) -> Option<f64> {
+    sorted.get(((sorted.len() as f64 * share) as usize).min(sorted.len().saturating_sub(1))).copied()
+}
+
 /// NaN where there is none.
 fn number(value: Option<f64>) -> f64 {
     value.unwrap_or(f64::NAN)
@@ -207,13 +212,9 @@ fn row(name: &str, of: &[&Trial]) {
     }
     let share = |test: &dyn Fn(&Trial) -> bool| 100.0 * of.iter().filter(|o| test(o)).count() as f64 / of.len() as f64;
     let solved: Vec<&&Trial> = of.iter().filter(|o| o.solved()).collect();
-    let quantile = |values: Vec<f64>, q: f64| {
-        let mut values = values;
+    let quantile = |mut values: Vec<f64>, share: f64| {
         values.sort_by(f64::total_cmp);
-        values
-            .get(((values.len() as f64 * q) as usize).min(values.len().saturating_sub(1)))
-            .copied()
-            .unwrap_or(f64::NAN)
+        quantile(&values, share).unwrap_or(f64::NAN)
     };
     println!(
         "| {name} | {} | {:.1} % | {:.1} % | {} | {:.1} % | {:.2} | {:.4} | {:.1} % | {:.2} | {:.2} |",

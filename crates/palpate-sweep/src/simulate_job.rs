@@ -16,7 +16,7 @@ use crate::touchpad::Touchpads;
 /// Samples per second.
 const RATE_HZ: f64 = 100.0;
 /// Seconds between two of them.
-const STEP_S: f64 = 0.01;
+const STEP_S: f64 = 1.0 / RATE_HZ;
 /// Tries to find a motion under which the object stays between the palms.
 const ATTEMPTS: u32 = 5;
 /// The same where it must not jump either, and how many of them ask for more of the boundary.

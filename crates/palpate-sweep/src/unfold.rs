@@ -41,8 +41,8 @@ fn simulations(plan: &SimulatePlan) -> Result<Vec<Job>, Wrong> {
         None => vec![None],
     };
     // Counted before anything is made: a short plan can ask for more than fits into memory.
-    let objects = sum(&object_counts(&plan.objects));
-    let touchpads = sum(&plan.touchpads.iter().map(touchpad_count).collect::<Vec<_>>());
+    let objects = sum(object_counts(&plan.objects));
+    let touchpads = sum(plan.touchpads.iter().map(touchpad_count));
     if objects == Some(0) {
         return Err((Some("objects"), PlanProblem::NoObjects));
     }
@@ -137,8 +137,8 @@ fn product(lengths: &[usize]) -> Option<u64> {
     lengths.iter().try_fold(1_u64, |product, length| product.checked_mul(*length as u64))
 }
 
-fn sum(counts: &[Option<u64>]) -> Option<u64> {
-    counts.iter().try_fold(0_u64, |sum, count| sum.checked_add((*count)?))
+fn sum(counts: impl IntoIterator<Item = Option<u64>>) -> Option<u64> {
+    counts.into_iter().try_fold(0_u64, |sum, count| sum.checked_add(count?))
 }
 
 /// Each of one list with each of another.
