@@ -2,6 +2,8 @@
 //! the balance, and the size of the prior. All of it maximises the evidence, the probability of the log with shape and
 //! motion integrated out (Laplace's approximation); MacKay, *Bayesian interpolation*, 1992.
 
+use nalgebra::{Cholesky, Dyn};
+
 use super::problem::Problem;
 use super::residuals::residuals;
 use super::smooth::{Effort, Estimate, Noise, Normal, Prior, Smoother};
@@ -58,8 +60,7 @@ pub(super) fn fit(
         }
         let normal = smoother.linearise(&estimate.coefficients, &estimate.psi);
         let factor = smoother.factor(&normal)?;
-        let half_log_determinant: f64 = factor.l_dirty().diagonal().iter().map(|value| value.ln()).sum();
-        let log_evidence = log_evidence(&smoother, &estimate, &normal, half_log_determinant);
+        let log_evidence = log_evidence(&smoother, &estimate, &normal, &factor);
         let variance: Vec<f64> = factor.inverse().diagonal().iter().copied().collect();
         best = Some(Fit { estimate: estimate.clone(), order, noise, prior, log_evidence });
         let next = updated_noise(&smoother, &estimate, &variance, freedom);
@@ -127,13 +128,14 @@ const STUDENT: f64 = 3.0;
 
 /// ln of the probability of the log, shape and motion integrated out. An object at rest has the orientation that balances it,
 /// to within σ_b/g': the balance is what is known of ψ beforehand, with the density |g'|/σ_b at its peak, and not a
-/// measurement. (Were it one, round shapes would be favoured, which leave ψ free.)
+/// measurement. (Were it one, round shapes would be favoured, which leave ψ free.) `factor` is that of `normal`.
 pub(super) fn log_evidence(
     smoother: &Smoother,
     estimate: &Estimate,
     normal: &Normal,
-    half_log_determinant: f64,
+    factor: &Cholesky<f64, Dyn>,
 ) -> f64 {
+    let half_log_determinant: f64 = factor.l_dirty().diagonal().iter().map(|value| value.ln()).sum();
     let mut sum = -0.5 * estimate.cost - half_log_determinant;
     sum -= smoother.prior.standard_deviations(smoother.order).iter().map(|sd| sd.ln()).sum::<f64>();
     for (index, (instant, &psi)) in smoother.problem.instants.iter().zip(&estimate.psi).enumerate() {

@@ -352,8 +352,7 @@ impl Growth<'_> {
                 let smoother = Smoother::new(placed, self.order, self.tolerance.sharp(), self.prior);
                 let normal = smoother.linearise(&estimate.coefficients, &estimate.psi);
                 let factor = smoother.factor(&normal)?;
-                let half_log_determinant: f64 = factor.l_dirty().diagonal().iter().map(|value| value.ln()).sum();
-                let score = -2.0 * log_evidence(&smoother, &estimate, &normal, half_log_determinant);
+                let score = -2.0 * log_evidence(&smoother, &estimate, &normal, &factor);
                 score.is_finite().then_some(Hypothesis { estimate, score })
             })
             .collect();
