@@ -31,6 +31,7 @@ pub(super) struct Expected {
 pub(super) struct Judged {
     pub result: Reconstruction,
     pub explained: bool,
+    pub log_evidence: f64,
 }
 
 /// Puts the result together. `None` when the information matrix cannot be factored (nothing was learnt).
@@ -170,7 +171,7 @@ pub(super) fn assemble(
         sensor_sd_m: fit.noise.sensor_m,
         balance_sd_m: fit.noise.balance_m,
     };
-    Some(Judged { result, explained: verdict.explained })
+    Some(Judged { result, explained: verdict.explained, log_evidence: fit.log_evidence })
 }
 
 /// The outline nodes that a motion feels.

@@ -1,7 +1,7 @@
 //! Is the answer right, and is it the only one? A wrong answer that is certified is the worst failure there is, so every
 //! doubt ends in words for the user.
 
-use super::jumps::Leap;
+use super::jumps::{Leap, to_and_fro};
 use super::problem::Problem;
 use super::residuals::{contact_angles, residuals, support};
 
@@ -125,6 +125,13 @@ fn gaps(evidence: &Evidence) -> Vec<String> {
             "the pose of {} {samples} cannot be told: another orientation explains {them} about as well ({their} psi_sd_rad \
              says so)",
             evidence.unplaced,
+        ));
+    }
+    let to_and_fro = to_and_fro(evidence.leaps);
+    if to_and_fro > 0 {
+        doubts.push(format!(
+            "the object found goes to and fro between neighbouring poses ({to_and_fro} times): it is too round, or the sensors too \
+             noisy, to tell them apart"
         ));
     }
     if !evidence.psi_sd.iter().zip(MAX_PSI_SD).all(|(sd, limit)| *sd <= limit) {

@@ -4,6 +4,7 @@
 
 use nalgebra::{Cholesky, Dyn};
 
+use super::jumps::{standing_out, unwrap};
 use super::problem::Problem;
 use super::residuals::residuals;
 use super::smooth::{Effort, Estimate, Noise, Normal, Prior, Smoother};
@@ -60,7 +61,7 @@ pub(super) fn fit(
         }
         let normal = smoother.linearise(&estimate.coefficients, &estimate.psi);
         let factor = smoother.factor(&normal)?;
-        let log_evidence = log_evidence(&smoother, &estimate, &normal, &factor);
+        let log_evidence = log_evidence(&smoother, &estimate, &normal, &factor) - wonder(problem, &estimate);
         let variance: Vec<f64> = factor.inverse().diagonal().iter().copied().collect();
         best = Some(Fit { estimate: estimate.clone(), order, noise, prior, log_evidence });
         let next = updated_noise(&smoother, &estimate, &variance, freedom);
@@ -147,6 +148,28 @@ pub(super) fn log_evidence(
     }
     sum
 }
+
+/// What is against a motion beforehand, in ln of the odds: leaps are rare, and poses that would not be at rest rarer. Without
+/// this, more harmonics than the object has would be paid for by poses to choose from: each sample takes the one that suits
+/// its noise.
+fn wonder(problem: &Problem, estimate: &Estimate) -> f64 {
+    let mut psi = estimate.psi.clone();
+    unwrap(&mut psi);
+    let leaps = standing_out(&psi).len();
+    let restless = problem
+        .instants
+        .iter()
+        .zip(&estimate.psi)
+        .filter(|(instant, psi)| residuals(instant, &estimate.coefficients, **psi).by_psi[2] < 0.0)
+        .count();
+    LEAP * leaps as f64 + RESTLESS * restless as f64
+}
+
+/// ln of the odds against a leap from one sample to the next: some five of a thousand samples have one.
+const LEAP: f64 = 5.0;
+
+/// ln of the odds against a pose that is no minimum of the potential energy.
+const RESTLESS: f64 = 5.0;
 
 /// Variance components: squared residuals of each kind over the redundancy that the fit leaves them.
 fn updated_noise(smoother: &Smoother, estimate: &Estimate, variance: &[f64], freedom: Freedom) -> Noise {

@@ -403,6 +403,15 @@ pub(super) fn common_turn(a: &[f64], b: &[f64]) -> f64 {
     mean_direction(a.iter().zip(b).map(|(a, b)| a - b))
 }
 
+/// Samples that two motions put at different poses, but for a common rotation.
+pub(super) fn moved(a: &[f64], b: &[f64]) -> usize {
+    let turned = common_turn(a, b);
+    a.iter().zip(b).filter(|(a, b)| (0.5 * (*a - *b - turned)).sin().abs() > ELSEWHERE).count()
+}
+
+/// Sine of half the angle between poses that count as different.
+const ELSEWHERE: f64 = 0.05;
+
 /// Whether two motions over the same instants are one, but for a common rotation.
 pub(super) fn same_motion(a: &[f64], b: &[f64]) -> bool {
     let turned = common_turn(a, b);

@@ -18,8 +18,10 @@ const SAME_POSE: f64 = 0.06;
 /// A rise of the centre of mass on the way down that errors of the shape may feign, as a share of the mean radius.
 const FEIGNED_RISE: f64 = 3e-3;
 
-/// Longest ringing after a jump, samples.
+/// Longest ringing after a jump, samples; and how far an object turns between two samples that was only shaken,
+/// radians.
 const LONGEST_RINGING: usize = 60;
+const LONGEST_SWING: f64 = 0.5;
 
 /// The object went from one pose to another between two samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,6 +35,19 @@ pub(super) struct Leap {
     pub height_after_m: f64,
     /// Whether an object at rest would have gone this way.
     pub physical: bool,
+    /// Whether statics foretells it to the letter: no hill had to be laid to errors of the shape.
+    pub foretold: bool,
+}
+
+impl Leap {
+    fn turn(&self) -> f64 {
+        self.psi_after - self.psi_before
+    }
+
+    /// Whether a step from one sample to the next may be part of the ringing about this leap: not much longer than it.
+    fn rings_with(&self, step: &Self) -> bool {
+        step.turn().abs() < self.turn().abs() + LONGEST_SWING
+    }
 }
 
 /// Brings angles of neighbouring samples within half a turn of each other.
@@ -47,10 +62,11 @@ pub(super) fn unwrap(psi: &mut [f64]) {
 pub(super) fn standing_out(psi: &[f64]) -> Vec<usize> {
     let steps: Vec<f64> = psi.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
     (0..steps.len())
+        .filter(|&index| steps[index] > SMALLEST_STEP)
         .filter(|&index| {
             let around = index.saturating_sub(25)..(index + 26).min(steps.len());
             let mut others: Vec<f64> = around.filter(|&other| other != index).map(|other| steps[other]).collect();
-            steps[index] > SMALLEST_STEP && steps[index] > CONTRAST * median(&mut others)
+            steps[index] > CONTRAST * median(&mut others)
         })
         .map(|index| index + 1)
         .collect()
@@ -79,7 +95,7 @@ pub(super) fn leaps(shape: &SupportFunction, palms: &[PalmPair], psi: &[f64]) ->
         let calm_after = (sample..last).find(|&i| quiet(i)).unwrap_or(last);
         let whole = passage(shape, palms, (calm_before, psi[calm_before]), (calm_after, psi[calm_after]));
         settled = calm_after + 1;
-        if whole.physical {
+        if whole.physical && whole.leap.rings_with(&direct.leap) {
             // In the unrest the jump is its longest step.
             let step = |i: &usize| (psi[*i] - psi[*i - 1]).abs();
             let longest = (calm_before + 1..=calm_after).max_by(|a, b| step(a).total_cmp(&step(b))).unwrap_or(sample);
@@ -89,6 +105,20 @@ pub(super) fn leaps(shape: &SupportFunction, palms: &[PalmPair], psi: &[f64]) ->
         }
     }
     leaps
+}
+
+/// Leaps that are undone at once, though statics foretells neither to the letter: an object that goes to and fro between poses is
+/// too round for hills to part them, and seems to be wherever the noise has it.
+pub(super) fn to_and_fro(leaps: &[Leap]) -> usize {
+    leaps
+        .windows(2)
+        .filter(|pair| {
+            let [one, two] = [pair[0], pair[1]];
+            let at_once = two.sample - one.sample <= LONGEST_RINGING;
+            let undone = (two.psi_after - one.psi_before).abs() < 0.5 * one.turn().abs();
+            at_once && undone && !(one.foretold && two.foretold)
+        })
+        .count()
 }
 
 struct Passage {
@@ -131,6 +161,7 @@ fn passage(shape: &SupportFunction, palms: &[PalmPair], from: (usize, f64), to: 
         height_before_m: height(before),
         height_after_m: height(after),
         physical,
+        foretold,
     };
     Passage { leap, jumped: if foretold { jumped } else { !same(before, after) }, physical }
 }

@@ -48,6 +48,8 @@ pub use diagnostics::{ContactDiagnostics, diagnostics};
 pub use options::{Method, Progress, ReconstructError, ReconstructOptions};
 pub use reconstruction::{Jump, OutlinePoint, Pose, Reconstruction};
 
+use std::ops::Range;
+
 use crate::log::Log;
 use crate::shape::SupportFunction;
 use rayon::prelude::*;
@@ -74,6 +76,9 @@ const BALANCE_SHARES: [f64; 2] = [1.0, 0.1];
 /// Samples beside a doubtful one that are set aside with it, and how many at the most.
 const BESIDE: usize = 5;
 const MOST_ASIDE: usize = 240;
+
+/// Explanations that are looked at besides the first, where the balance is missed.
+const SECOND_THOUGHTS: usize = 2;
 
 /// Samples at each end of the log that are set aside when the balance is missed by more than this share of the sensor noise.
 const END: usize = 60;
@@ -104,6 +109,7 @@ pub fn reconstruct(
     }
     let task = Task::new(log, options);
     let mut best: Option<Judged> = None;
+    let mut explanations = 0;
     let mut failure = None;
     search::search(
         &task.problem,
@@ -113,15 +119,19 @@ pub fn reconstruct(
         &mut |found| {
             match task.judge(&found) {
                 Ok(judged) => {
-                    let better = best.as_ref().is_none_or(|other| doubt(&judged) < doubt(other));
-                    if better {
+                    explanations += usize::from(judged.explained);
+                    if best.as_ref().is_none_or(|other| judged.is_likelier_than(other)) {
                         best = Some(judged);
                     }
                 }
                 Err(error) => failure = Some(error),
             }
-            // Where nothing speaks against an answer, another would tell no more.
-            best.as_ref().is_some_and(|judged| judged.explained)
+            // Where nothing speaks against an answer, another would tell no more; but noise hides much, and only the balance tells.
+            let noisy_balance = |judged: &Judged| {
+                let Reconstruction { sensor_sd_m, balance_sd_m, ref shape, .. } = judged.result;
+                missed(sensor_sd_m, balance_sd_m, shape.mean_radius_m())
+            };
+            best.as_ref().is_some_and(|best| explanations > if noisy_balance(best) { SECOND_THOUGHTS } else { 0 })
         },
     );
     tell("done", 1.0);
@@ -132,17 +142,26 @@ pub fn reconstruct(
     })
 }
 
-/// Orders results: by jumps that cannot be, then by what the fit leaves.
-fn doubt(judged: &Judged) -> f64 {
-    let result = &judged.result;
-    if result.certified {
-        return -2.0;
+impl Judged {
+    /// Of results that nothing speaks against, the one with more evidence; of others, by jumps that cannot be, then by what
+    /// the fit leaves.
+    fn is_likelier_than(&self, other: &Self) -> bool {
+        match (self.explained, other.explained) {
+            (true, true) => self.log_evidence > other.log_evidence,
+            (false, false) => self.doubt() < other.doubt(),
+            (explained, _) => explained,
+        }
     }
-    if judged.explained {
-        return -1.0;
+
+    fn doubt(&self) -> f64 {
+        let impossible = self.result.jumps.iter().filter(|jump| !jump.physical).count();
+        1e3 * impossible as f64 + self.result.chi2_per_dof.clamp(0.0, 999.0)
     }
-    let impossible = result.jumps.iter().filter(|jump| !jump.physical).count();
-    1e3 * impossible as f64 + result.chi2_per_dof.clamp(0.0, 999.0)
+}
+
+/// Whether the balance is missed by more than exact statics would, and contacts too noisy to tell why.
+fn missed(sensor_m: f64, balance_m: f64, mean_radius_m: f64) -> bool {
+    sensor_m > NOISY * mean_radius_m.abs() && balance_m > INEXACT * sensor_m
 }
 
 /// The same from a known start, one orientation per sample (radians) and a shape: nothing is searched for. For a log that
@@ -211,47 +230,50 @@ impl<'a> Task<'a> {
 
     /// Takes one arrangement of the search to the optimum over all samples.
     fn refine(&self, found: &search::Found, arrangement: usize) -> Result<Refined, ReconstructError> {
-        let size_m = self.prior.size_m;
         let start = found.estimates.get(arrangement).ok_or(ReconstructError::NotSolvable)?;
-        let freedom = Freedom { sensor: true, floor_m: 1e-6 * size_m };
-        let mut medium = search::thinned_in_ranges(&self.problem, &found.ranges, ORDER_SAMPLES);
+        let medium = search::thinned_in_ranges(&self.problem, &found.ranges, ORDER_SAMPLES);
         let psi = search::carry_over(&found.thin, &start.psi, &start.coefficients, &medium, &found.ranges);
-        let mut start = Estimate { coefficients: start.coefficients.clone(), psi, cost: f64::INFINITY };
-        let sd = self.scatter_m.max(1e-3 * size_m);
-        let floor_m = 0.3 * self.scatter_m;
-        // A few samples at a wrong pose would ask for harmonics that the object has not. Balance as exact as statics has it is
-        // tried, and balance that friction or pace spoil.
+        let start = Estimate { coefficients: start.coefficients.clone(), psi, cost: f64::INFINITY };
+        let rough = self.rough(&medium, start).ok_or(ReconstructError::NotSolvable)?;
+        let psi = track(&medium, &rough, self.floor_m(), None).psi;
+        let rough = Fit { estimate: Estimate { psi, ..rough.estimate }, ..rough };
+        self.settle(medium, &found.ranges, rough)
+    }
+
+    /// A few samples at a wrong pose would ask for harmonics that the object has not, so the first fit has none to give. Balance
+    /// as exact as statics has it is tried, and balance that friction or pace spoil.
+    fn rough(&self, medium: &Problem, start: Estimate) -> Option<Fit> {
+        let sd = self.scatter_m.max(1e-3 * self.prior.size_m);
         let order = start.coefficients.len() / 2;
-        let rough = |share: f64| {
+        let with_share = |share: f64| {
             let noise = Noise { sensor_m: sd, balance_m: share * sd };
-            fit(&mut medium.clone(), order, start.clone(), noise, self.prior, freedom, ROUNDS)
+            fit(&mut medium.clone(), order, start.clone(), noise, self.prior, self.freedom(), ROUNDS)
         };
-        let best =
-            BALANCE_SHARES.into_iter().filter_map(rough).max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence));
-        let rough = best.ok_or(ReconstructError::NotSolvable)?;
-        let psi = track(&medium, &rough, floor_m, None).psi;
-        let Fit { estimate, noise, prior, .. } = rough;
-        start = Estimate { psi, ..estimate };
+        BALANCE_SHARES.into_iter().filter_map(with_share).max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence))
+    }
+
+    /// Chooses the number of harmonics and fits all samples, until the way of the shape through the log leaves every sample where
+    /// it is. `rough` is a fit to the thinned log.
+    fn settle(&self, mut medium: Problem, ranges: &[Range<usize>], rough: Fit) -> Result<Refined, ReconstructError> {
+        let Fit { estimate: mut start, noise, prior, .. } = rough;
         let mut tracked: Option<Vec<f64>> = None;
         let (mut attempt, mut unsettled) = (0, self.problem.len() / 4);
         loop {
             let coarse = match self.options.harmonics {
-                Some(order) => fit(&mut medium, order, start, noise, prior, freedom, ROUNDS),
-                None => choose_order(&mut medium, start, noise, prior, freedom),
+                Some(order) => fit(&mut medium, order, start, noise, prior, self.freedom(), ROUNDS),
+                None => choose_order(&mut medium, start, noise, prior, self.freedom()),
             }
             .ok_or(ReconstructError::NotSolvable)?;
             let mut problem = self.problem.clone();
             let coefficients = coarse.estimate.coefficients.clone();
-            let psi = tracked.unwrap_or_else(|| {
-                search::carry_over(&medium, &coarse.estimate.psi, &coefficients, &problem, &found.ranges)
-            });
+            let psi = tracked
+                .unwrap_or_else(|| search::carry_over(&medium, &coarse.estimate.psi, &coefficients, &problem, ranges));
             let all = Estimate { coefficients, psi, cost: f64::INFINITY };
             let noise = Noise { sensor_m: self.stated_m.unwrap_or(coarse.noise.sensor_m), ..coarse.noise };
-            let freedom = Freedom { sensor: self.stated_m.is_none(), ..freedom };
-            let fine = fit(&mut problem, coarse.order, all, noise, coarse.prior, freedom, ROUNDS)
+            let fine = fit(&mut problem, coarse.order, all, noise, coarse.prior, self.freedom_of_all(), ROUNDS)
                 .ok_or(ReconstructError::NotSolvable)?;
-            let mut track = track(&self.problem, &fine, floor_m, None);
-            if let Some(again) = self.without_doubtful(&fine, &track, freedom, floor_m) {
+            let mut track = track(&self.problem, &fine, self.floor_m(), None);
+            if let Some(again) = self.without_doubtful(&fine, &track) {
                 track = again;
             }
             // Where the way does not settle, the arrangement is wrong.
@@ -261,15 +283,41 @@ impl<'a> Task<'a> {
             attempt += 1;
             unsettled = track.moved;
             let coefficients = fine.estimate.coefficients;
-            let psi = search::carry_over(&self.problem, &track.psi, &coefficients, &medium, &found.ranges);
+            let psi = search::carry_over(&self.problem, &track.psi, &coefficients, &medium, ranges);
             start = Estimate { coefficients, psi, cost: f64::INFINITY };
             tracked = Some(track.psi);
         }
     }
 
+    /// What may be learnt of the noise from the thinned log.
+    fn freedom(&self) -> Freedom {
+        Freedom { sensor: true, floor_m: 1e-6 * self.prior.size_m }
+    }
+
+    /// The same from all samples.
+    fn freedom_of_all(&self) -> Freedom {
+        Freedom { sensor: self.stated_m.is_none(), ..self.freedom() }
+    }
+
+    /// No contact is believed to be more exact than this on the way through the log, metres.
+    fn floor_m(&self) -> f64 {
+        0.3 * self.scatter_m
+    }
+
+    /// The way through the log of the shape that the samples have without some of them. `None` when too little is left.
+    fn with_aside(&self, fine: &Fit, aside: &[usize], doubtful: &(dyn Fn(usize) -> bool + Sync)) -> Option<Track> {
+        let mut problem = self.problem.clone();
+        aside.iter().for_each(|&index| problem.instants[index].set_aside());
+        let estimate = fine.estimate.clone();
+        let others = fit(&mut problem, fine.order, estimate, fine.noise, fine.prior, self.freedom_of_all(), ROUNDS)?;
+        let known = Known::from(&problem, &others)?;
+        let aside = Aside { samples: aside, doubtful, known: &known };
+        Some(track(&self.problem, &others, self.floor_m(), Some(aside)))
+    }
+
     /// The way through the log of the shape that the samples beyond doubt have without the others, which bend the shape towards
     /// the poses that they were given. `None` when there are none, or too many.
-    fn without_doubtful(&self, fine: &Fit, of_all: &Track, freedom: Freedom, floor_m: f64) -> Option<Track> {
+    fn without_doubtful(&self, fine: &Fit, of_all: &Track) -> Option<Track> {
         let count = of_all.psi.len();
         let doubtful: Vec<usize> = (0..count).filter(|&sample| of_all.doubts(sample)).collect();
         let beside = |index: usize| {
@@ -280,23 +328,15 @@ impl<'a> Task<'a> {
         // contacts are noisy.
         let Noise { sensor_m, balance_m } = fine.noise;
         let mean_radius_m = fine.estimate.coefficients[0].abs();
-        let inexact = sensor_m > NOISY * mean_radius_m
-            && balance_m > INEXACT * sensor_m
+        let inexact = missed(sensor_m, balance_m, mean_radius_m)
             && balance_m < certificate::balance_limit_m(sensor_m, mean_radius_m);
         let end = |index: usize| inexact && (index < END || index + END >= count);
         let aside: Vec<usize> = (0..count).filter(|&index| beside(index) || end(index)).collect();
         if aside.is_empty() || aside.len() > MOST_ASIDE {
             return None;
         }
-        let mut problem = self.problem.clone();
-        aside.iter().for_each(|&index| problem.instants[index].set_aside());
-        let certain = fit(&mut problem, fine.order, fine.estimate.clone(), fine.noise, fine.prior, freedom, ROUNDS)?;
-        let known = Known::from(&problem, &certain)?;
-        let mut again =
-            track(&self.problem, &certain, floor_m, Some(Aside { samples: &aside, doubtful: &beside, known: &known }));
-        let turned = grow::common_turn(&of_all.psi, &again.psi);
-        let elsewhere = |(a, b): (&f64, &f64)| (0.5 * (a - b - turned)).sin().abs() > 0.05;
-        again.moved = of_all.moved + of_all.psi.iter().zip(&again.psi).filter(|both| elsewhere(*both)).count();
+        let mut again = self.with_aside(fine, &aside, &beside)?;
+        again.moved = of_all.moved + grow::moved(&of_all.psi, &again.psi);
         Some(again)
     }
 
@@ -336,7 +376,8 @@ impl<'a> Task<'a> {
         possible.sort_by(|a, b| a.result.chi2_per_dof.total_cmp(&b.result.chi2_per_dof));
         let mut answers = possible.into_iter();
         let Some(mut answer) = answers.next() else {
-            return rest.into_iter().min_by(|a, b| doubt(a).total_cmp(&doubt(b))).ok_or(ReconstructError::NotSolvable);
+            let likelier = |a: Judged, b: Judged| if b.is_likelier_than(&a) { b } else { a };
+            return rest.into_iter().reduce(likelier).ok_or(ReconstructError::NotSolvable);
         };
         let result = &mut answer.result;
         result.others = answers.map(|judged| judged.result).collect();
