@@ -2,13 +2,15 @@
 
 This process hands out jobs in chunks, and it alone writes into the folder. A worker does the jobs of its chunk one
 after another and after a short while sends back what it has; what it has not begun is handed out again, and so is a
-whole chunk that was lost with its worker. A job that was done twice for that reason gave the same row, and is kept once.
+whole chunk that was lost with its worker. A job that was done twice for that reason gave the same row, and is kept
+once.
 """
 
 from __future__ import annotations
 
 import contextlib
 import logging
+import socket
 from collections import Counter, deque
 from typing import TYPE_CHECKING, Any
 
@@ -34,6 +36,9 @@ MOST_LOSSES = 5
 TICK_S = 0.5
 """Time between two looks at the number of processors, and at Ctrl-C."""
 
+REACH_S = 10.0
+"""A cluster whose address does not answer for so long is not there; Ray itself would try for minutes."""
+
 LOST = (
     exceptions.LocalRayletDiedError,
     exceptions.NodeDiedError,
@@ -49,6 +54,7 @@ def run(folder: SweepFolder, address: str, listener: Listener | None) -> None:
     connected = ray.is_initialized()
     try:
         if not connected:
+            _knock(address)
             ray.init(address=address, log_to_driver=False, logging_level=logging.ERROR)
         _hand_out(folder, listener)
     except exceptions.RayTaskError as error:
@@ -62,6 +68,15 @@ def run(folder: SweepFolder, address: str, listener: Listener | None) -> None:
     finally:
         if not connected:
             ray.shutdown()
+
+
+def _knock(address: str) -> None:
+    host, _, port = address.removeprefix("ray://").rpartition(":")
+    if port.isdecimal():
+        try:
+            socket.create_connection((host.strip("[]"), int(port)), timeout=REACH_S).close()
+        except (OSError, OverflowError) as error:
+            raise SweepError(f"{address}: no Ray cluster answers at this address: {error}") from error
 
 
 def _hand_out(folder: SweepFolder, listener: Listener | None) -> None:
