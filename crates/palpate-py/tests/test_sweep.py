@@ -156,7 +156,7 @@ def test_without_ray_it_says_what_to_install(tmp_path: Path) -> None:
 
 def test_a_cluster_that_is_not_there_is_told_at_once(tmp_path: Path) -> None:
     pytest.importorskip("ray", reason="Ray is not installed")
-    with pytest.raises(palpate.SweepError, match="^127.0.0.1:1: no Ray cluster answers at this address: "):
+    with pytest.raises(palpate.SweepError, match=r"^127\.0\.0\.1:1: no Ray cluster answers at this address: "):
         palpate.sweep(PLAN, tmp_path, engine="127.0.0.1:1")
     assert palpate.sweep(PLAN, tmp_path).reconstructed == 8, "the folder is free again"
 
