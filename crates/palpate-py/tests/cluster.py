@@ -1,4 +1,6 @@
-"""Runs a sweep on a Ray cluster of two nodes on this machine; a worker is killed on the way, and then a whole node.
+"""Runs a sweep on a Ray cluster of two nodes on this machine.
+
+It is stopped and taken up again; a worker is killed on the way, and then a whole node:
 
 python cluster.py PLAN.toml FOLDER
 """
@@ -13,6 +15,15 @@ from ray.cluster_utils import Cluster
 import palpate
 
 NODE = {"num_cpus": 1, "object_store_memory": 80 * 2**20, "include_dashboard": False}
+
+
+class EnoughError(RuntimeError):
+    """What a listener raises comes out as it is, whatever Ray raises of that kind."""
+
+
+def enough(_: str, share: float) -> None:
+    if share > 0:
+        raise EnoughError
 
 
 def main() -> None:
@@ -33,6 +44,10 @@ def main() -> None:
             print("node killed")
 
     try:
+        try:
+            palpate.sweep(sys.argv[1], sys.argv[2], engine=cluster.address, progress=enough)
+        except EnoughError:
+            print("stopped")
         print(palpate.sweep(sys.argv[1], sys.argv[2], engine=cluster.address, progress=kill))
     finally:
         cluster.shutdown()

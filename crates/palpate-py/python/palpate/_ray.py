@@ -35,7 +35,6 @@ MOST_LOSSES = 5
 """A job that was lost so often is taken to be what kills its workers."""
 TICK_S = 0.5
 """Time between two looks at the number of processors, and at Ctrl-C."""
-
 REACH_S = 10.0
 """A cluster whose address does not answer for so long is not there; Ray itself would try for minutes."""
 
@@ -54,8 +53,7 @@ def run(folder: SweepFolder, address: str, listener: Listener | None) -> None:
     connected = ray.is_initialized()
     try:
         if not connected:
-            _knock(address)
-            ray.init(address=address, log_to_driver=False, logging_level=logging.ERROR)
+            _connect(address)
         _hand_out(folder, listener)
     except exceptions.RayTaskError as error:
         if isinstance(error.cause, PalpateError):
@@ -63,20 +61,24 @@ def run(folder: SweepFolder, address: str, listener: Listener | None) -> None:
         raise SweepError(
             f"{address}: a worker could not do its jobs; is palpate {__version__} there? {error}"
         ) from error
-    except (exceptions.RayError, ConnectionError, RuntimeError, ValueError) as error:
+    except exceptions.RayError as error:
         raise SweepError(f"{address}: Ray failed: {error}") from error
     finally:
         if not connected:
             ray.shutdown()
 
 
-def _knock(address: str) -> None:
+def _connect(address: str) -> None:
     host, _, port = address.removeprefix("ray://").rpartition(":")
     if port.isdecimal():
         try:
             socket.create_connection((host.strip("[]"), int(port)), timeout=REACH_S).close()
         except (OSError, OverflowError) as error:
             raise SweepError(f"{address}: no Ray cluster answers at this address: {error}") from error
+    try:
+        ray.init(address=address, log_to_driver=False, logging_level=logging.ERROR)
+    except (ConnectionError, RuntimeError, ValueError) as error:
+        raise SweepError(f"{address}: Ray cannot be reached: {error}") from error
 
 
 def _hand_out(folder: SweepFolder, listener: Listener | None) -> None:
