@@ -3,8 +3,9 @@
 //! The same sweep is done by turns on two threads and on a cluster of two nodes with one processor each, which is this
 //! machine twice. The cluster stands before the clock starts; what is timed is the whole call, connection and table included.
 
+use anyhow::{Context, bail};
+
 use crate::python::Environment;
-use crate::workspace;
 
 /// Does the sweep by turns, and prints how long each took.
 const SWEEPS: &str = r#"
@@ -59,5 +60,9 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let environment = Environment::provide()?;
     environment.install_wheel(if cfg!(debug_assertions) { "dev" } else { "release" })?;
     let (jobs, rounds) = (arguments.jobs.to_string(), arguments.rounds.to_string());
-    workspace::run(environment.python().args(["-c", SWEEPS, &jobs, &rounds]))
+    let status = environment.python().args(["-c", SWEEPS, &jobs, &rounds]).status().context("python")?;
+    if !status.success() {
+        bail!("the sweeps failed ({status})");
+    }
+    Ok(())
 }
