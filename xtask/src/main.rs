@@ -1,11 +1,12 @@
 //! What the project does to itself: `cargo xtask test`, `cargo xtask monte-carlo`, `cargo xtask methods`,
-//! `cargo xtask python-cost`. Alone it lists its tasks.
+//! `cargo xtask python-cost`, `cargo xtask ray-cost`. Alone it lists its tasks.
 
 mod browser;
 mod methods;
 mod monte_carlo;
 mod python;
 mod python_cost;
+mod ray_cost;
 mod test;
 mod workspace;
 
@@ -31,6 +32,8 @@ enum Task {
     Methods(methods::Arguments),
     /// Measure what it costs to reconstruct from Python rather than from Rust.
     PythonCost(python_cost::Arguments),
+    /// Measure what it costs to do a sweep on a Ray cluster rather than on the threads of this machine.
+    RayCost(ray_cost::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -39,6 +42,7 @@ fn main() -> ExitCode {
         Some(Task::MonteCarlo(arguments)) => monte_carlo::run(&arguments),
         Some(Task::Methods(arguments)) => methods::run(&arguments),
         Some(Task::PythonCost(arguments)) => python_cost::run(&arguments),
+        Some(Task::RayCost(arguments)) => ray_cost::run(&arguments),
         None => Arguments::command().print_help().map_err(Into::into),
     };
     match done {

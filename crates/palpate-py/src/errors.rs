@@ -6,6 +6,7 @@ use palpate::reconstruct::ReconstructError as RustReconstructError;
 use palpate::shape::{ShapeError as RustShapeError, UnknownShape};
 use palpate::simulate::{PlanError, SimulateError as RustSimulateError};
 use palpate_io::{ReadError as RustReadError, WriteError as RustWriteError};
+use palpate_sweep::{PlanError as SweepPlanError, SweepError as RustSweepError};
 use pyo3::import_exception;
 use pyo3::prelude::*;
 
@@ -17,6 +18,7 @@ import_exception!(palpate._errors, MotionError);
 import_exception!(palpate._errors, SimulateError);
 import_exception!(palpate._errors, ReconstructError);
 import_exception!(palpate._errors, CompareError);
+import_exception!(palpate._errors, SweepError);
 import_exception!(palpate._errors, InternalError);
 
 /// An argument that cannot be used.
@@ -54,6 +56,22 @@ exceptions! {
 impl IntoException for RustReadError {
     fn into_exception(self) -> PyErr {
         ReadError::new_err((self.to_string(), self.file, self.line, self.column, self.problem.to_string()))
+    }
+}
+
+/// The key of a plan stands where a table has a column.
+impl IntoException for SweepPlanError {
+    fn into_exception(self) -> PyErr {
+        ReadError::new_err((self.to_string(), self.file, self.line, self.key, self.problem.to_string()))
+    }
+}
+
+impl IntoException for RustSweepError {
+    fn into_exception(self) -> PyErr {
+        match self {
+            Self::Write(error) => error.into_exception(),
+            _ => SweepError::new_err(self.to_string()),
+        }
     }
 }
 

@@ -1,5 +1,5 @@
 //! The Python package palpate: the libraries as they are, with numpy in and out. `_palpate` is its compiled part; what needs other
-//! Python packages (matplotlib, pandas, tqdm) is in `python/palpate`.
+//! Python packages (matplotlib, pandas, Ray, tqdm) is in `python/palpate`.
 //!
 //! The comments on classes and functions here are the docstrings that Python shows, in the style of numpydoc.
 #![forbid(unsafe_code)]
@@ -19,6 +19,7 @@ mod shape;
 mod simulate;
 mod statics;
 mod svg;
+mod sweep;
 mod truth;
 mod whole;
 mod work;
@@ -50,6 +51,8 @@ mod _palpate {
     use crate::simulate::{Simulated, SimulatedJump, simulate};
     #[pymodule_export]
     use crate::statics::{Landscape, PoseJump, Rest, follow};
+    #[pymodule_export]
+    use crate::sweep::{FolderData, JobData, run_sweep_jobs, sweep_jobs};
     #[pymodule_export]
     use crate::truth::TrueData;
 

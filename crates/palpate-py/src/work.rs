@@ -4,6 +4,7 @@
 //! progress on, so that all Python code runs in the thread that called. When a handler or a listener raises, the
 //! call ends at once; the work, which owns all it needs, notices at its next sign of progress and is dropped.
 
+use std::num::NonZero;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, RecvTimeoutError, Sender};
@@ -98,12 +99,17 @@ fn tell_through<T: Send + 'static>(sender: Sender<Message<T>>) -> Box<dyn Fn(Pro
 /// The pool that calls share, and the process that it belongs to: the threads of a pool do not survive a fork.
 static SHARED: Mutex<Option<(u32, Arc<ThreadPool>)>> = Mutex::new(None);
 
+/// So many threads, if a call may ask for them.
+pub fn thread_count(threads: u64) -> PyResult<NonZero<usize>> {
+    let count = usize::try_from(threads).ok().filter(|count| *count <= MOST_THREADS).and_then(NonZero::new);
+    count.ok_or_else(|| errors::input(format!("threads must be from 1 to {MOST_THREADS}")))
+}
+
 /// A pool of so many threads, or the shared one, with as many threads as there are processors. The lock is held only by a
 /// thread that holds the interpreter's lock too, so no fork from Python can catch it locked.
 fn pool(threads: Option<u64>) -> PyResult<Arc<ThreadPool>> {
     if let Some(count) = threads {
-        let count = usize::try_from(count).ok().filter(|count| (1..=MOST_THREADS).contains(count));
-        return started(count.ok_or_else(|| errors::input(format!("threads must be from 1 to {MOST_THREADS}")))?);
+        return started(thread_count(count)?.get());
     }
     let mut shared = SHARED.lock().unwrap_or_else(PoisonError::into_inner);
     let process = std::process::id();

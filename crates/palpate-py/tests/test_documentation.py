@@ -69,6 +69,15 @@ def test_the_how_to_reads_counts_and_gaps(tmp_path: Path, monkeypatch: pytest.Mo
     assert palpate.Result.load(tmp_path / "trial").certified
 
 
+def test_the_guide_to_sweeps_is_true(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    code = code_in(ROOT / "docs" / "sweeps.md", "## From Python")
+    assert "trials = 5" in code
+    (tmp_path / "example.py").write_text(code.replace("trials = 5", "trials = 1"))
+    left = runpy.run_path(str(tmp_path / "example.py"))
+    assert len(left["result"]) == 4
+
+
 def test_the_packages_own_readme_is_true(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "trial.csv").write_bytes((LOGS / "egg_full_turn_oracle_n0.1mm.csv").read_bytes())

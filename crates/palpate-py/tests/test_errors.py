@@ -19,7 +19,7 @@ FORMS = [
 
 
 def test_all_exceptions_have_one_root() -> None:
-    assert len(FORMS) == 10
+    assert len(FORMS) == 11
     for form in FORMS:
         assert issubclass(form, palpate.PalpateError)
         assert form.__module__ == "palpate"
@@ -55,7 +55,7 @@ def things() -> dict[str, list[object]]:
 def calls() -> list[tuple[object, list[list[object]]]]:
     known = things()
     targets: list[object] = [palpate.simulate, palpate.plan_turn, palpate.plan_jump_free, palpate.follow]
-    targets += [palpate.reconstruct, palpate.reconstruct_from, palpate.cramer_rao_bound_m]
+    targets += [palpate.reconstruct, palpate.reconstruct_from, palpate.cramer_rao_bound_m, palpate.sweep_jobs]
     for form in (palpate.SupportFunction, palpate.PalmPair, palpate.PalmMotion, palpate.PalmMove, palpate.Log):
         targets.append(form)
         targets += [getattr(form, name) for name in vars(form) if isinstance(vars(form)[name], staticmethod)]

@@ -49,6 +49,7 @@ def everything() -> list[object]:
         result,
         palpate.reconstruct(palpate.Log.from_csv(LOGS / "stone_zigzag_oracle.csv")),
         palpate.compare(result, truth),
+        *palpate.sweep_jobs('kind = "simulate"\nobjects.mixed = {}\ntouchpads = [{}]\n'),
     ]
 
 

@@ -1,5 +1,6 @@
 //! A job: plain data that gives the same row wherever it is run.
 
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::time::Instant;
 
@@ -10,6 +11,7 @@ use crate::log_job::LogJob;
 use crate::row::Row;
 use crate::score::{Known, ReconstructChoice, ScoreChoice, score};
 use crate::simulate_job::SimulateJob;
+use crate::sweep_error::SweepError;
 
 /// Where a log comes from, how it is reconstructed, and what the result is held against.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -48,11 +50,24 @@ impl Job {
     pub fn run(&self, index: u64, base: &Path) -> Outcome {
         let clock = Instant::now();
         let mut row = Row { job: index, ..Row::default() };
-        let reconstruct_s = match &self.source {
-            Source::Simulate(job) => self.simulate(job, &mut row),
-            Source::Log(job) => self.read(job, base, &mut row),
-        };
+        let reconstruct_s = panics_told(&mut row, |row| match &self.source {
+            Source::Simulate(job) => self.simulate(job, row),
+            Source::Log(job) => self.read(job, base, row),
+        });
         Outcome { row, reconstruct_s, job_s: clock.elapsed().as_secs_f64() }
+    }
+
+    /// The same on a machine other than the one where the sweep was planned, which may see other files.
+    ///
+    /// # Errors
+    /// A log is not there, or is another one.
+    pub fn run_elsewhere(&self, index: u64, base: &Path) -> Result<Outcome, SweepError> {
+        match &self.source {
+            Source::Log(job) if !job.is_as_planned(base) => {
+                Err(SweepError::OtherLog { log: job.log.clone(), base: base.display().to_string() })
+            }
+            _ => Ok(self.run(index, base)),
+        }
     }
 
     fn simulate(&self, job: &SimulateJob, row: &mut Row) -> Option<f64> {
@@ -94,5 +109,39 @@ impl Job {
                 None
             }
         }
+    }
+}
+
+/// Does the work of one job. If it panics, the row says so, and the other jobs are none the worse for it.
+fn panics_told(row: &mut Row, work: impl FnOnce(&mut Row) -> Option<f64>) -> Option<f64> {
+    // What a panic leaves behind is the row alone; its verdict is taken back.
+    catch_unwind(AssertUnwindSafe(|| work(row))).unwrap_or_else(|panic| {
+        let what = panic.downcast_ref::<String>().map(String::as_str).or(panic.downcast_ref::<&str>().copied());
+        row.reason = format!("palpate failed on this job ({}); please report it", what.unwrap_or("a panic"));
+        row.status = row.status.without_result();
+        (row.certified, row.com_certified, row.solved, row.wrong) = (false, false, None, None);
+        None
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::panics_told;
+    use crate::row::{Row, Status};
+
+    #[test]
+    fn a_panic_is_a_row_without_a_result() {
+        let mut row = Row { job: 7, ..Row::default() };
+        let seconds = panics_told(&mut row, |row| {
+            (row.status, row.certified, row.samples) = (Status::Reconstructed, true, Some(60));
+            panic!("no such {}", "thing")
+        });
+        let reason = "palpate failed on this job (no such thing); please report it".to_owned();
+        let told = Row { job: 7, status: Status::NoResult, samples: Some(60), reason, ..Row::default() };
+        assert_eq!((row, seconds), (told, None));
+
+        let mut row = Row::default();
+        panics_told(&mut row, |_| panic!("at once"));
+        assert_eq!(row.status, Status::NoLog, "there was no log yet");
     }
 }

@@ -25,11 +25,13 @@
 //!
 //! [`Sweep::run`] does all jobs on the threads of this machine; [`Sweep::run_in`] does so in a folder: what is finished is kept in a
 //! [journal], so that a sweep that was killed goes on where it was. The table has its rows in the order of the jobs, so
-//! that its bytes depend neither on the number of threads nor on how often the sweep was interrupted.
+//! that its bytes depend neither on the number of threads nor on how often the sweep was interrupted. Whoever has other machines
+//! to do the jobs opens a [`SweepFolder`] and hands it what comes back.
 #![forbid(unsafe_code)]
 
 mod bounded;
 mod digest;
+mod folder;
 mod job;
 pub mod journal;
 mod log_job;
@@ -47,6 +49,7 @@ mod threads;
 mod touchpad;
 mod unfold;
 
+pub use folder::SweepFolder;
 pub use job::{Job, Outcome, Source};
 pub use log_job::LogJob;
 pub use object::{Object, ShapeName};

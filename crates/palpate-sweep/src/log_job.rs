@@ -35,6 +35,11 @@ impl LogJob {
         Self { log, truth, digest: digest.hex() }
     }
 
+    /// Whether log and truth in the folder `base` are those that the sweep was planned with.
+    pub(crate) fn is_as_planned(&self, base: &Path) -> bool {
+        Self::new(base, self.log.clone()) == *self
+    }
+
     /// Reads the log and its truth; or says why they cannot be used.
     pub(crate) fn read(&self, base: &Path) -> Result<(Log, Option<Truth>), String> {
         let path = base.join(&self.log);

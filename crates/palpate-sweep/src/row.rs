@@ -95,4 +95,12 @@ impl Status {
             Self::Reconstructed => "reconstructed",
         }
     }
+
+    /// How far the job came, if its result does not count.
+    pub(crate) fn without_result(self) -> Self {
+        match self {
+            Self::NoLog => Self::NoLog,
+            Self::NoResult | Self::Reconstructed => Self::NoResult,
+        }
+    }
 }

@@ -4,12 +4,13 @@ use std::num::NonZero;
 use std::path::{Path, PathBuf};
 
 use crate::digest::Digest;
+use crate::folder::SweepFolder;
 use crate::job::{Job, Outcome};
-use crate::journal::{Header, Journal};
+use crate::journal::Header;
 use crate::plan::Plan;
 use crate::plan_error::PlanError;
 use crate::sweep_error::SweepError;
-use crate::{table, threads, unfold};
+use crate::{threads, unfold};
 
 /// A list of jobs.
 #[derive(Clone, Debug, PartialEq)]
@@ -50,11 +51,20 @@ impl Sweep {
     /// # Errors
     /// No threads can be had.
     pub fn run(&self, threads: NonZero<usize>, progress: &mut dyn FnMut(Done)) -> Result<Vec<Outcome>, SweepError> {
-        self.rest(Vec::new(), threads, progress, &mut |_| Ok(()))
+        let jobs = self.jobs.len() as u64;
+        let mut outcomes = Vec::with_capacity(self.jobs.len());
+        progress(Done { finished: 0, jobs });
+        self.each(&(0..jobs).collect::<Vec<_>>(), threads, &mut |outcome| {
+            outcomes.push(outcome);
+            progress(Done { finished: outcomes.len() as u64, jobs });
+            Ok(())
+        })?;
+        outcomes.sort_by_key(|outcome| outcome.row.job);
+        Ok(outcomes)
     }
 
     /// Does all jobs that are not finished yet in the folder `dir`, made if missing, keeps each in its journal, and writes the
-    /// [tables](table) when all are done. Outcomes come in the order of the jobs.
+    /// [tables](crate::table) when all are done. Outcomes come in the order of the jobs.
     ///
     /// # Errors
     /// The folder belongs to another sweep, another program is at work in it, or it cannot be written.
@@ -64,51 +74,34 @@ impl Sweep {
         threads: NonZero<usize>,
         progress: &mut dyn FnMut(Done),
     ) -> Result<Vec<Outcome>, SweepError> {
-        std::fs::create_dir_all(dir).map_err(|error| SweepError::io(dir, &error))?;
-        if !Journal::is_in(dir)
-            && let Some(path) = table::FILES.iter().map(|name| dir.join(name)).find(|path| path.exists())
-        {
-            return Err(SweepError::Foreign { path: path.display().to_string() });
-        }
-        let (mut journal, finished) = Journal::open(dir, &self.header()?)?;
-        let outcomes = self.rest(finished, threads, progress, &mut |outcome| journal.add(outcome))?;
-        table::write(dir, &outcomes)?;
-        Ok(outcomes)
-    }
-
-    /// Does what is not finished.
-    fn rest(
-        &self,
-        finished: Vec<Outcome>,
-        threads: NonZero<usize>,
-        progress: &mut dyn FnMut(Done),
-        keep: &mut dyn FnMut(&Outcome) -> Result<(), SweepError>,
-    ) -> Result<Vec<Outcome>, SweepError> {
-        let mut outcomes: Vec<Option<Outcome>> = vec![None; self.jobs.len()];
-        for outcome in finished {
-            if let Some(place) = outcomes.get_mut(outcome.row.job as usize) {
-                *place = Some(outcome);
-            }
-        }
-        let todo: Vec<(u64, &Job)> =
-            (0..).zip(&self.jobs).zip(&outcomes).filter(|(_, outcome)| outcome.is_none()).map(|(job, _)| job).collect();
-        let jobs = self.jobs.len() as u64;
-        let mut done = Done { finished: jobs - todo.len() as u64, jobs };
-        progress(done);
-        threads::each(&todo, &self.base, threads, &mut |outcome| {
-            keep(&outcome)?;
-            done.finished += 1;
-            progress(done);
-            if let Some(place) = outcomes.get_mut(outcome.row.job as usize) {
-                *place = Some(outcome);
-            }
+        let mut folder = SweepFolder::open(self, dir)?;
+        progress(folder.done());
+        self.each(&folder.todo(), threads, &mut |outcome| {
+            folder.keep(outcome)?;
+            progress(folder.done());
             Ok(())
         })?;
-        Ok(outcomes.into_iter().flatten().collect())
+        folder.finish()
+    }
+
+    /// Does the jobs of these numbers on `threads` threads and hands each outcome over, on the calling thread, as it comes. An
+    /// error there ends the work.
+    ///
+    /// # Errors
+    /// No threads can be had, or `take` failed.
+    pub fn each(
+        &self,
+        numbers: &[u64],
+        threads: NonZero<usize>,
+        take: &mut dyn FnMut(Outcome) -> Result<(), SweepError>,
+    ) -> Result<(), SweepError> {
+        let job = |number: u64| self.jobs.get(usize::try_from(number).ok()?).map(|job| (number, job));
+        let todo: Vec<(u64, &Job)> = numbers.iter().filter_map(|number| job(*number)).collect();
+        threads::each(&todo, &self.base, threads, take)
     }
 
     /// Which sweep this is: the same for the same jobs on the same logs with the same version of palpate.
-    fn header(&self) -> Result<Header, SweepError> {
+    pub(crate) fn header(&self) -> Result<Header, SweepError> {
         let mut digest = Digest::new();
         for job in &self.jobs {
             let json = serde_json::to_vec(job).map_err(|error| SweepError::Encode(error.to_string()))?;

@@ -49,6 +49,24 @@ pub enum SweepError {
         /// The folder.
         dir: String,
     },
+    /// A log that is another one on the machine that is to reconstruct it.
+    #[error(
+        "{log}: a machine that was to reconstruct this log does not see it as it was when the sweep was planned; every machine must see the folder {base} with the same logs in it"
+    )]
+    OtherLog {
+        /// Path of the log from the folder of the plan.
+        log: String,
+        /// The folder of the plan.
+        base: String,
+    },
+    /// Tables were asked for too early.
+    #[error("{dir}: {missing} jobs of the sweep in this folder are not finished; go on with it first")]
+    Unfinished {
+        /// The folder.
+        dir: String,
+        /// So many are not.
+        missing: u64,
+    },
     /// The operating system refused.
     #[error("{path}: {message}")]
     Io {

@@ -42,6 +42,40 @@ enum Of {
     MaybeText(fn(&Row) -> Option<&str>),
 }
 
+/// The values of a column, row by row.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Values<'a> {
+    /// Counts.
+    Counts(Vec<u64>),
+    /// Counts that may be unknown.
+    MaybeCounts(Vec<Option<u64>>),
+    /// Numbers that may be unknown.
+    Numbers(Vec<Option<f64>>),
+    /// Yes or no.
+    Flags(Vec<bool>),
+    /// The same, or unknown.
+    MaybeFlags(Vec<Option<bool>>),
+    /// Text.
+    Texts(Vec<&'a str>),
+    /// Text that may be missing.
+    MaybeTexts(Vec<Option<&'a str>>),
+}
+
+impl Column {
+    fn values<'a>(&self, outcomes: &'a [Outcome]) -> Values<'a> {
+        let rows = outcomes.iter().map(|outcome| &outcome.row);
+        match self.of {
+            Of::Count(of) => Values::Counts(rows.map(of).collect()),
+            Of::MaybeCount(of) => Values::MaybeCounts(rows.map(of).collect()),
+            Of::Number(of) => Values::Numbers(rows.map(of).collect()),
+            Of::Flag(of) => Values::Flags(rows.map(of).collect()),
+            Of::MaybeFlag(of) => Values::MaybeFlags(rows.map(of).collect()),
+            Of::Text(of) => Values::Texts(rows.map(of).collect()),
+            Of::MaybeText(of) => Values::MaybeTexts(rows.map(of).collect()),
+        }
+    }
+}
+
 /// Declares a column under the name of its field.
 macro_rules! column {
     ($kind:ident, $field:ident) => {
@@ -91,6 +125,11 @@ pub fn column_names() -> impl Iterator<Item = &'static str> {
     COLUMNS.iter().map(|column| column.name)
 }
 
+/// The columns of `results.parquet` by name.
+pub fn columns(outcomes: &[Outcome]) -> impl Iterator<Item = (&'static str, Values<'_>)> {
+    COLUMNS.iter().map(|column| (column.name, column.values(outcomes)))
+}
+
 /// Writes both tables into the folder `dir`, each aside first and then renamed.
 pub(crate) fn write(dir: &Path, outcomes: &[Outcome]) -> Result<(), SweepError> {
     palpate_io::write_whole(&dir.join(SECONDS_FILE), seconds_csv(outcomes).as_bytes())?;
@@ -120,18 +159,19 @@ fn encode(outcomes: &[Outcome]) -> Result<Vec<u8>, ParquetError> {
     let properties = WriterProperties::builder().set_created_by(concat!("palpate ", env!("CARGO_PKG_VERSION")).into());
     let mut writer = SerializedFileWriter::new(Vec::new(), schema()?, Arc::new(properties.build()))?;
     for group in outcomes.chunks(GROUP) {
-        let rows: Vec<&Row> = group.iter().map(|outcome| &outcome.row).collect();
         let mut to = writer.next_row_group()?;
-        for column in &COLUMNS {
-            match column.of {
-                Of::Count(of) => required::<Int64Type>(&mut to, rows.iter().map(|row| of(row) as i64)),
-                Of::MaybeCount(of) => optional::<Int64Type>(&mut to, rows.iter().map(|row| of(row).map(|n| n as i64))),
-                Of::Number(of) => optional::<DoubleType>(&mut to, rows.iter().map(|row| of(row))),
-                Of::Flag(of) => required::<BoolType>(&mut to, rows.iter().map(|row| of(row))),
-                Of::MaybeFlag(of) => optional::<BoolType>(&mut to, rows.iter().map(|row| of(row))),
-                Of::Text(of) => required::<ByteArrayType>(&mut to, rows.iter().map(|row| of(row).into())),
-                Of::MaybeText(of) => {
-                    optional::<ByteArrayType>(&mut to, rows.iter().map(|row| of(row).map(ByteArray::from)))
+        for (_, values) in columns(group) {
+            match values {
+                Values::Counts(values) => required::<Int64Type>(&mut to, values.into_iter().map(|n| n as i64)),
+                Values::MaybeCounts(values) => {
+                    optional::<Int64Type>(&mut to, values.into_iter().map(|n| n.map(|n| n as i64)))
+                }
+                Values::Numbers(values) => optional::<DoubleType>(&mut to, values.into_iter()),
+                Values::Flags(values) => required::<BoolType>(&mut to, values.into_iter()),
+                Values::MaybeFlags(values) => optional::<BoolType>(&mut to, values.into_iter()),
+                Values::Texts(values) => required::<ByteArrayType>(&mut to, values.into_iter().map(ByteArray::from)),
+                Values::MaybeTexts(values) => {
+                    optional::<ByteArrayType>(&mut to, values.into_iter().map(|text| text.map(ByteArray::from)))
                 }
             }?;
         }

@@ -5,7 +5,7 @@ use std::num::NonZero;
 use std::path::{Path, PathBuf};
 
 use palpate_sweep::table::{column_names, results_parquet};
-use palpate_sweep::{Job, Source, Status, Sweep, SweepError, parse_plan, read_plan};
+use palpate_sweep::{Done, Job, Source, Status, Sweep, SweepError, SweepFolder, parse_plan, read_plan};
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::Field;
 
@@ -112,12 +112,42 @@ fn logs_are_reconstructed_and_held_against_the_truths_beside_them() {
     assert!(rows[1].reason.starts_with("broken.csv, line 1: there is no column for phi1"), "{}", rows[1].reason);
     assert_eq!(rows[3].reason, "the truth has 149 poses, the log 150 samples; they do not belong together");
 
+    // A machine that sees other logs, or none, gives no row.
+    assert_eq!(swept.jobs[0].run_elsewhere(0, &logs).expect("the same logs").row, rows[0]);
+    assert_eq!(swept.jobs[1].run_elsewhere(1, &logs).expect("the same broken log").row, rows[1]);
+    let refused = swept.jobs[0].run_elsewhere(0, Path::new("elsewhere")).expect_err("no log");
+    assert!(matches!(&refused, SweepError::OtherLog { log, .. } if log == "known.csv"), "{refused}");
+
     // A log that has changed makes another sweep.
     let out = dir.path().join("out");
     swept.run_in(&out, TWO, &mut |_| ()).expect("outcomes");
     fs::write(logs.join("broken.csv"), "time_s\n2\n").expect("a file");
     let refused = sweep(plan, &logs).run_in(&out, TWO, &mut |_| ()).expect_err("another sweep");
     assert!(matches!(refused, SweepError::OtherPlan { jobs: 4, .. }), "{refused}");
+}
+
+#[test]
+fn outcomes_may_come_from_anywhere_in_any_order_and_twice() {
+    let dir = tempfile::tempdir().expect("a folder");
+    let sweep = sweep(&format!("{SHORT}reconstruct.method = \"quadrature\"\n"), Path::new("."));
+    let mut folder = SweepFolder::open(&sweep, &dir.path().join("afar")).expect("a folder");
+    assert_eq!(folder.todo(), [0, 1, 2, 3]);
+    for number in [2, 0, 2] {
+        folder.keep(sweep.outcome(number).expect("a job")).expect("kept");
+    }
+    assert_eq!((folder.done(), folder.todo()), (Done { finished: 2, jobs: 4 }, vec![1, 3]));
+    let early = folder.finish().expect_err("two jobs are missing");
+    assert!(matches!(early, SweepError::Unfinished { missing: 2, .. }), "{early}");
+
+    let mut folder = SweepFolder::open(&sweep, &dir.path().join("afar")).expect("the same folder");
+    assert_eq!(folder.todo(), [1, 3]);
+    sweep.each(&[3, 1], TWO, &mut |outcome| folder.keep(outcome)).expect("the rest");
+    folder.finish().expect("tables");
+    let journal = fs::read_to_string(dir.path().join("afar/journal.jsonl")).expect("a journal");
+    assert_eq!(journal.lines().count(), 5, "each job once");
+    sweep.run_in(&dir.path().join("here"), TWO, &mut |_| ()).expect("outcomes");
+    let table = |name: &str| fs::read(dir.path().join(name).join("results.parquet")).expect("a table");
+    assert!(table("afar") == table("here"), "where a job was done changes the table");
 }
 
 #[test]

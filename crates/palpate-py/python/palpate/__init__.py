@@ -16,6 +16,7 @@ from palpate._errors import (
     ReconstructError,
     ShapeError,
     SimulateError,
+    SweepError,
     WriteError,
 )
 from palpate._palpate import (
@@ -32,6 +33,7 @@ from palpate._palpate import (
     Result,
     Simulation,
     SupportFunction,
+    SweepJob,
     TimedJump,
     Touchpad,
     Truth,
@@ -46,7 +48,9 @@ from palpate._palpate import (
     reconstruct,
     reconstruct_from,
     simulate,
+    sweep_jobs,
 )
+from palpate._sweep import SweepResult, sweep
 
 __all__ = [
     "CompareError",
@@ -71,6 +75,9 @@ __all__ = [
     "SimulateError",
     "Simulation",
     "SupportFunction",
+    "SweepError",
+    "SweepJob",
+    "SweepResult",
     "TimedJump",
     "Touchpad",
     "Truth",
@@ -86,4 +93,6 @@ __all__ = [
     "reconstruct",
     "reconstruct_from",
     "simulate",
+    "sweep",
+    "sweep_jobs",
 ]

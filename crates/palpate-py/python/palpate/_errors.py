@@ -12,6 +12,7 @@ __all__ = [
     "ReconstructError",
     "ShapeError",
     "SimulateError",
+    "SweepError",
     "WriteError",
 ]
 
@@ -36,7 +37,7 @@ class ReadError(InputError):
     line : int or None
         Line in the file, from 1. For columns in memory the row, from 0.
     column : str or None
-        Name of the column.
+        Name of the column, or key of a plan.
     problem : str
         What is wrong, and what to do, without the place.
     """
@@ -86,6 +87,10 @@ class ReconstructError(PalpateError):
 
 class CompareError(InputError):
     """Result and truth do not belong together, or one of them is empty."""
+
+
+class SweepError(PalpateError):
+    """A sweep cannot be run in this folder or on this cluster, or not to its end. What was finished is kept."""
 
 
 class InternalError(PalpateError, RuntimeError):

@@ -1,4 +1,4 @@
-"""Who is told how far a reconstruction has come: a callable, a tqdm bar, or nobody."""
+"""Who is told how far a reconstruction or a sweep has come: a callable, a tqdm bar, or nobody."""
 
 from __future__ import annotations
 
@@ -50,8 +50,27 @@ class _Bar:
         self._bar.close()
 
 
-def listener(progress: bool | Callable[[str, float], object] | None) -> Listener | None:
-    """What `progress` asks for; by default a bar, if tqdm is there and someone is watching."""
+class _JobsBar:
+    """A bar of the jobs of a sweep, which counts those finished earlier as well, but not into its rate."""
+
+    def __init__(self, tqdm: Any, jobs: int) -> None:
+        self._tqdm = tqdm
+        self._jobs = jobs
+        self._bar: Any = None
+
+    def __call__(self, stage: str, fraction: float, /) -> None:
+        finished = round(fraction * self._jobs)
+        if self._bar is None:
+            self._bar = self._tqdm(total=self._jobs, initial=finished, unit="job", leave=False, delay=PATIENCE_S)
+        self._bar.update(finished - self._bar.n)
+
+    def close(self) -> None:
+        if self._bar is not None:
+            self._bar.close()
+
+
+def listener(progress: bool | Callable[[str, float], object] | None, *, jobs: int | None = None) -> Listener | None:
+    """What `progress` asks for; by default a bar, if tqdm is there and someone is watching. A sweep says its `jobs`."""
     if callable(progress):
         return _Called(progress)
     if progress is False or (progress is None and not _is_watched()):
@@ -62,7 +81,7 @@ def listener(progress: bool | Callable[[str, float], object] | None) -> Listener
             warnings.simplefilter("ignore")
             from tqdm.auto import tqdm
 
-            return _Bar(tqdm)
+            return _Bar(tqdm) if jobs is None else _JobsBar(tqdm, jobs)
     except ImportError:
         if progress:
             raise
