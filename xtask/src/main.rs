@@ -1,7 +1,10 @@
 //! What the project does to itself: `cargo xtask test`, `cargo xtask monte-carlo`, `cargo xtask methods`,
-//! `cargo xtask python-cost`. Alone it lists its tasks.
+//! `cargo xtask python-cost`, `cargo xtask bench-peers`. Alone it lists its tasks.
+#![forbid(unsafe_code)]
 
+mod bench_peers;
 mod browser;
+mod debian;
 mod methods;
 mod monte_carlo;
 mod python;
@@ -31,6 +34,8 @@ enum Task {
     Methods(methods::Arguments),
     /// Measure what it costs to reconstruct from Python rather than from Rust.
     PythonCost(python_cost::Arguments),
+    /// Hold palpate's speed against other solvers and engines on the same inputs, and write the table that the documentation quotes.
+    BenchPeers(bench_peers::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -39,6 +44,7 @@ fn main() -> ExitCode {
         Some(Task::MonteCarlo(arguments)) => monte_carlo::run(&arguments),
         Some(Task::Methods(arguments)) => methods::run(&arguments),
         Some(Task::PythonCost(arguments)) => python_cost::run(&arguments),
+        Some(Task::BenchPeers(arguments)) => bench_peers::run(&arguments),
         None => Arguments::command().print_help().map_err(Into::into),
     };
     match done {
