@@ -4,6 +4,7 @@ mod branch;
 mod landscape;
 mod weight;
 
+pub(crate) use branch::Pursuit;
 pub use branch::{Jump, follow};
 pub use landscape::{EnergyLandscape, RestPose};
 pub use weight::{STANDARD_GRAVITY_M_PER_S2, contact_forces_n};
