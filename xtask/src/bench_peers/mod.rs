@@ -6,6 +6,7 @@
 //! with the reason.
 
 mod row;
+mod simulation;
 mod smoothing;
 mod table;
 mod turns;
@@ -44,7 +45,8 @@ struct Job {
 }
 
 /// In the order in which they are run.
-const JOBS: [Job; 1] = [Job { name: "smoothing", run: smoothing::run }];
+const JOBS: [Job; 2] =
+    [Job { name: "smoothing", run: smoothing::run }, Job { name: "simulation", run: simulation::run }];
 
 /// What every job is given.
 pub struct Context {
