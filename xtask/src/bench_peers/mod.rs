@@ -5,6 +5,8 @@
 //! every row says how far the results agree, and one that does not agree has no ratio. A peer that cannot be had leaves a row
 //! with the reason.
 
+mod from_nothing;
+mod ode;
 mod row;
 mod simulation;
 mod smoothing;
@@ -36,6 +38,9 @@ pub struct Arguments {
     /// Only this job
     #[arg(long, value_name = "JOB", value_parser = clap::builder::PossibleValuesParser::new(JOBS.map(|job| job.name)))]
     only: Option<String>,
+    /// Folder of the numpy prototype (grow.py), for those who have it
+    #[arg(long, value_name = "DIR")]
+    prototype: Option<PathBuf>,
 }
 
 /// A kind of work that palpate and its peers can both do.
@@ -45,8 +50,12 @@ struct Job {
 }
 
 /// In the order in which they are run.
-const JOBS: [Job; 2] =
-    [Job { name: "smoothing", run: smoothing::run }, Job { name: "simulation", run: simulation::run }];
+const JOBS: [Job; 4] = [
+    Job { name: "smoothing", run: smoothing::run },
+    Job { name: "simulation", run: simulation::run },
+    Job { name: "ode", run: ode::run },
+    Job { name: "from-nothing", run: from_nothing::run },
+];
 
 /// What every job is given.
 pub struct Context {
@@ -54,6 +63,8 @@ pub struct Context {
     pub quick: bool,
     /// A folder of the task's own under the target folder, for logs, compiled peers and what they write.
     pub folder: PathBuf,
+    /// Where the numpy prototype is.
+    pub prototype: Option<PathBuf>,
     python: Environment,
 }
 
@@ -72,7 +83,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
     }
     let python = Environment::provide_in(folder.clone())?;
-    let context = Context { quick: arguments.quick, folder, python };
+    let context = Context { quick: arguments.quick, folder, prototype: arguments.prototype.clone(), python };
     let mut rows = Vec::new();
     for job in JOBS.iter().filter(|job| arguments.only.as_ref().is_none_or(|only| only == job.name)) {
         if let Err(error) = (job.run)(&context, &mut rows) {

@@ -45,6 +45,7 @@ mod windows;
 
 pub use bound::cramer_rao_bound_m;
 pub use diagnostics::{ContactDiagnostics, diagnostics};
+pub use integral::{Integrated, PaperEquations};
 pub use options::{Method, Progress, ReconstructError, ReconstructOptions};
 pub use reconstruction::{Jump, OutlinePoint, Pose, Reconstruction};
 
