@@ -50,6 +50,12 @@ impl SupportFunction {
         Self::new(coefficients[0], harmonics)
     }
 
+    /// The same vector of this shape.
+    pub(crate) fn coefficients(&self) -> Vec<f64> {
+        let of = |index: usize| self.harmonics_m.iter().map(move |pair| pair[index]);
+        std::iter::once(self.mean_m).chain(of(0)).chain(of(1)).collect()
+    }
+
     /// Mean radius a₀ in metres; the perimeter is 2π a₀ (Cauchy).
     pub fn mean_radius_m(&self) -> f64 {
         self.mean_m
