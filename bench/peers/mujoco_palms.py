@@ -4,9 +4,9 @@ Started with the scene that ``cargo xtask bench-peers`` writes; each line that c
 
     VERTICES DURATION_S STEP_S DAMPING
 
-and is answered by the seconds that the steps took, without the compilation of the model, and ψ at each sample of the scene.
-The object is a mesh whose rim has so many vertices, or the ellipsoid of the scene when they are 0. The steps run in
-MuJoCo's own loop (``mujoco.rollout``) on one thread; no Python is called between them.
+and is answered by the seconds that the steps took, without the compilation of the model, and ψ at each sample of the
+scene. The object is a mesh whose rim has so many vertices, or the ellipsoid of the scene when they are 0. The steps run
+in MuJoCo's own loop (``mujoco.rollout``) on one thread; no Python is called between them.
 """
 
 import functools

@@ -1,7 +1,7 @@
 """The numpy prototype's reconstruction from nothing.
 
-Started with the prototype's folder and a log that ``cargo xtask bench-peers`` writes; each line that comes in asks for one run and
-is answered by the seconds that it took, and ψ at each sample.
+Started with the prototype's folder and a log that ``cargo xtask bench-peers`` writes; each line that comes in asks for
+one run and is answered by the seconds that it took, and ψ at each sample.
 """
 
 import json
@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 sys.path.insert(0, sys.argv[1])
-import grow  # noqa: E402
+import grow
 
 
 def main():

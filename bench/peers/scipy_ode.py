@@ -4,8 +4,8 @@ Started with the piece of a log that ``cargo xtask bench-peers`` writes; each li
 
     METHOD TOLERANCE
 
-and is answered by the seconds that ``scipy.integrate.solve_ivp`` took, and r1, r2 and ψ at each sample, one after another. The
-spline through the readings is made beforehand.
+and is answered by the seconds that ``scipy.integrate.solve_ivp`` took, and r1, r2 and ψ at each sample, one after
+another. The spline through the readings is made beforehand.
 """
 
 import json
