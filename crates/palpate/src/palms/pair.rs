@@ -102,19 +102,26 @@ impl PalmPair {
     /// Contact positions (s₁, s₂), metres from each base point along its palm, of an object at orientation `psi_rad`:
     /// s₁ = (c − b₁)·t̄₁ − d₁, s₂ = −(c − b₂)·t̄₂ + d₂.
     pub fn contact_positions_m(&self, shape: &SupportFunction, psi_rad: f64) -> (f64, f64) {
-        let stance = self.stance(shape, psi_rad);
+        let stance = self.stance(&self.sines(), shape, psi_rad);
         (stance.s1_m, stance.s2_m)
     }
 
-    /// Where an object at orientation `psi_rad` is and touches when both palms do.
-    pub(crate) fn stance(&self, shape: &SupportFunction, psi_rad: f64) -> Stance {
-        let (theta1, theta2) = self.contact_angles(psi_rad);
-        let (contact1, contact2) = (shape.at(theta1), shape.at(theta2));
+    /// The sines and cosines of the palm angles.
+    pub(crate) fn sines(&self) -> Sines {
         let ((sin1, cos1), (sin12, cos12)) = (self.phi1_rad.sin_cos(), self.phi12_rad().sin_cos());
+        Sines { sin1, cos1, sin12, cos12, sin2: self.phi2_rad.sin() }
+    }
+
+    /// Where an object at orientation `psi_rad` is and touches when both palms do; `sines` are those of this pair.
+    pub(crate) fn stance(&self, sines: &Sines, shape: &SupportFunction, psi_rad: f64) -> Stance {
+        let &Sines { sin1, cos1, sin12, cos12, sin2 } = sines;
+        let (sin, cos) = psi_rad.sin_cos();
+        // The outward normals in the object frame, θ₁ = φ₁ − ψ − π/2 and θ₂ = φ₁₂ − ψ − 3π/2.
+        let contact1 = shape.towards(sin1 * cos - cos1 * sin, -cos1 * cos - sin1 * sin);
+        let contact2 = shape.towards(cos12 * sin - sin12 * cos, cos12 * cos + sin12 * sin);
         let ([x1, y1], [x2, y2]) = (self.base1_m, self.base2_m);
         // r_k + b_k · n̄_k
         let (r1, r2) = (contact1.r - x1 * sin1 + y1 * cos1, contact2.r + x2 * sin12 - y2 * cos12);
-        let sin2 = self.phi2_rad.sin();
         let [x, y] = [(r1 * cos12 + r2 * cos1) / sin2, (r1 * sin12 + r2 * sin1) / sin2];
         Stance {
             center_of_mass_m: [x, y],
@@ -122,6 +129,16 @@ impl PalmPair {
             s2_m: (x - x2) * cos12 + (y - y2) * sin12 + contact2.d,
         }
     }
+}
+
+/// Sines and cosines of φ₁ and φ₁₂, and the sine of φ₂.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Sines {
+    pub sin1: f64,
+    pub cos1: f64,
+    pub sin12: f64,
+    pub cos12: f64,
+    pub sin2: f64,
 }
 
 /// An object on both palms.

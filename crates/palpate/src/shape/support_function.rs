@@ -74,6 +74,11 @@ impl SupportFunction {
     /// r, d and v at the normal angle `theta_rad`.
     pub fn at(&self, theta_rad: f64) -> ContactSupport {
         let (sin, cos) = theta_rad.sin_cos();
+        self.towards(cos, sin)
+    }
+
+    /// r, d and v where the outward normal is (`cos`, `sin`).
+    pub(crate) fn towards(&self, cos: f64, sin: f64) -> ContactSupport {
         let (mut c, mut s) = (1.0, 0.0);
         let (mut r, mut d, mut v) = (self.mean_m, 0.0, self.mean_m);
         for (index, &[a, b]) in self.harmonics_m.iter().enumerate() {

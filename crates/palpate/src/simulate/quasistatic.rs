@@ -11,7 +11,7 @@ use crate::log::{Log, Sample};
 use crate::palms::{Palm, PalmPair, Stance};
 use crate::sensor::{PadContact, Touchpad};
 use crate::shape::SupportFunction;
-use crate::statics::{Pursuit, STANDARD_GRAVITY_M_PER_S2, contact_forces_n};
+use crate::statics::{Pursuit, STANDARD_GRAVITY_M_PER_S2, contact_forces_n, forces_between_n};
 use crate::truth::{TruePose, Truth};
 
 /// Points of the true support function that a [`Truth`] gets.
@@ -101,8 +101,10 @@ pub fn simulate(
     for &(time_s, palms) in motion {
         let time_at = |fraction: f64| before_s + (time_s - before_s) * fraction;
         let mut stance = Stance::default();
-        let jumps = pursuit.go_on(&palms, &mut |fraction, palms, psi| {
-            stance = palms.stance(shape, psi);
+        let mut forces_n = (0.0, 0.0);
+        let jumps = pursuit.go_on(&palms, &mut |fraction, palms, sines, psi| {
+            stance = palms.stance(sines, shape, psi);
+            forces_n = forces_between_n(sines, options.mass_kg);
             check_contact(&stance, time_at(fraction), pad.length_m)
         })?;
         simulation.jumps.extend(jumps.into_iter().map(|jump| TimedJump {
@@ -113,16 +115,22 @@ pub fn simulate(
             energy_after_j: weight_n * jump.height_after_m,
         }));
         before_s = time_s;
-        simulation.log.samples.push(sample(time_s, &palms, &stance, options, &mut rng));
+        simulation.log.samples.push(sample(time_s, &palms, &stance, forces_n, options, &mut rng));
         let [com_x_m, com_y_m] = stance.center_of_mass_m;
         simulation.truth.motion.push(TruePose { time_s, psi_rad: pursuit.psi_rad(), com_x_m, com_y_m });
     }
     Ok(simulation)
 }
 
-fn sample(time_s: f64, palms: &PalmPair, stance: &Stance, options: &SimulateOptions, rng: &mut ChaCha8Rng) -> Sample {
+fn sample(
+    time_s: f64,
+    palms: &PalmPair,
+    stance: &Stance,
+    (force1, force2): (f64, f64),
+    options: &SimulateOptions,
+    rng: &mut ChaCha8Rng,
+) -> Sample {
     let pad = &options.touchpad;
-    let (force1, force2) = contact_forces_n(palms, options.mass_kg);
     let reading1 = pad.read(&[PadContact { position_m: stance.s1_m, force_n: force1 }], rng);
     let reading2 = pad.read(&[PadContact { position_m: stance.s2_m, force_n: force2 }], rng);
     let (phi1_rad, phi2_rad) = pad.read_angles(palms.phi1_rad, palms.phi2_rad, rng);
@@ -174,6 +182,10 @@ fn check_palms(palms: &PalmPair, time_s: f64) -> Result<(), SimulateError> {
     let phi2_rad = palms.phi2_rad;
     if phi2_rad <= crate::palms::SMALLEST_OPENING_RAD || phi2_rad >= PI - crate::palms::SMALLEST_OPENING_RAD {
         return Err(SimulateError::Parallel { time_s, phi2_rad });
+    }
+    // Both lean against the object from below: nothing to compute.
+    if palms.phi1_rad >= 0.0 && palms.phi12_rad() <= PI {
+        return Ok(());
     }
     let (force1, force2) = contact_forces_n(palms, 1.0);
     if force1 < 0.0 || force2 < 0.0 {

@@ -11,7 +11,7 @@
 
 use std::f64::consts::TAU;
 
-use crate::palms::PalmPair;
+use crate::palms::{PalmPair, Sines};
 use crate::shape::SupportFunction;
 
 /// Below this fraction of the mean radius, an energy landscape counts as flat (a disc about its centre of mass).
@@ -63,9 +63,15 @@ struct Basin {
 impl EnergyLandscape {
     /// The landscape of `shape` between `palms`, which must not be parallel (sin φ₂ > 0).
     pub fn new(shape: &SupportFunction, palms: &PalmPair) -> Self {
-        let ((sin1, cos1), (sin12, cos12)) = (palms.phi1_rad.sin_cos(), palms.phi12_rad().sin_cos());
-        let sin2 = palms.phi2_rad.sin();
-        let (offset1, offset2) = palms.base_offsets_m();
+        Self::between(shape, palms, &palms.sines())
+    }
+
+    /// The same, with the sines of the palms.
+    pub(crate) fn between(shape: &SupportFunction, palms: &PalmPair, sines: &Sines) -> Self {
+        let &Sines { sin1, cos1, sin12, cos12, sin2 } = sines;
+        let ([x1, y1], [x2, y2]) = (palms.base1_m, palms.base2_m);
+        // b_k · n̄_k
+        let (offset1, offset2) = (y1 * cos1 - x1 * sin1, x2 * sin12 - y2 * cos12);
         let mut landscape = Self {
             harmonics_m: Vec::with_capacity(shape.harmonics_m().len()),
             mean_m: shape.mean_radius_m() * (sin12 + sin1),

@@ -7,4 +7,5 @@ mod weight;
 pub(crate) use branch::Pursuit;
 pub use branch::{Jump, follow};
 pub use landscape::{EnergyLandscape, RestPose};
+pub(crate) use weight::forces_between_n;
 pub use weight::{STANDARD_GRAVITY_M_PER_S2, contact_forces_n};
