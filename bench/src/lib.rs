@@ -5,7 +5,9 @@
 use std::error::Error;
 
 use palpate::palms::{PalmMotion, PalmPair};
-use palpate::reconstruct::{ReconstructOptions, Reconstruction, reconstruct, reconstruct_from};
+use palpate::reconstruct::{
+    PaperEquations, ReconstructOptions, Reconstruction, cramer_rao_bound_m, reconstruct, reconstruct_from,
+};
 use palpate::sensor::Touchpad;
 use palpate::shape::{NamedShape, RandomShape, SupportFunction, random_shape};
 use palpate::simulate::{PalmLimits, SimulateOptions, Simulation, plan_turn, simulate};
@@ -91,6 +93,36 @@ pub fn from_truth(scene: &Scene, felt: &Simulation) -> Result<Reconstruction, Fa
     let psi: Vec<f64> = felt.truth.motion.iter().map(|pose| pose.psi_rad).collect();
     let options = ReconstructOptions { harmonics: Some(8), ..ReconstructOptions::default() };
     Ok(reconstruct_from(&felt.log, &scene.shape, &psi, &options)?)
+}
+
+/// The shape with so many harmonics that count, the last of them next to nothing.
+pub fn with_harmonics(shape: &SupportFunction, harmonics: usize) -> SupportFunction {
+    let mut values = shape.harmonics_m().to_vec();
+    values.resize(harmonics, [0.0; 2]);
+    if let Some(last) = values.last_mut() {
+        last[0] += 0.02 * NOISE_M;
+    }
+    SupportFunction::new(shape.mean_radius_m(), values)
+}
+
+/// The normal equations of all samples, set up and solved once, with as many harmonics as `shape` has (see
+/// [`with_harmonics`]).
+///
+/// # Errors
+/// When the log does not determine the shape; it does.
+pub fn normal_equations(shape: &SupportFunction, felt: &Simulation) -> Result<f64, Failure> {
+    let psi: Vec<f64> = felt.truth.motion.iter().map(|pose| pose.psi_rad).collect();
+    cramer_rao_bound_m(&felt.log, shape, &psi, NOISE_M).ok_or_else(|| "the log does not determine the shape".into())
+}
+
+/// The paper's equations over the whole log, and r₁ and r₂ at its first sample.
+///
+/// # Errors
+/// When the log cannot be integrated; it can.
+pub fn equations(scene: &Scene, felt: &Simulation) -> Result<(PaperEquations, (f64, f64)), Failure> {
+    let (sample, pose) = felt.log.samples.first().zip(felt.truth.motion.first()).ok_or("an empty log")?;
+    let (theta1, theta2) = sample.palms.contact_angles(pose.psi_rad);
+    Ok((PaperEquations::new(&felt.log)?, (scene.shape.radius_m(theta1), scene.shape.radius_m(theta2))))
 }
 
 /// Runs `work` on one thread.

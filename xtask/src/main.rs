@@ -1,7 +1,10 @@
 //! What the project does to itself: `cargo xtask test`, `cargo xtask monte-carlo`, `cargo xtask methods`,
-//! `cargo xtask python-cost`, `cargo xtask ray-cost`. Alone it lists its tasks.
+//! `cargo xtask python-cost`, `cargo xtask ray-cost`, `cargo xtask bench-peers`. Alone it lists its tasks.
+#![forbid(unsafe_code)]
 
+mod bench_peers;
 mod browser;
+mod debian;
 mod methods;
 mod monte_carlo;
 mod python;
@@ -34,6 +37,8 @@ enum Task {
     PythonCost(python_cost::Arguments),
     /// Measure what it costs to do a sweep on a Ray cluster rather than on the threads of this machine.
     RayCost(ray_cost::Arguments),
+    /// Hold palpate's speed against other solvers and engines on the same inputs, and write the table that the documentation quotes.
+    BenchPeers(bench_peers::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -43,6 +48,7 @@ fn main() -> ExitCode {
         Some(Task::Methods(arguments)) => methods::run(&arguments),
         Some(Task::PythonCost(arguments)) => python_cost::run(&arguments),
         Some(Task::RayCost(arguments)) => ray_cost::run(&arguments),
+        Some(Task::BenchPeers(arguments)) => bench_peers::run(&arguments),
         None => Arguments::command().print_help().map_err(Into::into),
     };
     match done {

@@ -47,7 +47,7 @@ pub fn test() -> anyhow::Result<()> {
     environment.build_source_distribution()
 }
 
-/// A virtual environment with what the package is tested with.
+/// A virtual environment: one with what the package is tested with, or one of its own for another purpose.
 pub struct Environment {
     folder: PathBuf,
     python: PathBuf,
@@ -56,22 +56,41 @@ pub struct Environment {
 impl Environment {
     /// The environment, made anew where what is to be in it has changed.
     pub fn provide() -> anyhow::Result<Self> {
-        let folder = workspace::target().join("python");
-        let programs = if cfg!(windows) { "Scripts" } else { "bin" };
-        let environment = Self { python: folder.join("environment").join(programs).join("python"), folder };
+        let environment = Self::at(workspace::target().join("python"));
         let list = workspace::root().join(PACKAGE).join(REQUIREMENTS);
         let wanted = fs::read_to_string(&list).with_context(|| list.display().to_string())?;
         let stamp = environment.folder.join("installed.txt");
         if fs::read_to_string(&stamp).is_ok_and(|installed| installed == wanted) && environment.python.exists() {
             return Ok(environment);
         }
-        let python = if cfg!(windows) { "python" } else { "python3" };
-        let inside = environment.folder.join("environment");
-        workspace::run(Command::new(python).args(["-m", "venv", "--clear"]).arg(&inside))
-            .context("the Python package is tested with Python 3.10 or later and its venv module")?;
+        environment.create().context("the Python package is tested with Python 3.10 or later and its venv module")?;
         environment.pip(&["install", "--requirement", &list.to_string_lossy()])?;
         fs::write(&stamp, wanted)?;
         Ok(environment)
+    }
+
+    /// An environment in this folder with nothing in it yet, or what was installed before.
+    pub fn provide_in(folder: PathBuf) -> anyhow::Result<Self> {
+        let environment = Self::at(folder);
+        if !environment.python.exists() {
+            environment.create().context("Python 3.10 or later and its venv module are needed")?;
+        }
+        Ok(environment)
+    }
+
+    /// Installs packages in the versions that the list of `constraints` (from the root of the workspace) names.
+    pub fn install(&self, packages: &[&str], constraints: &str) -> anyhow::Result<()> {
+        self.pip(&[&["install", "--constraint", constraints], packages].concat())
+    }
+
+    fn at(folder: PathBuf) -> Self {
+        let programs = if cfg!(windows) { "Scripts" } else { "bin" };
+        Self { python: folder.join("environment").join(programs).join("python"), folder }
+    }
+
+    fn create(&self) -> anyhow::Result<()> {
+        let python = if cfg!(windows) { "python" } else { "python3" };
+        workspace::run(Command::new(python).args(["-m", "venv", "--clear"]).arg(self.folder.join("environment")))
     }
 
     /// The interpreter of this environment, started at the root of the workspace.

@@ -9,3 +9,4 @@ pub use contact_support::GeneralizedContactSupport;
 pub use curvature::{ContactRates, radii_of_curvature_m};
 pub use motion::{MotionError, PalmMotion, PalmMove, SMALLEST_OPENING_RAD};
 pub use pair::{Palm, PalmPair};
+pub(crate) use pair::{Sines, Stance};

@@ -102,13 +102,54 @@ impl PalmPair {
     /// Contact positions (s₁, s₂), metres from each base point along its palm, of an object at orientation `psi_rad`:
     /// s₁ = (c − b₁)·t̄₁ − d₁, s₂ = −(c − b₂)·t̄₂ + d₂.
     pub fn contact_positions_m(&self, shape: &SupportFunction, psi_rad: f64) -> (f64, f64) {
-        let (theta1, theta2) = self.contact_angles(psi_rad);
-        let (contact1, contact2) = (shape.at(theta1), shape.at(theta2));
-        let center = self.center_of_mass_m(contact1, contact2);
-        let from1 = [center[0] - self.base1_m[0], center[1] - self.base1_m[1]];
-        let from2 = [center[0] - self.base2_m[0], center[1] - self.base2_m[1]];
-        (dot(from1, self.tangent(Palm::One)) - contact1.d, -dot(from2, self.tangent(Palm::Two)) + contact2.d)
+        let stance = self.stance(&self.sines(), shape, psi_rad);
+        (stance.s1_m, stance.s2_m)
     }
+
+    /// The sines and cosines of the palm angles.
+    pub(crate) fn sines(&self) -> Sines {
+        let ((sin1, cos1), (sin12, cos12)) = (self.phi1_rad.sin_cos(), self.phi12_rad().sin_cos());
+        Sines { sin1, cos1, sin12, cos12, sin2: self.phi2_rad.sin() }
+    }
+
+    /// Where an object at orientation `psi_rad` is and touches when both palms do; `sines` are those of this pair.
+    pub(crate) fn stance(&self, sines: &Sines, shape: &SupportFunction, psi_rad: f64) -> Stance {
+        let &Sines { sin1, cos1, sin12, cos12, sin2 } = sines;
+        let (sin, cos) = psi_rad.sin_cos();
+        // The outward normals in the object frame, θ₁ = φ₁ − ψ − π/2 and θ₂ = φ₁₂ − ψ − 3π/2.
+        let contact1 = shape.towards(sin1 * cos - cos1 * sin, -cos1 * cos - sin1 * sin);
+        let contact2 = shape.towards(cos12 * sin - sin12 * cos, cos12 * cos + sin12 * sin);
+        let ([x1, y1], [x2, y2]) = (self.base1_m, self.base2_m);
+        // r_k + b_k · n̄_k
+        let (r1, r2) = (contact1.r - x1 * sin1 + y1 * cos1, contact2.r + x2 * sin12 - y2 * cos12);
+        let [x, y] = [(r1 * cos12 + r2 * cos1) / sin2, (r1 * sin12 + r2 * sin1) / sin2];
+        Stance {
+            center_of_mass_m: [x, y],
+            s1_m: (x - x1) * cos1 + (y - y1) * sin1 - contact1.d,
+            s2_m: (x - x2) * cos12 + (y - y2) * sin12 + contact2.d,
+        }
+    }
+}
+
+/// Sines and cosines of φ₁ and φ₁₂, and the sine of φ₂.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Sines {
+    pub sin1: f64,
+    pub cos1: f64,
+    pub sin12: f64,
+    pub cos12: f64,
+    pub sin2: f64,
+}
+
+/// An object on both palms.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Stance {
+    /// Centre of mass in the global frame, metres.
+    pub center_of_mass_m: [f64; 2],
+    /// Contact on palm 1, metres from its base point.
+    pub s1_m: f64,
+    /// Contact on palm 2, metres from its base point.
+    pub s2_m: f64,
 }
 
 fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {

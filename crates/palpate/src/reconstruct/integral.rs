@@ -11,6 +11,7 @@
 //! The most telling piece comes first; each further piece is laid against the outline that the ones before it describe.
 //! An error that has entered an integral stays there, so nothing is certified.
 
+mod equations;
 mod segment;
 
 use std::f64::consts::TAU;
@@ -30,6 +31,7 @@ use super::{MOST_HARMONICS, ReconstructError, ReconstructOptions, noise, ode, pi
 use crate::log::{Log, Sample};
 use crate::shape::SupportFunction;
 use crate::statics::EnergyLandscape;
+pub use equations::{Integrated, PaperEquations};
 use segment::Segment;
 
 /// Harmonics of the outline where the user does not choose.
@@ -123,6 +125,7 @@ pub(super) fn reconstruct_from(
 }
 
 /// A piece made ready for integration.
+#[derive(Clone, Debug)]
 struct Piece {
     /// Samples of the log.
     samples: Vec<usize>,

@@ -21,6 +21,7 @@ mod certificate;
 mod diagnostics;
 mod evidence;
 mod felt;
+mod given;
 mod grow;
 mod integral;
 mod jumps;
@@ -45,6 +46,8 @@ mod windows;
 
 pub use bound::cramer_rao_bound_m;
 pub use diagnostics::{ContactDiagnostics, diagnostics};
+pub use given::{SmoothOptions, Smoothed, smooth_from};
+pub use integral::{Integrated, PaperEquations};
 pub use options::{Method, Progress, ReconstructError, ReconstructOptions};
 pub use reconstruction::{Jump, OutlinePoint, Pose, Reconstruction};
 
@@ -177,10 +180,7 @@ pub fn reconstruct_from(
     options: &ReconstructOptions,
 ) -> Result<Reconstruction, ReconstructError> {
     check(log, options)?;
-    if psi_rad.len() != log.samples.len() {
-        let text = format!("{} orientations were given for {} samples", psi_rad.len(), log.samples.len());
-        return Err(ReconstructError::BadOption(text));
-    }
+    check_start(log, psi_rad)?;
     if options.method != Method::Likelihood {
         return integral::reconstruct_from(log, shape, psi_rad, options);
     }
@@ -397,11 +397,8 @@ fn same_result(a: &Reconstruction, b: &Reconstruction) -> bool {
 }
 
 fn check(log: &Log, options: &ReconstructOptions) -> Result<(), ReconstructError> {
-    if let Some(order) = options.harmonics
-        && !(2..=MOST_HARMONICS).contains(&order)
-    {
-        let text = format!("the number of harmonics must be from 2 to {MOST_HARMONICS}, not {order}");
-        return Err(ReconstructError::BadOption(text));
+    if let Some(order) = options.harmonics {
+        check_harmonics(order)?;
     }
     if let Some(sd) = options.sensor_sd_m
         && !(sd > 0.0 && sd.is_finite())
@@ -409,6 +406,26 @@ fn check(log: &Log, options: &ReconstructOptions) -> Result<(), ReconstructError
         let text = format!("the standard deviation of the sensors must be a positive number of metres, not {sd}");
         return Err(ReconstructError::BadOption(text));
     }
+    check_samples(log)
+}
+
+fn check_harmonics(order: usize) -> Result<(), ReconstructError> {
+    if (2..=MOST_HARMONICS).contains(&order) {
+        return Ok(());
+    }
+    let text = format!("the number of harmonics must be from 2 to {MOST_HARMONICS}, not {order}");
+    Err(ReconstructError::BadOption(text))
+}
+
+fn check_start(log: &Log, psi_rad: &[f64]) -> Result<(), ReconstructError> {
+    if psi_rad.len() == log.samples.len() {
+        return Ok(());
+    }
+    let text = format!("{} orientations were given for {} samples", psi_rad.len(), log.samples.len());
+    Err(ReconstructError::BadOption(text))
+}
+
+fn check_samples(log: &Log) -> Result<(), ReconstructError> {
     for (index, sample) in log.samples.iter().enumerate() {
         let palms = &sample.palms;
         let numbers = [sample.time_s, palms.phi1_rad, palms.phi2_rad]

@@ -8,6 +8,8 @@
 //! The whole problem in one line:
 //! minimise Σᵢ [(ŝ1 − s1)² + (ŝ2 − s2)²]/σ² + g²/σ_b² + Σₖ k⁴(aₖ² + bₖ²)/c² + Σⱼ max(0, ε − v(θⱼ))²/σ_v².
 
+mod near;
+
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use super::problem::{Instant, Problem};
@@ -287,6 +289,11 @@ impl<'a> Smoother<'a> {
         self
     }
 
+    /// Whether convexity keeps the shape from going where the samples would have it.
+    pub fn holds_convex(&self, coefficients: &[f64]) -> bool {
+        self.convexity.violations(coefficients).next().is_some()
+    }
+
     fn shape_cost(&self, coefficients: &[f64]) -> f64 {
         let prior: f64 = match self.belief {
             Some(belief) => {
@@ -323,31 +330,7 @@ impl<'a> Smoother<'a> {
         let mut cost = self.shape_cost(coefficients);
         for (instant, psi) in self.problem.instants.iter().zip(psi.iter_mut()) {
             let weights = self.noise.weights(instant);
-            let weighted = |at: &Residuals| {
-                let (mut square, mut slope, mut curvature) = (0.0, 0.0, 0.0);
-                for ((weight, value), by_psi) in weights.iter().zip(at.value).zip(at.by_psi) {
-                    let (e, p) = (weight * value, weight * by_psi);
-                    square += e * e;
-                    slope += e * p;
-                    curvature += p * p;
-                }
-                (square, slope, curvature)
-            };
-            let (mut square, mut slope, mut curvature) = weighted(&residuals(instant, coefficients, *psi));
-            for _ in 0..rounds {
-                // Worth less than 1e-6 of a squared standard deviation: settled.
-                if slope * slope <= 1e-6 * curvature || curvature <= 0.0 {
-                    break;
-                }
-                let moved = *psi - (slope / curvature).clamp(-0.1, 0.1);
-                let next = weighted(&residuals(instant, coefficients, moved));
-                if next.0 >= square {
-                    break;
-                }
-                *psi = moved;
-                (square, slope, curvature) = next;
-            }
-            cost += square;
+            cost += settle_one(weights, psi, rounds, |psi| residuals(instant, coefficients, psi)).square;
         }
         cost
     }
@@ -408,54 +391,111 @@ impl<'a> Smoother<'a> {
     /// Runs Gauss-Newton with Levenberg-Marquardt damping down to a minimum.
     pub fn run(&self, mut coefficients: Vec<f64>, mut psi: Vec<f64>, effort: Effort) -> Estimate {
         coefficients_to_order(&mut coefficients, self.order);
-        let mut cost = self.settle(&coefficients, &mut psi, 2);
+        let cost = self.settle(&coefficients, &mut psi, 2);
+        let mut estimate = Estimate { coefficients, psi, cost };
         let mut damping = 1e-4;
         for _ in 0..effort.iterations {
-            let normal = self.linearise(&coefficients, &psi);
-            let mut fell = None;
-            for _ in 0..12 {
-                let mut damped = normal.matrix.clone();
-                for i in 0..damped.nrows() {
-                    damped[(i, i)] *= 1.0 + damping;
-                }
-                let Some(factor) = Cholesky::new(damped) else {
-                    damping = (damping * 10.0).max(1e-8);
-                    continue;
-                };
-                let step = -factor.solve(&normal.gradient);
-                let moved: Vec<f64> = coefficients.iter().zip(step.iter()).map(|(a, b)| a + b).collect();
-                let mut turned: Vec<f64> = psi
-                    .iter()
-                    .enumerate()
-                    .map(|(i, psi)| {
-                        let slope: f64 = normal.psi_slope(i).iter().zip(step.iter()).map(|(a, b)| a * b).sum();
-                        psi + (normal.psi_offset[i] + slope).clamp(-0.3, 0.3)
-                    })
-                    .collect();
-                let next = self.settle(&moved, &mut turned, 2);
-                if next < cost {
-                    fell = Some(cost - next);
-                    (coefficients, psi, cost) = (moved, turned, next);
-                    damping = (damping * 0.2).max(1e-12);
-                    break;
-                }
-                damping *= 5.0;
-                if !next.is_finite() && damping > 1e8 {
-                    break;
-                }
-            }
-            match fell {
-                Some(fall) if fall > effort.tolerance * cost => {}
-                _ => break,
+            let before = estimate.cost;
+            if self.step(&mut estimate, &mut damping).is_none()
+                || before - estimate.cost <= effort.tolerance * estimate.cost
+            {
+                break;
             }
         }
-        Estimate { coefficients, psi, cost }
+        estimate
+    }
+
+    /// One step, damped until it lowers the cost; the factor that it was taken with. `None` when nothing lowers it.
+    fn step(&self, estimate: &mut Estimate, damping: &mut f64) -> Option<Cholesky<f64, Dyn>> {
+        let normal = self.linearise(&estimate.coefficients, &estimate.psi);
+        for _ in 0..12 {
+            let mut damped = normal.matrix.clone();
+            for i in 0..damped.nrows() {
+                damped[(i, i)] *= 1.0 + *damping;
+            }
+            let Some(factor) = Cholesky::new(damped) else {
+                *damping = (*damping * 10.0).max(1e-8);
+                continue;
+            };
+            let step = -factor.solve(&normal.gradient);
+            let coefficients = moved(&estimate.coefficients, &step);
+            let mut psi: Vec<f64> = estimate
+                .psi
+                .iter()
+                .enumerate()
+                .map(|(i, psi)| {
+                    let slope: f64 = normal.psi_slope(i).iter().zip(step.iter()).map(|(a, b)| a * b).sum();
+                    psi + (normal.psi_offset[i] + slope).clamp(-0.3, 0.3)
+                })
+                .collect();
+            let cost = self.settle(&coefficients, &mut psi, 2);
+            if cost < estimate.cost {
+                *estimate = Estimate { coefficients, psi, cost };
+                *damping = (*damping * 0.2).max(1e-12);
+                return Some(factor);
+            }
+            *damping *= 5.0;
+            if !cost.is_finite() && *damping > 1e8 {
+                break;
+            }
+        }
+        None
     }
 
     /// Cholesky factor of the posterior information of the shape, at an optimum.
     pub fn factor(&self, normal: &Normal) -> Option<Cholesky<f64, Dyn>> {
         Cholesky::new(normal.matrix.clone())
     }
+}
+
+/// One sample at a shape, its ψ settled.
+struct SettledOne {
+    at: Residuals,
+    /// The sum of its weighted squares.
+    square: f64,
+    /// The last trial was no better and was taken back.
+    taken_back: bool,
+}
+
+/// Brings ψ to the minimum of its own sample by a few Newton steps.
+#[inline(always)]
+fn settle_one(
+    weights: [f64; 3],
+    psi: &mut f64,
+    rounds: usize,
+    mut residuals_at: impl FnMut(f64) -> Residuals,
+) -> SettledOne {
+    let weighted = |at: &Residuals| {
+        let (mut square, mut slope, mut curvature) = (0.0, 0.0, 0.0);
+        for ((weight, value), by_psi) in weights.iter().zip(at.value).zip(at.by_psi) {
+            let (e, p) = (weight * value, weight * by_psi);
+            square += e * e;
+            slope += e * p;
+            curvature += p * p;
+        }
+        (square, slope, curvature)
+    };
+    let mut at = residuals_at(*psi);
+    let (mut square, mut slope, mut curvature) = weighted(&at);
+    for _ in 0..rounds {
+        // Worth less than 1e-6 of a squared standard deviation: settled.
+        if slope * slope <= 1e-6 * curvature || curvature <= 0.0 {
+            break;
+        }
+        let moved = *psi - (slope / curvature).clamp(-0.1, 0.1);
+        let there = residuals_at(moved);
+        let next = weighted(&there);
+        if next.0 >= square {
+            return SettledOne { at, square, taken_back: true };
+        }
+        (*psi, at) = (moved, there);
+        (square, slope, curvature) = next;
+    }
+    SettledOne { at, square, taken_back: false }
+}
+
+fn moved(coefficients: &[f64], step: &DVector<f64>) -> Vec<f64> {
+    coefficients.iter().zip(step.iter()).map(|(a, b)| a + b).collect()
 }
 
 /// Changes the number of harmonics: cuts, or pads with zeros.

@@ -50,13 +50,10 @@ impl SupportFunction {
         Self::new(coefficients[0], harmonics)
     }
 
-    /// That vector.
+    /// The same vector of this shape.
     pub(crate) fn coefficients(&self) -> Vec<f64> {
-        let mut coefficients = vec![self.mean_m];
-        for part in 0..2 {
-            coefficients.extend(self.harmonics_m.iter().map(|pair| pair[part]));
-        }
-        coefficients
+        let of = |index: usize| self.harmonics_m.iter().map(move |pair| pair[index]);
+        std::iter::once(self.mean_m).chain(of(0)).chain(of(1)).collect()
     }
 
     /// Mean radius a₀ in metres; the perimeter is 2π a₀ (Cauchy).
@@ -77,6 +74,11 @@ impl SupportFunction {
     /// r, d and v at the normal angle `theta_rad`.
     pub fn at(&self, theta_rad: f64) -> ContactSupport {
         let (sin, cos) = theta_rad.sin_cos();
+        self.towards(cos, sin)
+    }
+
+    /// r, d and v where the outward normal is (`cos`, `sin`).
+    pub(crate) fn towards(&self, cos: f64, sin: f64) -> ContactSupport {
         let (mut c, mut s) = (1.0, 0.0);
         let (mut r, mut d, mut v) = (self.mean_m, 0.0, self.mean_m);
         for (index, &[a, b]) in self.harmonics_m.iter().enumerate() {

@@ -8,10 +8,10 @@ use rand_chacha::ChaCha8Rng;
 
 use super::SimulateError;
 use crate::log::{Log, Sample};
-use crate::palms::{Palm, PalmPair};
+use crate::palms::{Palm, PalmPair, Stance};
 use crate::sensor::{PadContact, Touchpad};
 use crate::shape::SupportFunction;
-use crate::statics::{STANDARD_GRAVITY_M_PER_S2, contact_forces_n, follow};
+use crate::statics::{Pursuit, STANDARD_GRAVITY_M_PER_S2, contact_forces_n, forces_between_n};
 use crate::truth::{TruePose, Truth};
 
 /// Points of the true support function that a [`Truth`] gets.
@@ -77,7 +77,7 @@ pub struct TimedJump {
 /// Simulates the palm log of `shape` while the palms run through `motion`, given as (time in seconds, palms).
 ///
 /// Between two samples the palms move evenly. Poses are exact to about 10⁻¹² of the size of the object; a pose is followed
-/// as long as it exists, and a jump ends in the next minimum of the energy downhill (see [`follow`]).
+/// as long as it exists, and a jump ends in the next minimum of the energy downhill (see [`follow`](crate::statics::follow)).
 ///
 /// # Errors
 /// When the shape is not convex, the motion is faulty or closes or crosses the palms, or the object leaves a palm. The
@@ -93,17 +93,20 @@ pub fn simulate(
     let mut simulation = Simulation { log: Log::default(), truth: Truth::default(), jumps: Vec::new() };
     simulation.truth.support = (0..TRUTH_POINTS)
         .map(|point| TAU * point as f64 / TRUTH_POINTS as f64)
-        .map(|theta| (theta, shape.at(theta).r))
+        .map(|theta| (theta, shape.radius_m(theta)))
         .collect();
-    let Some(&first) = motion.first() else { return Err(SimulateError::NoMotion) };
-    let (mut before, mut psi) = (first, options.start_psi_rad);
+    let Some(&(mut before_s, first)) = motion.first() else { return Err(SimulateError::NoMotion) };
+    let weight_n = options.mass_kg * STANDARD_GRAVITY_M_PER_S2;
+    let mut pursuit = Pursuit::new(shape, &first, options.start_psi_rad);
     for &(time_s, palms) in motion {
-        let (start_s, start) = before;
-        let time_at = |fraction: f64| start_s + (time_s - start_s) * fraction;
-        let (now, jumps) = follow(shape, &start, &palms, psi, |fraction, palms, psi| {
-            check_contact(shape, palms, psi, time_at(fraction), pad.length_m)
+        let time_at = |fraction: f64| before_s + (time_s - before_s) * fraction;
+        let mut stance = Stance::default();
+        let mut forces_n = (0.0, 0.0);
+        let jumps = pursuit.go_on(&palms, &mut |fraction, palms, sines, psi| {
+            stance = palms.stance(sines, shape, psi);
+            forces_n = forces_between_n(sines, options.mass_kg);
+            check_contact(&stance, time_at(fraction), pad.length_m)
         })?;
-        let weight_n = options.mass_kg * STANDARD_GRAVITY_M_PER_S2;
         simulation.jumps.extend(jumps.into_iter().map(|jump| TimedJump {
             time_s: time_at(jump.fraction),
             psi_before_rad: jump.psi_before_rad,
@@ -111,26 +114,25 @@ pub fn simulate(
             energy_before_j: weight_n * jump.height_before_m,
             energy_after_j: weight_n * jump.height_after_m,
         }));
-        (before, psi) = ((time_s, palms), now);
-        simulation.log.samples.push(sample(shape, time_s, &palms, psi, options, &mut rng));
-        simulation.truth.motion.push(pose(shape, time_s, &palms, psi));
+        before_s = time_s;
+        simulation.log.samples.push(sample(time_s, &palms, &stance, forces_n, options, &mut rng));
+        let [com_x_m, com_y_m] = stance.center_of_mass_m;
+        simulation.truth.motion.push(TruePose { time_s, psi_rad: pursuit.psi_rad(), com_x_m, com_y_m });
     }
     Ok(simulation)
 }
 
 fn sample(
-    shape: &SupportFunction,
     time_s: f64,
     palms: &PalmPair,
-    psi: f64,
+    stance: &Stance,
+    (force1, force2): (f64, f64),
     options: &SimulateOptions,
     rng: &mut ChaCha8Rng,
 ) -> Sample {
     let pad = &options.touchpad;
-    let (s1, s2) = palms.contact_positions_m(shape, psi);
-    let (force1, force2) = contact_forces_n(palms, options.mass_kg);
-    let reading1 = pad.read(&[PadContact { position_m: s1, force_n: force1 }], rng);
-    let reading2 = pad.read(&[PadContact { position_m: s2, force_n: force2 }], rng);
+    let reading1 = pad.read(&[PadContact { position_m: stance.s1_m, force_n: force1 }], rng);
+    let reading2 = pad.read(&[PadContact { position_m: stance.s2_m, force_n: force2 }], rng);
     let (phi1_rad, phi2_rad) = pad.read_angles(palms.phi1_rad, palms.phi2_rad, rng);
     let stated = Some(pad.position_sd_m()).filter(|sd| options.with_stated_noise && *sd > 0.0);
     let force = |force_n: f64| Some(force_n).filter(|_| options.with_forces);
@@ -144,12 +146,6 @@ fn sample(
         force1_n: reading1.and_then(|reading| force(reading.force_n)),
         force2_n: reading2.and_then(|reading| force(reading.force_n)),
     }
-}
-
-fn pose(shape: &SupportFunction, time_s: f64, palms: &PalmPair, psi_rad: f64) -> TruePose {
-    let (theta1, theta2) = palms.contact_angles(psi_rad);
-    let [com_x_m, com_y_m] = palms.center_of_mass_m(shape.at(theta1), shape.at(theta2));
-    TruePose { time_s, psi_rad, com_x_m, com_y_m }
 }
 
 fn check(shape: &SupportFunction, motion: &[(f64, PalmPair)], options: &SimulateOptions) -> Result<(), SimulateError> {
@@ -187,6 +183,10 @@ fn check_palms(palms: &PalmPair, time_s: f64) -> Result<(), SimulateError> {
     if phi2_rad <= crate::palms::SMALLEST_OPENING_RAD || phi2_rad >= PI - crate::palms::SMALLEST_OPENING_RAD {
         return Err(SimulateError::Parallel { time_s, phi2_rad });
     }
+    // Both lean against the object from below: nothing to compute.
+    if palms.phi1_rad >= 0.0 && palms.phi12_rad() <= PI {
+        return Ok(());
+    }
     let (force1, force2) = contact_forces_n(palms, 1.0);
     if force1 < 0.0 || force2 < 0.0 {
         let palm = if force1 < 0.0 { Palm::One } else { Palm::Two };
@@ -195,15 +195,8 @@ fn check_palms(palms: &PalmPair, time_s: f64) -> Result<(), SimulateError> {
     Ok(())
 }
 
-fn check_contact(
-    shape: &SupportFunction,
-    palms: &PalmPair,
-    psi: f64,
-    time_s: f64,
-    length_m: f64,
-) -> Result<(), SimulateError> {
-    let (s1, s2) = palms.contact_positions_m(shape, psi);
-    for (palm, position_m) in [(Palm::One, s1), (Palm::Two, s2)] {
+fn check_contact(stance: &Stance, time_s: f64, length_m: f64) -> Result<(), SimulateError> {
+    for (palm, position_m) in [(Palm::One, stance.s1_m), (Palm::Two, stance.s2_m)] {
         if !(0.0..=length_m).contains(&position_m) {
             return Err(SimulateError::RunsOff { time_s, palm, position_m, length_m });
         }

@@ -9,7 +9,7 @@
 use std::convert::Infallible;
 
 use super::EnergyLandscape;
-use crate::palms::PalmPair;
+use crate::palms::{PalmPair, Sines};
 use crate::shape::SupportFunction;
 
 /// Palm rotation to which a fold is located, radians.
@@ -58,64 +58,98 @@ pub fn follow<E>(
     psi_rad: f64,
     mut visit: impl FnMut(f64, &PalmPair, f64) -> Result<(), E>,
 ) -> Result<(f64, Vec<Jump>), E> {
-    let mut jumps = Vec::new();
-    let mut landscape = EnergyLandscape::new(shape, from);
-    let mut psi = landscape.continued(psi_rad).unwrap_or_else(|| landscape.descend(psi_rad));
-    let turn = (to.phi1_rad - from.phi1_rad).abs().max((to.phi12_rad() - from.phi12_rad()).abs());
-    if turn == 0.0 || landscape.is_flat() {
-        visit(1.0, to, psi)?;
-        return Ok((psi, jumps));
+    let mut pursuit = Pursuit::new(shape, from, psi_rad);
+    let jumps = pursuit.go_on(to, &mut |fraction, palms, _, psi| visit(fraction, palms, psi))?;
+    Ok((pursuit.psi_rad(), jumps))
+}
+
+/// A stable pose that is being followed, from one pair of palms to the next.
+#[derive(Clone, Debug)]
+pub(crate) struct Pursuit<'a> {
+    shape: &'a SupportFunction,
+    palms: PalmPair,
+    landscape: EnergyLandscape,
+    psi: f64,
+}
+
+impl<'a> Pursuit<'a> {
+    /// At the stable pose `psi_rad`, or where the object goes downhill from there.
+    pub(crate) fn new(shape: &'a SupportFunction, palms: &PalmPair, psi_rad: f64) -> Self {
+        let landscape = EnergyLandscape::new(shape, palms);
+        let psi = landscape.continued(psi_rad).unwrap_or_else(|| landscape.descend(psi_rad));
+        Self { shape, palms: *palms, landscape, psi }
     }
-    if turn > LARGEST_TURN_RAD || !turn.is_finite() {
-        psi = EnergyLandscape::new(shape, to).descend(psi);
-        visit(1.0, to, psi)?;
-        return Ok((psi, jumps));
+
+    /// The orientation now, radians, unwrapped.
+    pub(crate) fn psi_rad(&self) -> f64 {
+        self.psi
     }
-    let largest = (LARGEST_STEP_RAD / turn).min(1.0);
-    let smallest = (SMALLEST_STEP_RAD / turn).max(4.0 * f64::EPSILON);
-    let mut forced = smallest;
-    let (mut done, mut step) = (0.0, largest);
-    while done < 1.0 {
-        let next = if done + step >= 1.0 { 1.0 } else { done + step };
-        let palms = from.towards(to, next);
-        let ahead = EnergyLandscape::new(shape, &palms);
-        let same_branch = ahead.continued(psi).filter(|&new| {
-            landscape.continued(new).is_some_and(|back| (back - psi).abs() <= 1e-9) && ahead.balance_slope_m(new) > 0.0
-        });
-        if let Some(new) = same_branch {
-            (psi, landscape, done) = (new, ahead, next);
-            step = (2.0 * step).min(largest);
-            forced = smallest;
-            visit(done, &palms, psi)?;
-            continue;
+
+    /// Goes on while the palms move evenly to `to`, as [`follow`] does; `visit` is given the sines of the palms as well.
+    pub(crate) fn go_on<E>(
+        &mut self,
+        to: &PalmPair,
+        visit: &mut impl FnMut(f64, &PalmPair, &Sines, f64) -> Result<(), E>,
+    ) -> Result<Vec<Jump>, E> {
+        let mut jumps = Vec::new();
+        let from = std::mem::replace(&mut self.palms, *to);
+        let turn = (to.phi1_rad - from.phi1_rad).abs().max((to.phi12_rad() - from.phi12_rad()).abs());
+        if turn == 0.0 {
+            visit(1.0, to, &to.sines(), self.psi)?;
+            return Ok(jumps);
         }
-        if step > forced {
-            step = (0.5 * step).max(forced);
-            continue;
+        if self.landscape.is_flat() || turn > LARGEST_TURN_RAD || !turn.is_finite() {
+            self.landscape = EnergyLandscape::new(self.shape, to);
+            self.psi = self.landscape.descend(self.psi);
+            visit(1.0, to, &to.sines(), self.psi)?;
+            return Ok(jumps);
         }
-        // At a fold, or at a pose of hardly any stability: step over it and let the object go downhill.
-        let over = (done + 10.0 * forced).min(1.0);
-        let palms = from.towards(to, over);
-        let beyond = EnergyLandscape::new(shape, &palms);
-        let landed = beyond.descend(psi);
-        if (landed - psi).abs() > SMALLEST_JUMP_RAD {
-            jumps.push(Jump {
-                fraction: done,
-                palms,
-                psi_before_rad: psi,
-                psi_after_rad: landed,
-                height_before_m: beyond.height_m(psi),
-                height_after_m: beyond.height_m(landed),
-            });
-            forced = smallest;
-        } else {
-            forced *= 2.0;
+        let largest = (LARGEST_STEP_RAD / turn).min(1.0);
+        let smallest = (SMALLEST_STEP_RAD / turn).max(4.0 * f64::EPSILON);
+        let mut forced = smallest;
+        let (mut done, mut step) = (0.0, largest);
+        while done < 1.0 {
+            let next = if done + step >= 1.0 { 1.0 } else { done + step };
+            let palms = from.towards(to, next);
+            let sines = palms.sines();
+            let ahead = EnergyLandscape::between(self.shape, &palms, &sines);
+            let same_branch = ahead.continued(self.psi).filter(|&new| self.landscape.continues_to(new, self.psi));
+            if let Some(new) = same_branch {
+                (self.psi, self.landscape, done) = (new, ahead, next);
+                step = (2.0 * step).min(largest);
+                forced = smallest;
+                visit(done, &palms, &sines, self.psi)?;
+                continue;
+            }
+            if step > forced {
+                step = (0.5 * step).max(forced);
+                continue;
+            }
+            // At a fold, or at a pose of hardly any stability: step over it and let the object go downhill.
+            let over = (done + 10.0 * forced).min(1.0);
+            let palms = from.towards(to, over);
+            let sines = palms.sines();
+            let beyond = EnergyLandscape::between(self.shape, &palms, &sines);
+            let landed = beyond.descend(self.psi);
+            if (landed - self.psi).abs() > SMALLEST_JUMP_RAD {
+                jumps.push(Jump {
+                    fraction: done,
+                    palms,
+                    psi_before_rad: self.psi,
+                    psi_after_rad: landed,
+                    height_before_m: beyond.height_m(self.psi),
+                    height_after_m: beyond.height_m(landed),
+                });
+                forced = smallest;
+            } else {
+                forced *= 2.0;
+            }
+            (self.psi, self.landscape, done) = (landed, beyond, over);
+            step = forced;
+            visit(done, &palms, &sines, self.psi)?;
         }
-        (psi, landscape, done) = (landed, beyond, over);
-        step = forced;
-        visit(done, &palms, psi)?;
+        Ok(jumps)
     }
-    Ok((psi, jumps))
 }
 
 /// [`follow`] when nobody watches.

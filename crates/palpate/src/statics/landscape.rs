@@ -9,9 +9,9 @@
 //! as long as f > 0, f(s) ≥ f + f' s − M s²/2 with M ≥ |f''| has no zero before
 //! s* = 2 f / (√(f'² + 2 M f) − f'). The walk converges quadratically, like Newton's method, and from one side.
 
-use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::f64::consts::TAU;
 
-use crate::palms::PalmPair;
+use crate::palms::{PalmPair, Sines};
 use crate::shape::SupportFunction;
 
 /// Below this fraction of the mean radius, an energy landscape counts as flat (a disc about its centre of mass).
@@ -19,6 +19,9 @@ const FLAT: f64 = 1e-12;
 
 /// Most steps of a walk: far beyond what any landscape needs, so that nothing can hang.
 const MOST_STEPS: usize = 200_000;
+
+/// An interval that ends at a balanced pose may miss it by this much, radians.
+const ROUNDING_RAD: f64 = 1e-12;
 
 /// The height of the centre of mass over all orientations of one object between two still palms.
 #[derive(Clone, Debug)]
@@ -46,14 +49,29 @@ pub struct RestPose {
     pub stiffness_m: f64,
 }
 
+/// An interval of ψ with one balanced pose in it, a stable one.
+#[derive(Clone, Copy, Debug)]
+struct Basin {
+    /// How far it reaches to either side of its middle, radians.
+    radius_rad: f64,
+    /// M/g': the error that Newton's method leaves is at most this times the square of its step.
+    bend: f64,
+    /// Newton's step from the middle, radians, to be subtracted.
+    step: f64,
+}
+
 impl EnergyLandscape {
     /// The landscape of `shape` between `palms`, which must not be parallel (sin φ₂ > 0).
     pub fn new(shape: &SupportFunction, palms: &PalmPair) -> Self {
-        let (sin1, sin12) = (palms.phi1_rad.sin(), palms.phi12_rad().sin());
-        let sin2 = palms.phi2_rad.sin();
-        // θ₁ = α₁ − ψ and θ₂ = α₂ − ψ.
-        let (alpha1, alpha2) = (palms.phi1_rad - FRAC_PI_2, palms.phi12_rad() - FRAC_PI_2 - PI);
-        let (offset1, offset2) = palms.base_offsets_m();
+        Self::between(shape, palms, &palms.sines())
+    }
+
+    /// The same, with the sines of the palms.
+    pub(crate) fn between(shape: &SupportFunction, palms: &PalmPair, sines: &Sines) -> Self {
+        let &Sines { sin1, cos1, sin12, cos12, sin2 } = sines;
+        let ([x1, y1], [x2, y2]) = (palms.base1_m, palms.base2_m);
+        // b_k · n̄_k
+        let (offset1, offset2) = (y1 * cos1 - x1 * sin1, x2 * sin12 - y2 * cos12);
         let mut landscape = Self {
             harmonics_m: Vec::with_capacity(shape.harmonics_m().len()),
             mean_m: shape.mean_radius_m() * (sin12 + sin1),
@@ -64,13 +82,16 @@ impl EnergyLandscape {
             third_bound_m: 0.0,
             fourth_bound_m: 0.0,
         };
+        // Cosine and sine of kα₁ and kα₂, where θ₁ = α₁ − ψ and θ₂ = α₂ − ψ: α₁ = φ₁ − π/2 and α₂ = φ₁₂ − 3π/2.
+        let ((mut c1, mut s1), (mut c2, mut s2)) = ((1.0, 0.0), (1.0, 0.0));
         for (index, &[a, b]) in shape.harmonics_m().iter().enumerate() {
             let k = (index + 1) as f64;
-            let ((s1, c1), (s2, c2)) = ((k * alpha1).sin_cos(), (k * alpha2).sin_cos());
+            (c1, s1) = (c1 * sin1 + s1 * cos1, s1 * sin1 - c1 * cos1);
+            (c2, s2) = (-c2 * sin12 - s2 * cos12, c2 * cos12 - s2 * sin12);
             let cosine = sin12 * (a * c1 + b * s1) + sin1 * (a * c2 + b * s2);
             let sine = sin12 * (a * s1 - b * c1) + sin1 * (a * s2 - b * c2);
             landscape.harmonics_m.push([cosine, sine]);
-            let amplitude = cosine.hypot(sine);
+            let amplitude = (cosine * cosine + sine * sine).sqrt();
             landscape.slope_bound_m += k * amplitude;
             landscape.third_bound_m += k * k * k * amplitude;
             landscape.fourth_bound_m += k * k * k * k * amplitude;
@@ -215,27 +236,36 @@ impl EnergyLandscape {
         poses
     }
 
-    /// The balanced pose near `psi_rad` if it is proved to be unique and stable there: Newton and Kantorovich's condition
-    /// |g| M ≤ ¼ g'², with M a bound on |g''| over the interval of radius 2|g|/g' in which the zero then lies.
+    /// The balanced pose near `psi_rad` if it is proved to be unique and stable there, by Newton's method.
     pub(crate) fn continued(&self, psi_rad: f64) -> Option<f64> {
+        let Basin { radius_rad, bend, mut step } = self.basin(psi_rad)?;
+        let mut psi = psi_rad;
+        for _ in 0..8 {
+            psi -= step;
+            // What is left is at most this.
+            if bend * step * step <= f64::EPSILON {
+                break;
+            }
+            let [_, g, slope, _] = self.derivatives(psi);
+            step = g / slope;
+        }
+        Some(psi).filter(|psi| (psi - psi_rad).abs() <= radius_rad + ROUNDING_RAD)
+    }
+
+    /// Whether the balanced pose `rest_rad` is proved to be the one near `psi_rad`, and stable.
+    pub(crate) fn continues_to(&self, psi_rad: f64, rest_rad: f64) -> bool {
+        self.basin(psi_rad).is_some_and(|basin| (rest_rad - psi_rad).abs() <= basin.radius_rad + ROUNDING_RAD)
+    }
+
+    /// Kantorovich's condition at `psi_rad`: |g| M ≤ ¼ g'², with M a bound on |g''| over the interval of radius 2|g|/g'. There
+    /// g' stays above half its value in the middle, so that g has one zero and no other.
+    fn basin(&self, psi_rad: f64) -> Option<Basin> {
         let [_, g, slope, third] = self.derivatives(psi_rad);
         if slope <= 0.0 {
             return None;
         }
-        let radius = 2.0 * g.abs() / slope;
-        let bound = third.abs() + self.fourth_bound_m * radius;
-        if g.abs() * bound > 0.25 * slope * slope {
-            return None;
-        }
-        let mut psi = psi_rad;
-        for _ in 0..8 {
-            let [_, g, slope, _] = self.derivatives(psi);
-            let step = g / slope;
-            psi -= step;
-            if step.abs() < 1e-9 {
-                break;
-            }
-        }
-        Some(self.polished(psi)).filter(|psi| (psi - psi_rad).abs() <= radius + 1e-12)
+        let radius_rad = 2.0 * g.abs() / slope;
+        let bound = third.abs() + self.fourth_bound_m * radius_rad;
+        (g.abs() * bound <= 0.25 * slope * slope).then_some(Basin { radius_rad, bend: bound / slope, step: g / slope })
     }
 }

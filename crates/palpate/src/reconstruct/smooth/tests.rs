@@ -234,6 +234,42 @@ fn the_optimum_is_that_of_a_dense_solver() {
 }
 
 #[test]
+fn a_kept_matrix_leads_to_the_same_optimum() {
+    let run = run(200, 1e-4);
+    let problem = Problem::new(&run.log, None);
+    let prior = Prior { size_m: SIZE_M, scale_m: 0.01 };
+    let smoother = Smoother::new(&problem, ORDER, NOISE, prior);
+    let start: Vec<f64> = coefficients(&shape()).iter().map(|a| 1.02 * a).collect();
+    let near = smoother.run_near(start, true_psi(&run), Effort { iterations: 50, tolerance: 1e-9 });
+    let best = smoother.run(coefficients(&shape()), true_psi(&run), TO_THE_END);
+    assert!((near.cost / best.cost - 1.0).abs() < 1e-8, "{} {}", near.cost, best.cost);
+}
+
+#[test]
+fn the_gradient_alone_is_that_of_the_normal_equations() {
+    let run = run(30, 1e-4);
+    let problem = Problem::new(&run.log, None);
+    let prior = Prior { size_m: SIZE_M, scale_m: 0.01 };
+    let smoother = Smoother::new(&problem, ORDER, NOISE, prior);
+    // Somewhere, not at a minimum; once convex and once with nodes that are not.
+    for third in [7e-4, 6e-3] {
+        let mut a = coefficients(&shape());
+        a[2 * ORDER] = third;
+        let mut psi: Vec<f64> =
+            true_psi(&run).iter().enumerate().map(|(i, psi)| psi + 0.02 * (i as f64).cos()).collect();
+        let settled = smoother.settle(&a, &mut psi, 1);
+        let (cost, gradient) = smoother.settle_with_gradient(&a, &mut psi, 0);
+        let normal = smoother.linearise(&a, &psi);
+        assert!((cost / settled - 1.0).abs() < 1e-12);
+        assert!(
+            (&gradient - &normal.gradient).amax() < 1e-9 * normal.gradient.amax(),
+            "{gradient} {}",
+            normal.gradient
+        );
+    }
+}
+
+#[test]
 fn a_belief_stands_for_the_samples_that_it_came_from() {
     // Half of the samples, summed up as a Gaussian of the shape, and the other half on top: the normal equations of all.
     let run = run(40, 1e-4);

@@ -1,0 +1,78 @@
+//! palpate and a peer by turns.
+
+use std::time::Instant;
+
+use crate::python_cost::median;
+
+/// How often each works.
+#[derive(Clone, Copy, Debug)]
+pub struct Turns {
+    /// Times that are counted, at the most.
+    pub most: usize,
+    /// No further turn begins after this long, seconds.
+    pub budget_s: f64,
+}
+
+/// Median times, seconds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Medians {
+    /// Of palpate.
+    pub palpate_s: f64,
+    /// Of the peer.
+    pub peer_s: f64,
+}
+
+impl Turns {
+    /// Lets both work by turns; each gives the seconds that count. The first call of each warms up and counts only where the
+    /// budget is then spent.
+    pub fn take(
+        self,
+        mut palpate: impl FnMut() -> anyhow::Result<f64>,
+        mut peer: impl FnMut() -> anyhow::Result<f64>,
+    ) -> anyhow::Result<Medians> {
+        let began = Instant::now();
+        let (mut palpate_s, mut peer_s) = (vec![palpate()?], vec![peer()?]);
+        let spent = || began.elapsed().as_secs_f64() > self.budget_s;
+        for turn in 0..self.most {
+            if spent() {
+                break;
+            }
+            if turn == 0 {
+                (palpate_s, peer_s) = (Vec::new(), Vec::new());
+            }
+            // Neither is always the first.
+            if turn % 2 == 0 {
+                palpate_s.push(palpate()?);
+                peer_s.push(peer()?);
+            } else {
+                peer_s.push(peer()?);
+                palpate_s.push(palpate()?);
+            }
+        }
+        Ok(Medians { palpate_s: median(&mut palpate_s), peer_s: median(&mut peer_s) })
+    }
+}
+
+/// How long a piece of work takes, seconds, and what it gives.
+pub fn timed<T>(work: impl FnOnce() -> T) -> (f64, T) {
+    let began = Instant::now();
+    let result = work();
+    (began.elapsed().as_secs_f64(), result)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_call_is_not_counted_unless_it_is_the_only_one() {
+        let sequence = || {
+            let mut next = [9.0, 1.0, 3.0, 2.0].into_iter();
+            move || Ok(next.next().unwrap_or(f64::NAN))
+        };
+        let many = Turns { most: 3, budget_s: 60.0 }.take(sequence(), sequence()).expect("nothing fails");
+        assert_eq!(many, Medians { palpate_s: 2.0, peer_s: 2.0 });
+        let one = Turns { most: 3, budget_s: -1.0 }.take(sequence(), sequence()).expect("nothing fails");
+        assert_eq!(one, Medians { palpate_s: 9.0, peer_s: 9.0 });
+    }
+}
