@@ -197,7 +197,7 @@ impl Case {
         let mut worker = (peer.start)(context, file)?;
         let mut ours: Option<Smoothed> = None;
         let mut theirs = Vec::new();
-        let turns = Turns { most: if context.quick { 3 } else { 7 }, budget_s: if context.quick { 2.0 } else { 20.0 } };
+        let turns = Turns { most: 25, budget_s: if context.quick { 1.0 } else { 20.0 } };
         let medians = turns.take(
             || {
                 let (seconds, smoothed) = timed(|| self.smoothed());
