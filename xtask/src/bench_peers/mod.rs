@@ -14,6 +14,7 @@ mod table;
 mod turns;
 mod worker;
 
+use std::cell::RefCell;
 use std::fs;
 use std::path::PathBuf;
 
@@ -66,12 +67,19 @@ pub struct Context {
     /// Where the numpy prototype is.
     pub prototype: Option<PathBuf>,
     python: Environment,
+    installed: RefCell<Vec<String>>,
 }
 
 impl Context {
     /// The Python of the peers, with these packages installed.
     pub fn python_with(&self, packages: &[&str]) -> anyhow::Result<&Environment> {
-        self.python.install(packages, VERSIONS)?;
+        let mut installed = self.installed.borrow_mut();
+        let missing: Vec<&str> =
+            packages.iter().copied().filter(|&name| !installed.iter().any(|i| i == name)).collect();
+        if !missing.is_empty() {
+            self.python.install(&missing, VERSIONS)?;
+            installed.extend(missing.into_iter().map(str::to_owned));
+        }
         Ok(&self.python)
     }
 }
@@ -86,7 +94,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
     }
     let python = Environment::provide_in(folder.clone())?;
-    let context = Context { quick: arguments.quick, folder, prototype: arguments.prototype.clone(), python };
+    let prototype = arguments.prototype.clone();
+    let context = Context { quick: arguments.quick, folder, prototype, python, installed: RefCell::default() };
     let mut rows = Vec::new();
     for job in JOBS.iter().filter(|job| arguments.only.as_ref().is_none_or(|only| only == job.name)) {
         if let Err(error) = (job.run)(&context, &mut rows) {

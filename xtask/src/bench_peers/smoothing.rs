@@ -197,7 +197,7 @@ impl Case {
         let mut worker = (peer.start)(context, file)?;
         let mut ours: Option<Smoothed> = None;
         let mut theirs = Vec::new();
-        let turns = Turns { most: if context.quick { 3 } else { 7 }, budget_s: if context.quick { 2.0 } else { 20.0 } };
+        let turns = Turns { most: 25, budget_s: if context.quick { 1.0 } else { 20.0 } };
         let medians = turns.take(
             || {
                 let (seconds, smoothed) = timed(|| self.smoothed());
@@ -262,16 +262,17 @@ fn largest_difference_m(ours: &[f64], theirs: &[f64]) -> f64 {
     turned(angle).iter().zip(ours).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
 
-/// Ceres Solver from Debian, with a program of ours around it.
+/// Ceres Solver from Debian, with a program of ours around it. Both are compiled for any processor of this kind, as palpate is.
 fn ceres(context: &Context, file: &Path) -> anyhow::Result<Worker> {
     let program = context.folder.join("ceres");
-    if !program.exists() {
+    let source = workspace::root().join("bench/peers/ceres/smooth.cpp");
+    let changed = |path: &Path| fs::metadata(path).and_then(|data| data.modified()).ok();
+    if changed(&program) < changed(&source) {
         if !Path::new("/usr/include/ceres/ceres.h").exists() {
             debian::install(&["g++", "libceres-dev"])?;
         }
-        let source = workspace::root().join("bench/peers/ceres/smooth.cpp");
         let mut compile = Command::new("g++");
-        compile.args(["-std=c++17", "-O3", "-DNDEBUG", "-I/usr/include/eigen3"]).arg(source).arg("-o").arg(&program);
+        compile.args(["-std=c++17", "-O3", "-DNDEBUG", "-I/usr/include/eigen3"]).arg(&source).arg("-o").arg(&program);
         workspace::run(compile.args(["-lceres", "-lglog"]))?;
     }
     let mut command = Command::new(program);

@@ -43,6 +43,29 @@ pub struct Smoothed {
 /// Shape and motion that make the log most likely, from a start near them: a shape, and an orientation for each sample (radians).
 /// The start must be near enough for Gauss-Newton; [`reconstruct`](super::reconstruct) finds one from nothing.
 ///
+/// ```
+/// use palpate::reconstruct::{SmoothOptions, smooth_from};
+/// # use palpate::{shape::NamedShape, simulate::{PalmLimits, SimulateOptions, plan_turn, simulate}};
+/// # let pebble = NamedShape::Pebble.shape(0.03)?;
+/// # let plan = plan_turn(&pebble, &PalmLimits::default(), 40.0)?;
+/// # let options = SimulateOptions { start_psi_rad: plan.start_psi_rad, ..SimulateOptions::default() };
+/// # let felt = simulate(&pebble, &plan.motion.sample(10.0)?, &options)?;
+/// # let (log, shape) = (felt.log, pebble);
+/// # let psi_rad: Vec<f64> = felt.truth.motion.iter().map(|pose| pose.psi_rad).collect();
+/// let options = SmoothOptions {
+///     harmonics: 8,
+///     sensor_sd_m: 1e-4,
+///     balance_sd_m: 1e-4,
+///     size_m: 0.03,
+///     prior_scale_m: 0.015,
+///     most_steps: 100,
+///     tolerance: 1e-8,
+/// };
+/// let smoothed = smooth_from(&log, &shape, &psi_rad, &options)?;
+/// assert!((smoothed.shape.perimeter_m() - shape.perimeter_m()).abs() < 1e-5);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
 /// # Errors
 /// When the log has a value that no log can have or fewer than [`FEWEST_SAMPLES`](super::FEWEST_SAMPLES) samples with both
 /// contacts, when an option is out of its range, and when no step can be taken from the start.

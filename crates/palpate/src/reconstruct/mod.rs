@@ -11,7 +11,7 @@
 //! 7. `posterior`, `felt`, `brief` (on `known`): error bars, which boundary was felt, and what too few samples cannot tell;
 //! 8. `jumps`, `certificate`: is it right, and is it the only answer. When not, the search goes on.
 //!
-//! That is [`Method::Likelihood`]. `integral` holds the methods that integrate instead: `ode`, the paper's own (on rates from
+//! That is [`Method::Likelihood`]. `given` is the fourth stage alone, with everything else given. `integral` holds the methods that integrate instead: `ode`, the paper's own (on rates from
 //! `smoothing`), and `quadrature`.
 
 mod assemble;

@@ -93,10 +93,22 @@ impl Normal {
         &self.psi_slope[instant * unknowns..(instant + 1) * unknowns]
     }
 
+    /// Orientations after a step of the coefficients, given what each would turn by without one.
+    fn turned(&self, psi: &[f64], offset: &[f64], step: &DVector<f64>) -> Vec<f64> {
+        let turn = |i: usize| (offset[i] + long_dot(self.psi_slope(i), step.as_slice())).clamp(-0.3, 0.3);
+        psi.iter().enumerate().map(|(i, psi)| psi + turn(i)).collect()
+    }
+
     /// Information on ψ of one instant from its own sample, the shape being known.
     pub fn psi_information(&self, instant: usize) -> f64 {
         self.psi_information[instant]
     }
+}
+
+/// A step that was taken: with these equations, and this factor of their matrix, damped.
+struct Taken {
+    normal: Normal,
+    factor: Cholesky<f64, Dyn>,
 }
 
 /// The sum of outer products of rows, each with its residual as the last element: the normal matrix, and in its last
@@ -405,8 +417,8 @@ impl<'a> Smoother<'a> {
         estimate
     }
 
-    /// One step, damped until it lowers the cost; the factor that it was taken with. `None` when nothing lowers it.
-    fn step(&self, estimate: &mut Estimate, damping: &mut f64) -> Option<Cholesky<f64, Dyn>> {
+    /// One step, damped until it lowers the cost. `None` when nothing lowers it.
+    fn step(&self, estimate: &mut Estimate, damping: &mut f64) -> Option<Taken> {
         let normal = self.linearise(&estimate.coefficients, &estimate.psi);
         for _ in 0..12 {
             let mut damped = normal.matrix.clone();
@@ -419,20 +431,12 @@ impl<'a> Smoother<'a> {
             };
             let step = -factor.solve(&normal.gradient);
             let coefficients = moved(&estimate.coefficients, &step);
-            let mut psi: Vec<f64> = estimate
-                .psi
-                .iter()
-                .enumerate()
-                .map(|(i, psi)| {
-                    let slope: f64 = normal.psi_slope(i).iter().zip(step.iter()).map(|(a, b)| a * b).sum();
-                    psi + (normal.psi_offset[i] + slope).clamp(-0.3, 0.3)
-                })
-                .collect();
+            let mut psi = normal.turned(&estimate.psi, &normal.psi_offset, &step);
             let cost = self.settle(&coefficients, &mut psi, 2);
             if cost < estimate.cost {
                 *estimate = Estimate { coefficients, psi, cost };
                 *damping = (*damping * 0.2).max(1e-12);
-                return Some(factor);
+                return Some(Taken { normal, factor });
             }
             *damping *= 5.0;
             if !cost.is_finite() && *damping > 1e8 {
@@ -514,6 +518,19 @@ pub(super) fn coefficients_to_order(coefficients: &mut Vec<f64>, order: usize) {
 
 fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// The inner product of long vectors, in four sums that do not wait for each other.
+fn long_dot(a: &[f64], b: &[f64]) -> f64 {
+    let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<4>(), b.as_chunks::<4>());
+    let mut sums = [0.0; 4];
+    for (a, b) in a.iter().zip(b) {
+        for i in 0..4 {
+            sums[i] += a[i] * b[i];
+        }
+    }
+    let rest: f64 = a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum();
+    (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
 }
 
 /// Three orthonormal vectors, the last along `p` (any three, where p vanishes).

@@ -258,7 +258,7 @@ fn the_gradient_alone_is_that_of_the_normal_equations() {
         let mut psi: Vec<f64> =
             true_psi(&run).iter().enumerate().map(|(i, psi)| psi + 0.02 * (i as f64).cos()).collect();
         let settled = smoother.settle(&a, &mut psi, 1);
-        let (cost, gradient) = smoother.settle_with_gradient(&a, &mut psi, 0);
+        let near::Slope { cost, gradient, .. } = smoother.settle_with_gradient(&a, &mut psi, 0);
         let normal = smoother.linearise(&a, &psi);
         assert!((cost / settled - 1.0).abs() < 1e-12);
         assert!(
