@@ -1,10 +1,10 @@
 //! Maximum likelihood with everything given but shape and motion: no search, no estimate of the noise, no choice of the number
 //! of harmonics, no verdict. For a log whose noise is known and whose motion is known roughly, and for comparison with other solvers.
 
+use super::check::{check_harmonics, check_samples, check_start};
 use super::options::ReconstructError;
 use super::problem::Problem;
 use super::smooth::{Effort, Noise, Prior, Smoother};
-use super::{check_harmonics, check_samples, check_start};
 use crate::log::Log;
 use crate::shape::SupportFunction;
 

@@ -27,7 +27,7 @@ use super::quadrature::{self, feasible_heights, relative_height};
 use super::reconstruction::{Jump, OutlinePoint, Pose, Reconstruction};
 use super::residuals::{contact_angles, residuals};
 use super::smooth::Prior;
-use super::{MOST_HARMONICS, ReconstructError, ReconstructOptions, noise, ode, pieces, smoothing, stated_noise_m};
+use super::{MOST_HARMONICS, ReconstructError, ReconstructOptions, noise, ode, pieces, smoothing};
 use crate::log::{Log, Sample};
 use crate::shape::SupportFunction;
 use crate::statics::EnergyLandscape;
@@ -232,7 +232,7 @@ const QUADRATURE_RATE_SD: f64 = 0.01;
 
 impl<'a> Task<'a> {
     fn new(log: &'a Log, options: &ReconstructOptions) -> Self {
-        let stated_m = options.sensor_sd_m.or_else(|| stated_noise_m(log));
+        let stated_m = options.sensor_sd_m.or_else(|| noise::stated_noise_m(log));
         let problem = Problem::new(log, stated_m);
         let scatter_m = noise::contact_scatter_m(&problem);
         let size_m = problem.size_m().max(1e-9);

@@ -4,6 +4,7 @@
 //! lattice (a touchpad's counts, or digits cut off in a file) have at least the standard deviation of their step, q/√12.
 
 use super::problem::{Instant, Problem};
+use crate::log::Log;
 
 /// Standard deviation of one contact position in metres, estimated from the scatter of neighbouring samples.
 pub(super) fn contact_scatter_m(problem: &Problem) -> f64 {
@@ -81,6 +82,13 @@ pub(super) fn correlation_time(residuals: &[f64]) -> f64 {
         }
     }
     tau.max(1.0)
+}
+
+/// The median of the standard deviations that the log states, if it states any.
+pub(super) fn stated_noise_m(log: &Log) -> Option<f64> {
+    let mut stated: Vec<f64> =
+        log.samples.iter().flat_map(|sample| [sample.s1_sd_m, sample.s2_sd_m]).flatten().collect();
+    (!stated.is_empty()).then(|| median(&mut stated))
 }
 
 #[cfg(test)]

@@ -34,7 +34,7 @@ impl PaperEquations {
     /// # Errors
     /// As [`reconstruct`](crate::reconstruct::reconstruct), and with fewer samples than the rates ask for.
     pub fn new(log: &Log) -> Result<Self, ReconstructError> {
-        check(log, &ReconstructOptions { method: Method::Ode, ..ReconstructOptions::default() })?;
+        check::check_log(log, &ReconstructOptions { method: Method::Ode, ..ReconstructOptions::default() })?;
         let problem = Problem::new(log, None);
         let sd_m = noise::contact_scatter_m(&problem).max(1e-9 * problem.size_m());
         let seen = problem.instants.iter().filter(|instant| instant.both_seen()).count();

@@ -239,9 +239,9 @@ fn a_kept_matrix_leads_to_the_same_optimum() {
     let problem = Problem::new(&run.log, None);
     let prior = Prior { size_m: SIZE_M, scale_m: 0.01 };
     let smoother = Smoother::new(&problem, ORDER, NOISE, prior);
-    let start: Vec<f64> = coefficients(&shape()).iter().map(|a| 1.02 * a).collect();
+    let start: Vec<f64> = shape().coefficients().iter().map(|a| 1.02 * a).collect();
     let near = smoother.run_near(start, true_psi(&run), Effort { iterations: 50, tolerance: 1e-9 });
-    let best = smoother.run(coefficients(&shape()), true_psi(&run), TO_THE_END);
+    let best = smoother.run(shape().coefficients(), true_psi(&run), TO_THE_END);
     assert!((near.cost / best.cost - 1.0).abs() < 1e-8, "{} {}", near.cost, best.cost);
 }
 
@@ -253,7 +253,7 @@ fn the_gradient_alone_is_that_of_the_normal_equations() {
     let smoother = Smoother::new(&problem, ORDER, NOISE, prior);
     // Somewhere, not at a minimum; once convex and once with nodes that are not.
     for third in [7e-4, 6e-3] {
-        let mut a = coefficients(&shape());
+        let mut a = shape().coefficients();
         a[2 * ORDER] = third;
         let mut psi: Vec<f64> =
             true_psi(&run).iter().enumerate().map(|(i, psi)| psi + 0.02 * (i as f64).cos()).collect();

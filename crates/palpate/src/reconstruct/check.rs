@@ -1,0 +1,69 @@
+//! What a log, a start and options must be before any work is begun.
+
+use super::options::{ReconstructError, ReconstructOptions};
+use super::{FEWEST_SAMPLES, MOST_HARMONICS};
+use crate::log::Log;
+
+pub(super) fn check_log(log: &Log, options: &ReconstructOptions) -> Result<(), ReconstructError> {
+    if let Some(order) = options.harmonics {
+        check_harmonics(order)?;
+    }
+    if let Some(sd) = options.sensor_sd_m
+        && !(sd > 0.0 && sd.is_finite())
+    {
+        let text = format!("the standard deviation of the sensors must be a positive number of metres, not {sd}");
+        return Err(ReconstructError::BadOption(text));
+    }
+    check_samples(log)
+}
+
+pub(super) fn check_harmonics(order: usize) -> Result<(), ReconstructError> {
+    if (2..=MOST_HARMONICS).contains(&order) {
+        return Ok(());
+    }
+    let text = format!("the number of harmonics must be from 2 to {MOST_HARMONICS}, not {order}");
+    Err(ReconstructError::BadOption(text))
+}
+
+pub(super) fn check_start(log: &Log, psi_rad: &[f64]) -> Result<(), ReconstructError> {
+    if psi_rad.len() == log.samples.len() {
+        return Ok(());
+    }
+    let text = format!("{} orientations were given for {} samples", psi_rad.len(), log.samples.len());
+    Err(ReconstructError::BadOption(text))
+}
+
+pub(super) fn check_samples(log: &Log) -> Result<(), ReconstructError> {
+    for (index, sample) in log.samples.iter().enumerate() {
+        let palms = &sample.palms;
+        let numbers = [sample.time_s, palms.phi1_rad, palms.phi2_rad]
+            .into_iter()
+            .chain(palms.base1_m)
+            .chain(palms.base2_m)
+            .chain([sample.s1_m, sample.s2_m, sample.s1_sd_m, sample.s2_sd_m].into_iter().flatten());
+        let bad = |what: &str| Err(ReconstructError::BadSample { sample: index + 1, what: what.to_owned() });
+        if numbers.into_iter().any(|value| !value.is_finite() || value.abs() > LARGEST_VALUE) {
+            return bad("a value is not a finite number, or is far too large");
+        }
+        if palms.phi2_rad.sin().abs() < SMALLEST_OPENING {
+            return bad("the palms are parallel");
+        }
+        if [sample.s1_sd_m, sample.s2_sd_m].into_iter().flatten().any(|sd| sd <= 0.0) {
+            return bad("a standard deviation is not positive");
+        }
+        if index > 0 && log.samples[index - 1].time_s > sample.time_s {
+            return bad("time runs backwards");
+        }
+    }
+    let seen = log.samples.iter().filter(|sample| sample.s1_m.is_some() && sample.s2_m.is_some()).count();
+    if seen < FEWEST_SAMPLES {
+        return Err(ReconstructError::TooFewSamples { seen, needed: FEWEST_SAMPLES });
+    }
+    Ok(())
+}
+
+/// Palms closer to parallel than this (sine of the angle between them) cannot be used.
+const SMALLEST_OPENING: f64 = 1e-3;
+
+/// No time, angle or length of a palm log is larger than this.
+const LARGEST_VALUE: f64 = 1e12;

@@ -1,0 +1,188 @@
+//! One arrangement of the search taken to the optimum over all samples, and what came of it put together.
+
+use std::ops::Range;
+
+use super::assemble::{Expected, Judged, assemble};
+use super::evidence::{Fit, Freedom, ROUNDS, choose_order, fit};
+use super::known::Known;
+use super::options::{ReconstructError, ReconstructOptions};
+use super::problem::Problem;
+use super::smooth::{Estimate, Noise, Prior};
+use super::track::{Aside, Track, track};
+use super::{certificate, grow, noise, search};
+use crate::log::Log;
+
+/// Times that badly placed samples are placed anew.
+const REPAIRS: usize = 3;
+
+/// Standard deviation of the balance that a fit begins with, as shares of that of the contacts.
+const BALANCE_SHARES: [f64; 2] = [1.0, 0.1];
+
+/// Samples beside a doubtful one that are set aside with it, and how many at the most.
+const BESIDE: usize = 5;
+const MOST_ASIDE: usize = 240;
+
+/// Samples at each end of the log that are set aside when the balance is missed by more than this share of the sensor noise.
+const END: usize = 60;
+const INEXACT: f64 = 0.5;
+
+/// Contacts with more noise than this share of the mean radius are noisy.
+const NOISY: f64 = 3e-4;
+
+/// Samples that the choice of the number of harmonics works on.
+const ORDER_SAMPLES: usize = 450;
+
+/// A log made ready, with what is known of its noise.
+pub(super) struct Task<'a> {
+    log: &'a Log,
+    options: &'a ReconstructOptions,
+    pub problem: Problem,
+    stated_m: Option<f64>,
+    pub scatter_m: f64,
+    pub prior: Prior,
+}
+
+/// An arrangement smoothed to the end.
+pub(super) struct Refined {
+    /// On the thinned log, where the number of harmonics was chosen.
+    pub coarse: Fit,
+    /// On all samples.
+    fine: Fit,
+    /// All samples, with the weight that the balance has at each.
+    problem: Problem,
+    /// For each sample, how much more it costs to put it elsewhere (see [`Track`]).
+    margin: Vec<f64>,
+}
+
+impl<'a> Task<'a> {
+    pub(super) fn new(log: &'a Log, options: &'a ReconstructOptions) -> Self {
+        let stated_m = options.sensor_sd_m.or_else(|| noise::stated_noise_m(log));
+        let problem = Problem::new(log, stated_m);
+        let scatter_m = noise::contact_scatter_m(&problem);
+        let size_m = problem.size_m();
+        Self { log, options, problem, stated_m, scatter_m, prior: Prior { size_m, scale_m: 0.5 * size_m } }
+    }
+
+    /// Takes one arrangement of the search to the optimum over all samples.
+    pub(super) fn refine(&self, found: &search::Found, arrangement: usize) -> Result<Refined, ReconstructError> {
+        let start = found.estimates.get(arrangement).ok_or(ReconstructError::NotSolvable)?;
+        let medium = search::thinned_in_ranges(&self.problem, &found.ranges, ORDER_SAMPLES);
+        let psi = search::carry_over(&found.thin, &start.psi, &start.coefficients, &medium, &found.ranges);
+        let start = Estimate { coefficients: start.coefficients.clone(), psi, cost: f64::INFINITY };
+        let rough = self.rough(&medium, start).ok_or(ReconstructError::NotSolvable)?;
+        let psi = track(&medium, &rough, self.floor_m(), None).psi;
+        let rough = Fit { estimate: Estimate { psi, ..rough.estimate }, ..rough };
+        self.settle(medium, &found.ranges, rough)
+    }
+
+    /// A few samples at a wrong pose would ask for harmonics that the object has not, so the first fit has none to give. Balance
+    /// as exact as statics has it is tried, and balance that friction or pace spoil.
+    fn rough(&self, medium: &Problem, start: Estimate) -> Option<Fit> {
+        let sd = self.scatter_m.max(1e-3 * self.prior.size_m);
+        let order = start.coefficients.len() / 2;
+        let with_share = |share: f64| {
+            let noise = Noise { sensor_m: sd, balance_m: share * sd };
+            fit(&mut medium.clone(), order, start.clone(), noise, self.prior, self.freedom(), ROUNDS)
+        };
+        BALANCE_SHARES.into_iter().filter_map(with_share).max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence))
+    }
+
+    /// Chooses the number of harmonics and fits all samples, until the way of the shape through the log leaves every sample where
+    /// it is. `rough` is a fit to the thinned log.
+    fn settle(&self, mut medium: Problem, ranges: &[Range<usize>], rough: Fit) -> Result<Refined, ReconstructError> {
+        let Fit { estimate: mut start, noise, prior, .. } = rough;
+        let mut tracked: Option<Vec<f64>> = None;
+        let (mut attempt, mut unsettled) = (0, self.problem.len() / 4);
+        loop {
+            let coarse = match self.options.harmonics {
+                Some(order) => fit(&mut medium, order, start, noise, prior, self.freedom(), ROUNDS),
+                None => choose_order(&mut medium, start, noise, prior, self.freedom()),
+            }
+            .ok_or(ReconstructError::NotSolvable)?;
+            let mut problem = self.problem.clone();
+            let coefficients = coarse.estimate.coefficients.clone();
+            let psi = tracked
+                .unwrap_or_else(|| search::carry_over(&medium, &coarse.estimate.psi, &coefficients, &problem, ranges));
+            let all = Estimate { coefficients, psi, cost: f64::INFINITY };
+            let noise = Noise { sensor_m: self.stated_m.unwrap_or(coarse.noise.sensor_m), ..coarse.noise };
+            let fine = fit(&mut problem, coarse.order, all, noise, coarse.prior, self.freedom_of_all(), ROUNDS)
+                .ok_or(ReconstructError::NotSolvable)?;
+            let mut track = track(&self.problem, &fine, self.floor_m(), None);
+            if let Some(again) = self.without_doubtful(&fine, &track) {
+                track = again;
+            }
+            // Where the way does not settle, the arrangement is wrong.
+            if track.moved == 0 || attempt == REPAIRS || 2 * track.moved > unsettled {
+                return Ok(Refined { coarse, fine, problem, margin: track.margin });
+            }
+            attempt += 1;
+            unsettled = track.moved;
+            let coefficients = fine.estimate.coefficients;
+            let psi = search::carry_over(&self.problem, &track.psi, &coefficients, &medium, ranges);
+            start = Estimate { coefficients, psi, cost: f64::INFINITY };
+            tracked = Some(track.psi);
+        }
+    }
+
+    /// What may be learnt of the noise from the thinned log.
+    fn freedom(&self) -> Freedom {
+        Freedom { sensor: true, floor_m: 1e-6 * self.prior.size_m }
+    }
+
+    /// The same from all samples.
+    fn freedom_of_all(&self) -> Freedom {
+        Freedom { sensor: self.stated_m.is_none(), ..self.freedom() }
+    }
+
+    /// No contact is believed to be more exact than this on the way through the log, metres.
+    fn floor_m(&self) -> f64 {
+        0.3 * self.scatter_m
+    }
+
+    /// The way through the log of the shape that the samples have without some of them. `None` when too little is left.
+    fn with_aside(&self, fine: &Fit, aside: &[usize], doubtful: &(dyn Fn(usize) -> bool + Sync)) -> Option<Track> {
+        let mut problem = self.problem.clone();
+        aside.iter().for_each(|&index| problem.instants[index].set_aside());
+        let estimate = fine.estimate.clone();
+        let others = fit(&mut problem, fine.order, estimate, fine.noise, fine.prior, self.freedom_of_all(), ROUNDS)?;
+        let known = Known::from(&problem, &others)?;
+        let aside = Aside { samples: aside, doubtful, known: &known };
+        Some(track(&self.problem, &others, self.floor_m(), Some(aside)))
+    }
+
+    /// The way through the log of the shape that the samples beyond doubt have without the others, which bend the shape towards
+    /// the poses that they were given. `None` when there are none, or too many.
+    fn without_doubtful(&self, fine: &Fit, of_all: &Track) -> Option<Track> {
+        let count = of_all.psi.len();
+        let doubtful: Vec<usize> = (0..count).filter(|&sample| of_all.doubts(sample)).collect();
+        let beside = |index: usize| {
+            let first = doubtful.partition_point(|&other| other + BESIDE < index);
+            doubtful.get(first).is_some_and(|&other| other <= index + BESIDE)
+        };
+        // A pose at an end of the log hangs on one side only; that it is wrong may show in nothing but the balance, when the
+        // contacts are noisy.
+        let Noise { sensor_m, balance_m } = fine.noise;
+        let mean_radius_m = fine.estimate.coefficients[0].abs();
+        let inexact = missed(sensor_m, balance_m, mean_radius_m)
+            && balance_m < certificate::balance_limit_m(sensor_m, mean_radius_m);
+        let end = |index: usize| inexact && (index < END || index + END >= count);
+        let aside: Vec<usize> = (0..count).filter(|&index| beside(index) || end(index)).collect();
+        if aside.is_empty() || aside.len() > MOST_ASIDE {
+            return None;
+        }
+        let mut again = self.with_aside(fine, &aside, &beside)?;
+        again.moved = of_all.moved + grow::moved(&of_all.psi, &again.psi);
+        Some(again)
+    }
+
+    pub(super) fn assemble(&self, refined: Refined) -> Result<Judged, ReconstructError> {
+        let expected = Expected { stated_m: self.stated_m, scatter_m: self.scatter_m };
+        assemble(self.log, &refined.problem, refined.fine, &refined.margin, expected)
+            .ok_or(ReconstructError::NotSolvable)
+    }
+}
+
+/// Whether the balance is missed by more than exact statics would, and contacts too noisy to tell why.
+pub(super) fn missed(sensor_m: f64, balance_m: f64, mean_radius_m: f64) -> bool {
+    sensor_m > NOISY * mean_radius_m.abs() && balance_m > INEXACT * sensor_m
+}
