@@ -61,7 +61,8 @@ pub(super) fn fit(
         }
         let normal = smoother.linearise(&estimate.coefficients, &estimate.psi);
         let factor = smoother.factor(&normal)?;
-        let log_evidence = log_evidence(&smoother, &estimate, &normal, &factor) - wonder(problem, &estimate);
+        let log_evidence =
+            log_evidence(&smoother, &estimate, &normal, &factor) - wonder(problem, &estimate, noise.balance_m);
         let variance: Vec<f64> = factor.inverse().diagonal().iter().copied().collect();
         best = Some(Fit { estimate: estimate.clone(), order, noise, prior, log_evidence });
         let next = updated_noise(&smoother, &estimate, &variance, freedom);
@@ -152,7 +153,7 @@ pub(super) fn log_evidence(
 /// What is against a motion beforehand, in ln of the odds: leaps are rare, and poses that would not be at rest rarer. Without
 /// this, more harmonics than the object has would be paid for by poses to choose from: each sample takes the one that suits
 /// its noise.
-fn wonder(problem: &Problem, estimate: &Estimate) -> f64 {
+fn wonder(problem: &Problem, estimate: &Estimate, balance_m: f64) -> f64 {
     let mut psi = estimate.psi.clone();
     unwrap(&mut psi);
     let leaps = standing_out(&psi).len();
@@ -160,7 +161,7 @@ fn wonder(problem: &Problem, estimate: &Estimate) -> f64 {
         .instants
         .iter()
         .zip(&estimate.psi)
-        .filter(|(instant, psi)| residuals(instant, &estimate.coefficients, **psi).by_psi[2] < 0.0)
+        .filter(|(instant, psi)| residuals(instant, &estimate.coefficients, **psi).is_restless(balance_m))
         .count();
     LEAP * leaps as f64 + RESTLESS * restless as f64
 }

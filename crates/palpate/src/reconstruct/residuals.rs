@@ -12,6 +12,14 @@ pub(super) struct Residuals {
     pub by_psi: [f64; 3],
 }
 
+impl Residuals {
+    /// Whether the pose is balanced, the balance being missed by `balance_m` as a rule, but at no minimum of the potential energy. A
+    /// pose off its balance is on its way (ringing); only one that rests can rest unstably.
+    pub fn is_restless(&self, balance_m: f64) -> bool {
+        self.by_psi[2] < 0.0 && self.value[2].abs() < 4.0 * balance_m
+    }
+}
+
 /// Support function, its derivatives and the radius of curvature at one normal angle.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Support {

@@ -28,6 +28,10 @@ const MISSING: f64 = 10.0;
 /// With a misfit above this few harmonics are not nearly right, and more are not tried.
 const NEARLY: f64 = 1000.0;
 
+/// A stretch is plain when its misfit is at most so many times what noise would make it (two squares for each instant), or this.
+const PLAIN: f64 = 2.0;
+const LEAST_PLAIN: f64 = 0.5;
+
 /// Harmonics of the search, in turn.
 const ORDERS: [usize; 4] = [8, 12, 18, 28];
 
@@ -111,19 +115,29 @@ fn arrange(
         let estimates = arranged.hypotheses.into_iter().map(|hypothesis| hypothesis.estimate).collect();
         consider(cost, Found { thin: arranged.thin, ranges, estimates })
     };
-    // Few harmonics first, over every stretch: many explain a short stretch with a jump in it as well.
+    // Few harmonics first, over every stretch: many explain a short stretch with a jump in it as well. And first those stretches
+    // that are explained as well as their noise allows: with a little more to explain, a few harmonics may hide a jump too.
     let mut seeds: Vec<Seed> = Vec::new();
     let (mut budget, mut grown) = (Budget::default(), 0);
     for (number, span) in spans(windows).into_iter().take(SPANS).enumerate() {
-        tell(0.5 * number as f64 / SPANS as f64);
+        tell(0.4 * number as f64 / SPANS as f64);
         let Some(seed) = Seed::with_few_harmonics(windows, span, tolerance, prior) else { continue };
-        if seed.misfit < EXPLAINED && grown < SEEDS && !budget.is_spent() {
+        if seed.misfit < seed.plain && grown < SEEDS && !budget.is_spent() {
             grown += 1;
             if attempt(&seed, &mut budget) {
                 return true;
             }
         }
         seeds.push(seed);
+    }
+    for seed in seeds.iter().filter(|seed| (seed.plain..EXPLAINED).contains(&seed.misfit)) {
+        if grown == SEEDS || budget.is_spent() {
+            break;
+        }
+        grown += 1;
+        if attempt(seed, &mut budget) {
+            return true;
+        }
     }
     let (mut budget, mut richer) = (Budget::default(), 0);
     for (number, seed) in seeds.iter_mut().enumerate() {
@@ -150,6 +164,8 @@ struct Seed {
     order: usize,
     /// Squared residuals of the best per instant, at the noise of the search.
     misfit: f64,
+    /// What they may be when there is nothing but noise.
+    plain: f64,
 }
 
 impl Seed {
@@ -159,7 +175,10 @@ impl Seed {
         let mut candidates = start::from_heights(&thin, tolerance.loose(), prior, ORDERS[0]);
         candidates.truncate(CANDIDATES);
         let (misfit, candidates) = polished(&thin, &candidates, ORDERS[0], tolerance, prior)?;
-        Some(Self { span, candidates, order: ORDERS[0], misfit })
+        let samples: usize = windows[span.clone()].iter().map(|window| window.range.len()).sum();
+        let noise = tolerance.scatter_m / tolerance.sharp().sensor_m;
+        let plain = (PLAIN * 2.0 * noise * noise * thin.len() as f64 / samples as f64).clamp(LEAST_PLAIN, EXPLAINED);
+        Some(Self { span, candidates, order: ORDERS[0], misfit, plain })
     }
 
     /// Tries more harmonics where a few explain nothing (nearly flat sides, corners); whether they explain the run.

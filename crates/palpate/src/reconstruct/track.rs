@@ -98,18 +98,22 @@ pub(super) fn track(problem: &Problem, fit: &Fit, floor_m: f64, aside: Option<As
     let spread = spread(problem, &table, here, floor_m.max(1e-5 * coefficients[0].abs()));
     let hill_sd_m = FEIGNED_HILL[0] * spread.contact_m2.sqrt() + FEIGNED_HILL[1] * coefficients[0].abs();
     let contact_sd_m = spread.contact_m2.sqrt();
-    let spoilt = spread.balance_m2.sqrt() > balance_limit_m(contact_sd_m, coefficients[0].abs());
+    let balance_m = spread.balance_m2.sqrt();
+    let spoilt = balance_m > balance_limit_m(contact_sd_m, coefficients[0].abs());
     let still_m = if spoilt { STILL * coefficients[0].abs() + 6.0 * contact_sd_m } else { 0.0 };
     let anchor = anchor(here);
     let mut choices: Vec<Vec<Choice>> = (0..problem.len())
         .into_par_iter()
         .map(|index| {
             let instant = &problem.instants[index];
-            let mut choices = vec![Choice { psi: here[index], misfit: spread.misfit(&table, instant, here[index]) }];
+            let misfit =
+                spread.misfit(&table, instant, here[index]) + restlessness(&table, instant, here[index], balance_m);
+            let mut choices = vec![Choice { psi: here[index], misfit }];
             if index == anchor {
                 return choices;
             }
             for (psi, misfit) in candidates(&table, instant, spread, here[index]) {
+                let misfit = misfit + restlessness(&table, instant, psi, balance_m);
                 if !same(psi, here[index]) {
                     choices.push(Choice { psi, misfit });
                 } else if misfit + 1.0 < choices[0].misfit {
@@ -120,7 +124,7 @@ pub(super) fn track(problem: &Problem, fit: &Fit, floor_m: f64, aside: Option<As
         })
         .collect();
     if let Some(aside) = aside {
-        place_anew(&mut choices, problem, aside);
+        place_anew(&mut choices, problem, &table, balance_m, aside);
     }
     let steps: Vec<Vec<f64>> = (1..problem.len())
         .into_par_iter()
@@ -147,14 +151,23 @@ pub(super) fn track(problem: &Problem, fit: &Fit, floor_m: f64, aside: Option<As
 }
 
 /// Lets samples be wherever a shape that is known to within a Gaussian explains them.
-fn place_anew(choices: &mut [Vec<Choice>], problem: &Problem, Aside { samples, known, .. }: Aside) {
+fn place_anew(
+    choices: &mut [Vec<Choice>],
+    problem: &Problem,
+    table: &Tabulated,
+    balance_m: f64,
+    Aside { samples, known, .. }: Aside,
+) {
     let placed: Vec<Vec<Choice>> = samples
         .par_iter()
         .map(|&index| {
-            let surprise = |psi: f64| known.surprise(&problem.instants[index], psi);
+            let instant = &problem.instants[index];
+            let surprise = |psi: f64| known.surprise(instant, psi);
+            let misfit = |psi: f64| surprise(psi) + restlessness(table, instant, psi, balance_m);
             let mut placed: Vec<Choice> =
-                choices[index].iter().map(|choice| Choice { misfit: surprise(choice.psi), ..*choice }).collect();
-            for (psi, misfit) in minima(choices[index][0].psi, &surprise) {
+                choices[index].iter().map(|choice| Choice { misfit: misfit(choice.psi), ..*choice }).collect();
+            for (psi, _) in minima(choices[index][0].psi, &surprise) {
+                let misfit = misfit(psi);
                 match placed.iter_mut().find(|choice| same(choice.psi, psi)) {
                     Some(choice) if choice.misfit > misfit => {
                         *choice = Choice { psi: choice.psi + turn(choice.psi, psi), misfit };
@@ -169,6 +182,13 @@ fn place_anew(choices: &mut [Vec<Choice>], problem: &Problem, Aside { samples, k
     for (&index, placed) in samples.iter().zip(placed) {
         choices[index] = placed;
     }
+}
+
+/// What it costs to be at a pose that is no minimum of the potential energy: such a sample is not explained.
+const RESTLESS: f64 = 20.0;
+
+fn restlessness(table: &Tabulated, instant: &Instant, psi: f64, balance_m: f64) -> f64 {
+    if table.residuals(instant, psi).is_restless(balance_m) { RESTLESS } else { 0.0 }
 }
 
 /// A sample missed by this many squared standard deviations is not explained.
