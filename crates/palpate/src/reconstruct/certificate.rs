@@ -15,6 +15,9 @@ const MAX_PSI_SD: [f64; 2] = [0.03, 0.3];
 /// Less of the boundary than this tells no object: noise alone could pass for the motion of a still one.
 const LEAST_COVERAGE: f64 = 0.1;
 
+/// Going to and fro between poses as often as this is laid to the noise of one sample.
+const SHAKE: usize = 1;
+
 /// What the certificate looks at.
 pub(super) struct Evidence<'a> {
     pub problem: &'a Problem,
@@ -128,7 +131,7 @@ fn gaps(evidence: &Evidence) -> Vec<String> {
         ));
     }
     let to_and_fro = to_and_fro(evidence.leaps);
-    if to_and_fro > 0 {
+    if to_and_fro > SHAKE {
         doubts.push(format!(
             "the object found goes to and fro between neighbouring poses ({to_and_fro} times): it is too round, or the sensors too \
              noisy, to tell them apart"

@@ -295,6 +295,22 @@ mod tests {
     }
 
     #[test]
+    fn leaps_and_restless_poses_are_counted_against_a_motion() {
+        let (problem, start) = setting(&pebble(), 200, NOISE_M);
+        // A fast slide may look like a leap.
+        let before = wonder(&problem, &start, NOISE_M);
+        assert!(before <= LEAP, "{before}");
+        let mut leaping = start.clone();
+        leaping.psi[50] += 0.5;
+        assert_eq!(wonder(&problem, &leaping, NOISE_M) - before, 2.0 * LEAP, "there and back");
+        // With the centre of mass mirrored in the centre of the shape, the same poses are highest where they were lowest.
+        let mut turned = start;
+        turned.coefficients.iter_mut().skip(1).for_each(|a| *a = -*a);
+        let restless = wonder(&problem, &turned, NOISE_M) / RESTLESS;
+        assert!(restless > 150.0, "{restless}");
+    }
+
+    #[test]
     fn samples_out_of_balance_lose_their_weight_in_it() {
         let (mut problem, start) = setting(&pebble(), 200, NOISE_M);
         let mut fitted = start.clone();

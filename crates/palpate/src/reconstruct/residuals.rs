@@ -167,6 +167,14 @@ mod tests {
     const COEFFICIENTS: [f64; 7] = [0.03, 0.002, -0.001, 0.0005, 0.003, 0.0007, -0.0004];
 
     #[test]
+    fn only_a_balanced_pose_at_no_minimum_is_restless() {
+        let at = |stiffness: f64, balance: f64| Residuals { value: [0.0, 0.0, balance], by_psi: [0.1, 0.1, stiffness] };
+        assert!(at(-0.01, 1e-5).is_restless(1e-5));
+        assert!(!at(0.01, 1e-5).is_restless(1e-5), "at rest");
+        assert!(!at(-0.01, 5e-5).is_restless(1e-5), "on its way");
+    }
+
+    #[test]
     fn residuals_are_the_forward_model_minus_the_measurement() {
         let palms = PalmPair { phi1_rad: 0.5, phi2_rad: 1.3, base1_m: [0.01, -0.02], base2_m: [-0.03, 0.005] };
         let shape = SupportFunction::from_coefficients(&COEFFICIENTS);

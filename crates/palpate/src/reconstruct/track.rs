@@ -106,14 +106,14 @@ pub(super) fn track(problem: &Problem, fit: &Fit, floor_m: f64, aside: Option<As
         .into_par_iter()
         .map(|index| {
             let instant = &problem.instants[index];
-            let misfit =
-                spread.misfit(&table, instant, here[index]) + restlessness(&table, instant, here[index], balance_m);
+            let restlessness = |psi: f64| restlessness(&table, instant, psi, balance_m);
+            let misfit = spread.misfit(&table, instant, here[index]) + restlessness(here[index]);
             let mut choices = vec![Choice { psi: here[index], misfit }];
             if index == anchor {
                 return choices;
             }
             for (psi, misfit) in candidates(&table, instant, spread, here[index]) {
-                let misfit = misfit + restlessness(&table, instant, psi, balance_m);
+                let misfit = misfit + restlessness(psi);
                 if !same(psi, here[index]) {
                     choices.push(Choice { psi, misfit });
                 } else if misfit + 1.0 < choices[0].misfit {

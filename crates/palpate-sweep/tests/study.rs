@@ -1,0 +1,41 @@
+//! Logs of the accuracy study that once came out wrong or not at all: they show whole mechanisms at work that no smaller test
+//! reaches.
+
+use std::num::NonZero;
+use std::path::PathBuf;
+
+use palpate_sweep::{
+    Job, MotionKind, Object, ReconstructChoice, Row, ScoreChoice, SimulateJob, Source, Sweep, Touchpads,
+};
+
+fn row(seed: u64, motion: MotionKind, touchpads: Touchpads) -> Row {
+    let simulation = SimulateJob { seed, object: Object::Mixed, motion, samples: None, touchpads };
+    let job = Job {
+        source: Source::Simulate(simulation),
+        reconstruct: ReconstructChoice::default(),
+        score: ScoreChoice { reference: true, bound: true },
+    };
+    let sweep = Sweep { jobs: vec![job], base: PathBuf::new() };
+    sweep.run(NonZero::<usize>::MIN, &mut |_| ()).expect("an outcome").remove(0).row
+}
+
+fn noise(noise_sd_m: f64) -> Touchpads {
+    Touchpads { noise_sd_m, ..Touchpads::default() }
+}
+
+/// A hexagon with rounded corners: with more harmonics than it has, each sample found a pose to its liking, and the centre of mass
+/// came out, certified, 2.5 mm from where it is.
+#[test]
+fn a_nearly_round_object_is_not_certified_with_its_centre_of_mass_elsewhere() {
+    let row = row(30042, MotionKind::RandomJumpFree, noise(0.1e-3));
+    assert_eq!(row.wrong, Some(false), "{}", row.reason);
+    assert!(!row.certified && !row.reason.is_empty());
+}
+
+/// The longest stretch between two cuts hides a jump, and eight harmonics explain it almost.
+#[test]
+fn a_stretch_that_hides_a_jump_does_not_spend_the_budget_of_the_plain_ones() {
+    let row = row(10375, MotionKind::Random, noise(0.3e-3));
+    assert_eq!(row.jumps, Some(3));
+    assert!(row.solved == Some(true) && row.certified, "{}", row.reason);
+}
