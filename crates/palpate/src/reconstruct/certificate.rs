@@ -12,6 +12,11 @@ pub(super) const MODEL_ALLOWANCE: f64 = 2e-3;
 /// Orientation less certain than this (radians) does not count as known: over all samples, and at the worst.
 const MAX_PSI_SD: [f64; 2] = [0.03, 0.3];
 
+/// Felt boundary less certain than this, as a share of the mean radius, does not count as known: where the centre of mass is certified
+/// as well, and where it is not. (What is so uncertain is where the centre of mass of a nearly round object lies, and error bars,
+/// which hold for small errors, are too narrow there.)
+const MAX_R_SD: [f64; 2] = [5e-3, 0.02];
+
 /// Less of the boundary than this tells no object: noise alone could pass for the motion of a still one.
 const LEAST_COVERAGE: f64 = 0.1;
 
@@ -58,7 +63,7 @@ pub(super) fn judge(evidence: &Evidence) -> Verdict {
     let explained = doubts.is_empty();
     doubts.extend(gaps(evidence));
     let certified = doubts.is_empty();
-    let balanced = evidence.balance_m <= balance_limit_m(evidence.expected_sensor_m, evidence.coefficients[0].abs());
+    let balanced = is_balanced(evidence);
     if certified && !balanced {
         doubts.push(format!(
             "shape and motion are certified, the centre of mass is not: force/torque balance is missed by {:.2} mm \
@@ -67,6 +72,10 @@ pub(super) fn judge(evidence: &Evidence) -> Verdict {
         ));
     }
     Verdict { certified, com_certified: certified && balanced, explained, reason: doubts.join("; ") }
+}
+
+fn is_balanced(evidence: &Evidence) -> bool {
+    evidence.balance_m <= balance_limit_m(evidence.expected_sensor_m, evidence.coefficients[0].abs())
 }
 
 /// Standard deviation of the balance up to which statics holds, metres.
@@ -146,7 +155,8 @@ fn gaps(evidence: &Evidence) -> Vec<String> {
         ));
     }
     let largest = evidence.largest_felt_r_sd_m;
-    if largest > 0.02 * evidence.coefficients[0] || !largest.is_finite() {
+    let most = MAX_R_SD[usize::from(!is_balanced(evidence))];
+    if largest > most * evidence.coefficients[0] || !largest.is_finite() {
         doubts.push(format!(
             "parts of the felt boundary are known only to {:.2} mm (one standard deviation)",
             1e3 * largest
