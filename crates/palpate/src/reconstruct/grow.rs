@@ -7,7 +7,9 @@
 //! * a window behind a jump is *searched*: every (h0, ψ0) of a grid is tried, the two unknowns of a piece.
 //!
 //! After each window every hypothesis is smoothed over everything it has placed, and ranked by the evidence, so that errors of
-//! linearisation cannot kill the right one. A window that none can explain (a jump hidden inside) is put off.
+//! linearisation cannot kill the right one. A window that none can explain (a jump hidden inside) is put off. A seed that is wrong
+//! goes on for long, but under strain: with more squared residuals than the noise of the contacts would make. The search lets
+//! those wait that are.
 
 use rayon::prelude::*;
 use std::f64::consts::TAU;
@@ -40,6 +42,11 @@ const BEAM: usize = 8;
 const HOPELESS: f64 = 150.0;
 /// Times that windows which nothing explains are cut in two and tried again.
 const SPLITS: usize = 3;
+/// An arrangement is plain when its misfit is at most so many times what noise would make it (two squares for each instant), or this.
+const PLAIN: f64 = 2.0;
+const LEAST_PLAIN: f64 = 0.5;
+/// A window of a few instants may have so many times the strain of the whole.
+const WINDOW: f64 = 3.0;
 /// Squared residuals per instant (at the noise of the search) that still count as explained.
 pub(super) const EXPLAINED: f64 = 3.0;
 
@@ -88,6 +95,12 @@ impl Tolerance {
     pub fn sharp(&self) -> Noise {
         self.at(0.003, self.balance[1])
     }
+
+    /// The largest misfit per instant that is laid to the noise of samples thinned to so many instants.
+    pub fn plain(&self, instants: usize, samples: usize) -> f64 {
+        let noise = self.scatter_m / self.sharp().sensor_m;
+        (PLAIN * 2.0 * noise * noise * instants as f64 / samples.max(1) as f64).clamp(LEAST_PLAIN, EXPLAINED)
+    }
 }
 
 /// Work that may still be done: searches of a window, counted in those with 8 harmonics. (Not seconds: the result must not
@@ -112,7 +125,8 @@ impl Budget {
     }
 }
 
-struct Growth<'a> {
+/// A seed on its way over the whole log.
+pub(super) struct Growth<'a> {
     problem: &'a Problem,
     windows: Vec<Window>,
     order: usize,
@@ -121,52 +135,87 @@ struct Growth<'a> {
     /// Where the instants of each window begin in `thin`.
     offset: Vec<Option<usize>>,
     put_off: Vec<bool>,
+    /// How often windows were cut in two so far.
+    splits: usize,
+    /// See [`Growth::grow`].
+    most_strain: f64,
     thin: Problem,
     beam: Vec<Hypothesis>,
 }
 
-#[expect(clippy::too_many_arguments, reason = "each is one plain thing; a struct would only rename them")]
-/// Grows `seeds`, candidates over the windows `seed`, over the whole log, with `order` harmonics.
-pub(super) fn grow(
-    problem: &Problem,
-    windows: &[Window],
-    seed: Range<usize>,
-    seeds: Vec<Estimate>,
-    order: usize,
-    tolerance: Tolerance,
-    prior: Prior,
-    budget: &mut Budget,
-) -> Grown {
-    let mut growth = Growth {
-        problem,
-        windows: windows.to_vec(),
-        order,
-        tolerance,
-        prior,
-        offset: vec![None; windows.len()],
-        put_off: vec![false; windows.len()],
-        thin: Problem { instants: Vec::new() },
-        beam: Vec::new(),
-    };
-    for window in seed {
-        growth.admit(window);
+impl<'a> Growth<'a> {
+    /// From `seeds`, candidates with `order` harmonics over the windows `seed`.
+    pub fn new(
+        problem: &'a Problem,
+        windows: &[Window],
+        (seed, seeds, order): (Range<usize>, &[Estimate], usize),
+        tolerance: Tolerance,
+        prior: Prior,
+    ) -> Self {
+        let mut growth = Self {
+            problem,
+            windows: windows.to_vec(),
+            order,
+            tolerance,
+            prior,
+            offset: vec![None; windows.len()],
+            put_off: vec![false; windows.len()],
+            splits: 0,
+            most_strain: 0.0,
+            thin: Problem { instants: Vec::new() },
+            beam: Vec::new(),
+        };
+        for window in seed {
+            growth.admit(window);
+        }
+        growth.beam = growth.ranked(&growth.thin, seeds.to_vec());
+        growth
     }
-    growth.beam = growth.ranked(&growth.thin, seeds);
-    for _ in 0..=SPLITS {
-        while let Some((window, neighbour)) = growth.next() {
-            growth.place(window, neighbour, budget);
-            if budget.is_spent() {
-                return growth.in_order_of_time();
+
+    /// Tries to place one more window; false when none is left.
+    fn advance(&mut self, budget: &mut Budget) -> bool {
+        loop {
+            if let Some((window, neighbour)) = self.next() {
+                self.place(window, neighbour, budget);
+                return true;
+            }
+            if self.splits == SPLITS || !self.split() {
+                return false;
+            }
+            self.splits += 1;
+        }
+    }
+
+    /// Goes on until nothing is left to place or the budget is spent (true), or for as long as the strain is at most this. What was
+    /// put off before, when less was allowed, is tried again.
+    pub fn grow(&mut self, budget: &mut Budget, most_strain: f64) -> bool {
+        if self.most_strain < most_strain {
+            self.most_strain = most_strain;
+            self.put_off.fill(false);
+        }
+        while self.strain() <= most_strain {
+            if !self.advance(budget) || budget.is_spent() {
+                return true;
             }
         }
-        if !growth.split() {
-            break;
-        }
+        false
     }
-    growth.in_order_of_time()
-}
 
-impl Growth<'_> {
+    /// Goes on until nothing is left to place, or the budget is spent.
+    pub fn grow_to_the_end(&mut self, budget: &mut Budget) {
+        self.grow(budget, f64::INFINITY);
+    }
+
+    /// Squared residuals of the best hypothesis per instant placed, at the noise at which arrangements are judged, as a share of
+    /// what noise alone would make them at the most.
+    pub fn strain(&self) -> f64 {
+        let Some(best) = self.beam.first() else { return f64::INFINITY };
+        let placed = self.windows.iter().zip(&self.offset).filter(|(_, offset)| offset.is_some());
+        let samples: usize = placed.map(|(window, _)| window.range.len()).sum();
+        let misfit = misfit(&self.thin, &best.estimate, self.tolerance.sharp()) / self.thin.len() as f64;
+        misfit / self.tolerance.plain(self.thin.len(), samples)
+    }
+
     fn admit(&mut self, window: usize) {
         self.offset[window] = Some(self.thin.len());
         self.thin.instants.extend(&self.windows[window].thin.instants);
@@ -237,7 +286,9 @@ impl Growth<'_> {
         let explained = beam.first().is_some_and(|best| {
             let psi = best.estimate.psi[self.thin.len()..].to_vec();
             let estimate = Estimate { coefficients: best.estimate.coefficients.clone(), psi, cost: 0.0 };
-            misfit(&piece.thin, &estimate, judged_at) < 2.0 * EXPLAINED * piece.thin.len() as f64
+            let plain = self.tolerance.plain(piece.thin.len(), piece.range.len());
+            let most = (WINDOW * self.most_strain * plain).min(2.0 * EXPLAINED);
+            misfit(&piece.thin, &estimate, judged_at) < most * piece.thin.len() as f64
         });
         if explained {
             self.beam = beam;
@@ -368,7 +419,8 @@ impl Growth<'_> {
         kept
     }
 
-    fn in_order_of_time(self) -> Grown {
+    /// What was placed.
+    pub fn in_order_of_time(self) -> Grown {
         let mut by_time: Vec<usize> = (0..self.thin.len()).collect();
         let place = |index: &usize| self.thin.instants[*index].position;
         by_time.sort_by(|a, b| place(a).total_cmp(&place(b)));

@@ -5,7 +5,7 @@
 //! 1. `noise`, `pieces`, `windows`: how noisy the log is, where the contacts leap, and what to look at;
 //! 2. `start` (on the closed forms of `quadrature`): starts from nothing, over stretches that explain themselves;
 //! 3. `grow`, `search`: from there over the whole log, through jumps, as several hypotheses;
-//! 4. `task`: each of them taken to the optimum over all samples, by these three:
+//! 4. `task` (on `valley`): each of them taken to the optimum over all samples, by these three:
 //! 5. `smooth` (on `residuals` and `problem`): maximum likelihood over all samples, every pose eliminated exactly;
 //! 6. `evidence`: number of harmonics, noise and prior, by what the data say of them;
 //! 7. `track` (on `place`, `tabulated` and `known`): the way of the shape through the log; samples put at a wrong pose are placed anew;
@@ -46,6 +46,7 @@ mod start;
 mod tabulated;
 mod task;
 mod track;
+mod valley;
 mod windows;
 
 pub use bound::cramer_rao_bound_m;

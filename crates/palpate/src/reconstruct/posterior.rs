@@ -72,7 +72,7 @@ impl Posterior {
     pub fn pose_sd(&self, index: usize, instant: &Instant, fit: &Fit, angle_sd: f64) -> (f64, f64) {
         let coefficients = &fit.estimate.coefficients;
         let psi = fit.estimate.psi[index];
-        let slope = DVector::from_row_slice(self.normal.psi_slope(index));
+        let slope = self.normal.psi_slope(index);
         let own = 1.0 / (self.normal.psi_information(index) + 1.0);
         let psi_variance = self.quadratic(&slope) + own;
         let (theta1, theta2) = contact_angles(instant, psi);

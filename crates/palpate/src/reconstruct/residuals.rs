@@ -28,6 +28,20 @@ pub(super) struct Support {
     pub v: f64,
 }
 
+/// The same at several normal angles.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Supports<const ANGLES: usize> {
+    pub r: [f64; ANGLES],
+    pub d: [f64; ANGLES],
+    pub v: [f64; ANGLES],
+}
+
+impl<const ANGLES: usize> Supports<ANGLES> {
+    fn each(&self) -> [Support; ANGLES] {
+        std::array::from_fn(|i| Support { r: self.r[i], d: self.d[i], v: self.v[i] })
+    }
+}
+
 /// Contact angles (θ1, θ2), eq. 1.
 pub(super) fn contact_angles(instant: &Instant, psi: f64) -> (f64, f64) {
     let theta1 = instant.phi1 - psi - FRAC_PI_2;
@@ -46,35 +60,35 @@ fn contact_directions(instant: &Instant, psi: f64) -> ([f64; 2], [f64; 2]) {
 /// r, d, v at several normal angles, given by their cosines and sines, from the coefficient vector (a0, a1 … aK, b1 … bK).
 /// The angles go in step, so that the processor can take them together. `visit` is shown cos kθ and sin kθ for k = 1 … K.
 #[inline(always)]
-fn supports<const ANGLES: usize>(
+pub(super) fn supports<const ANGLES: usize>(
     coefficients: &[f64],
     cos: [f64; ANGLES],
     sin: [f64; ANGLES],
     mut visit: impl FnMut(usize, [f64; ANGLES], [f64; ANGLES]),
-) -> [Support; ANGLES] {
+) -> Supports<ANGLES> {
     let (a, b) = coefficients[1..].split_at(coefficients.len() / 2);
     let (mut c, mut s) = ([1.0; ANGLES], [0.0; ANGLES]);
-    let (mut r, mut d, mut v) = ([coefficients[0]; ANGLES], [0.0; ANGLES], [coefficients[0]; ANGLES]);
+    let mut sums = Supports { r: [coefficients[0]; ANGLES], d: [0.0; ANGLES], v: [coefficients[0]; ANGLES] };
     let mut number = 1.0;
     for (index, (a, b)) in a.iter().zip(b).enumerate() {
         let bending = 1.0 - number * number;
         for i in 0..ANGLES {
             (c[i], s[i]) = (c[i] * cos[i] - s[i] * sin[i], s[i] * cos[i] + c[i] * sin[i]);
             let term = a * c[i] + b * s[i];
-            r[i] += term;
-            d[i] += number * (a * s[i] - b * c[i]);
-            v[i] += bending * term;
+            sums.r[i] += term;
+            sums.d[i] += number * (a * s[i] - b * c[i]);
+            sums.v[i] += bending * term;
         }
         visit(index, c, s);
         number += 1.0;
     }
-    std::array::from_fn(|i| Support { r: r[i], d: d[i], v: v[i] })
+    sums
 }
 
 /// r, d, v at one normal angle, from the coefficient vector (a0, a1 … aK, b1 … bK).
 pub(super) fn support(coefficients: &[f64], theta: f64) -> Support {
     let (sin, cos) = theta.sin_cos();
-    let [support] = supports(coefficients, [cos], [sin], |_, _, _| ());
+    let [support] = supports(coefficients, [cos], [sin], |_, _, _| ()).each();
     support
 }
 
@@ -97,7 +111,7 @@ pub(super) fn combine(instant: &Instant, [one, two]: [Support; 2]) -> Residuals 
 /// The residuals of one sample for a shape and an orientation.
 pub(super) fn residuals(instant: &Instant, coefficients: &[f64], psi: f64) -> Residuals {
     let (cos, sin) = contact_directions(instant, psi);
-    combine(instant, supports(coefficients, cos, sin, |_, _, _| ()))
+    combine(instant, supports(coefficients, cos, sin, |_, _, _| ()).each())
 }
 
 /// The residuals of one sample as functions of the coefficients: linear, through r1, r2, d1 and d2, with cos kθ and sin kθ
@@ -125,7 +139,7 @@ impl Linearised {
             (cos1[index], cos2[index]) = (c[0], c[1]);
             (sin1[index], sin2[index]) = (s[0], s[1]);
         });
-        combine(instant, both)
+        combine(instant, both.each())
     }
 
     /// Writes the derivative, by the coefficients, of the three residuals in the mixture `share`.

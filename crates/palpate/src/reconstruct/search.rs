@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::grow::{Budget, EXPLAINED, Tolerance, grow, misfit};
+use super::grow::{Budget, EXPLAINED, Growth, Tolerance, misfit};
 use super::pieces::pieces;
 use super::place::best_orientation;
 use super::problem::Problem;
@@ -28,9 +28,8 @@ const MISSING: f64 = 10.0;
 /// With a misfit above this few harmonics are not nearly right, and more are not tried.
 const NEARLY: f64 = 1000.0;
 
-/// A stretch is plain when its misfit is at most so many times what noise would make it (two squares for each instant), or this.
-const PLAIN: f64 = 2.0;
-const LEAST_PLAIN: f64 = 0.5;
+/// Strain that a growth may come to, in turn: with more it waits until the others had their turn.
+const STRAINS: [f64; 3] = [1.0, 2.0, f64::INFINITY];
 
 /// Harmonics of the search, in turn.
 const ORDERS: [usize; 4] = [8, 12, 18, 28];
@@ -102,9 +101,8 @@ fn arrange(
     consider: &mut dyn FnMut(f64, Found) -> bool,
 ) -> bool {
     let whole: usize = windows.iter().map(|window| window.range.len()).sum();
-    let mut attempt = |seed: &Seed, budget: &mut Budget| {
-        let Seed { span, candidates, order, .. } = seed;
-        let arranged = grow(problem, windows, span.clone(), candidates.clone(), *order, tolerance, prior, budget);
+    let mut hand_over = |growth: Growth| {
+        let arranged = growth.in_order_of_time();
         let Some(top) = arranged.hypotheses.first() else { return false };
         // What is not arranged counts as not explained.
         let covered: usize = arranged.windows.iter().map(|window| window.range.len()).sum();
@@ -116,28 +114,44 @@ fn arrange(
         consider(cost, Found { thin: arranged.thin, ranges, estimates })
     };
     // Few harmonics first, over every stretch: many explain a short stretch with a jump in it as well. And first those stretches
-    // that are explained as well as their noise allows: with a little more to explain, a few harmonics may hide a jump too.
+    // that are explained as well as their noise allows, for as long as they are: with a little more to explain, a few harmonics
+    // may hide a jump too.
     let mut seeds: Vec<Seed> = Vec::new();
+    let mut strained: Vec<Growth> = Vec::new();
     let (mut budget, mut grown) = (Budget::default(), 0);
     for (number, span) in spans(windows).into_iter().take(SPANS).enumerate() {
         tell(0.4 * number as f64 / SPANS as f64);
         let Some(seed) = Seed::with_few_harmonics(windows, span, tolerance, prior) else { continue };
-        if seed.misfit < seed.plain && grown < SEEDS && !budget.is_spent() {
-            grown += 1;
-            if attempt(&seed, &mut budget) {
-                return true;
+        if seed.misfit < EXPLAINED && grown < SEEDS && !budget.is_spent() {
+            let mut growth = seed.growth(problem, windows, tolerance, prior);
+            if growth.grow(&mut budget, STRAINS[0]) {
+                grown += 1;
+                if hand_over(growth) {
+                    return true;
+                }
+            } else {
+                strained.push(growth);
             }
         }
         seeds.push(seed);
     }
-    for seed in seeds.iter().filter(|seed| (seed.plain..EXPLAINED).contains(&seed.misfit)) {
-        if grown == SEEDS || budget.is_spent() {
-            break;
+    for most in STRAINS.into_iter().skip(1) {
+        let mut still = Vec::new();
+        strained.sort_by(|a, b| a.strain().total_cmp(&b.strain()));
+        for mut growth in std::mem::take(&mut strained) {
+            if grown >= SEEDS || budget.is_spent() {
+                break;
+            }
+            if growth.grow(&mut budget, most) {
+                grown += 1;
+                if hand_over(growth) {
+                    return true;
+                }
+            } else {
+                still.push(growth);
+            }
         }
-        grown += 1;
-        if attempt(seed, &mut budget) {
-            return true;
-        }
+        strained = still;
     }
     let (mut budget, mut richer) = (Budget::default(), 0);
     for (number, seed) in seeds.iter_mut().enumerate() {
@@ -146,7 +160,9 @@ fn arrange(
             continue;
         }
         richer += 1;
-        if attempt(seed, &mut budget) {
+        let mut growth = seed.growth(problem, windows, tolerance, prior);
+        growth.grow_to_the_end(&mut budget);
+        if hand_over(growth) {
             return true;
         }
         if richer == SEEDS || budget.is_spent() {
@@ -154,7 +170,11 @@ fn arrange(
         }
     }
     let best = seeds.iter().min_by(|a, b| a.misfit.total_cmp(&b.misfit));
-    best.filter(|_| grown + richer == 0).is_some_and(|seed| attempt(seed, &mut budget))
+    best.filter(|_| grown + richer == 0).is_some_and(|seed| {
+        let mut growth = seed.growth(problem, windows, tolerance, prior);
+        growth.grow_to_the_end(&mut budget);
+        hand_over(growth)
+    })
 }
 
 /// Candidates over a run of windows, best first, with the number of harmonics that they took.
@@ -164,8 +184,6 @@ struct Seed {
     order: usize,
     /// Squared residuals of the best per instant, at the noise of the search.
     misfit: f64,
-    /// What they may be when there is nothing but noise.
-    plain: f64,
 }
 
 impl Seed {
@@ -175,10 +193,11 @@ impl Seed {
         let mut candidates = start::from_heights(&thin, tolerance.loose(), prior, ORDERS[0]);
         candidates.truncate(CANDIDATES);
         let (misfit, candidates) = polished(&thin, &candidates, ORDERS[0], tolerance, prior)?;
-        let samples: usize = windows[span.clone()].iter().map(|window| window.range.len()).sum();
-        let noise = tolerance.scatter_m / tolerance.sharp().sensor_m;
-        let plain = (PLAIN * 2.0 * noise * noise * thin.len() as f64 / samples as f64).clamp(LEAST_PLAIN, EXPLAINED);
-        Some(Self { span, candidates, order: ORDERS[0], misfit, plain })
+        Some(Self { span, candidates, order: ORDERS[0], misfit })
+    }
+
+    fn growth<'a>(&self, problem: &'a Problem, windows: &[Window], tolerance: Tolerance, prior: Prior) -> Growth<'a> {
+        Growth::new(problem, windows, (self.span.clone(), &self.candidates, self.order), tolerance, prior)
     }
 
     /// Tries more harmonics where a few explain nothing (nearly flat sides, corners); whether they explain the run.

@@ -8,12 +8,18 @@
 //! The whole problem in one line:
 //! minimise Σᵢ [(ŝ1 − s1)² + (ŝ2 − s2)²]/σ² + g²/σ_b² + Σₖ k⁴(aₖ² + bₖ²)/c² + Σⱼ max(0, ε − v(θⱼ))²/σ_v².
 
+mod block;
 mod near;
+mod sums;
+mod trigonometry;
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use pulp::{Arch, Simd, WithSimd};
+
+use block::{Block, LANES, Lanes, Waves, dots, turned_frames};
+use sums::OuterProducts;
 
 use super::problem::{Instant, Problem};
-use super::residuals::{Linearised, Residuals, residuals};
 
 /// Standard deviations of the measurements, metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -81,22 +87,24 @@ pub(super) struct Normal {
     pub gradient: DVector<f64>,
     /// dψᵢ = offsetᵢ + slopeᵢ · da.
     psi_offset: Vec<f64>,
-    psi_slope: Vec<f64>,
+    /// For eight instants after eight, element by element.
+    psi_slope: Vec<Lanes>,
     /// Squared norm of the weighted derivative of each sample's residuals by ψ.
     psi_information: Vec<f64>,
 }
 
 impl Normal {
     /// Derivative of ψ of one instant by the coefficients.
-    pub fn psi_slope(&self, instant: usize) -> &[f64] {
-        let unknowns = self.gradient.len();
-        &self.psi_slope[instant * unknowns..(instant + 1) * unknowns]
+    pub fn psi_slope(&self, instant: usize) -> DVector<f64> {
+        let (block, lane) = (instant / LANES * self.gradient.len(), instant % LANES);
+        DVector::from_fn(self.gradient.len(), |element, _| self.psi_slope[block + element][lane])
     }
 
     /// Orientations after a step of the coefficients, given what each would turn by without one.
     fn turned(&self, psi: &[f64], offset: &[f64], step: &DVector<f64>) -> Vec<f64> {
-        let turn = |i: usize| (offset[i] + long_dot(self.psi_slope(i), step.as_slice())).clamp(-0.3, 0.3);
-        psi.iter().enumerate().map(|(i, psi)| psi + turn(i)).collect()
+        let mut turned = psi.to_vec();
+        Arch::new().dispatch(Turning { normal: self, psi: &mut turned, offset, step: step.as_slice() });
+        turned
     }
 
     /// Information on ψ of one instant from its own sample, the shape being known.
@@ -109,74 +117,6 @@ impl Normal {
 struct Taken {
     normal: Normal,
     factor: Cholesky<f64, Dyn>,
-}
-
-/// The sum of outer products of rows, each with its residual as the last element: the normal matrix, and in its last
-/// row the gradient. Only the lower triangle (and a little above it) is kept.
-struct RowSink {
-    /// Length of a row with its residual, made even.
-    width: usize,
-    buffer: Vec<f64>,
-    filled: usize,
-    columns: Vec<f64>,
-}
-
-impl RowSink {
-    /// Rows that are taken in at a time, so that each element of the sum is touched once for all of them.
-    const BLOCK: usize = 4;
-
-    fn new(unknowns: usize) -> Self {
-        let width = (unknowns + 1).next_multiple_of(2);
-        Self { width, buffer: vec![0.0; Self::BLOCK * width], filled: 0, columns: vec![0.0; width * width] }
-    }
-
-    /// Takes in the row that `write` writes, of as many elements as there are unknowns, and its residual.
-    fn push(&mut self, unknowns: usize, residual: f64, write: impl FnOnce(&mut [f64])) {
-        let row = &mut self.buffer[self.filled * self.width..(self.filled + 1) * self.width];
-        write(&mut row[..unknowns]);
-        row[unknowns] = residual;
-        self.filled += 1;
-        if self.filled == Self::BLOCK {
-            self.flush();
-        }
-    }
-
-    fn flush(&mut self) {
-        self.buffer[self.filled * self.width..].fill(0.0);
-        self.filled = 0;
-        let mut rows = self.buffer.chunks_exact(self.width);
-        add_outer_products(&mut self.columns, self.width, std::array::from_fn(|_| rows.next().unwrap_or_default()));
-    }
-
-    fn finish(mut self, unknowns: usize) -> (DMatrix<f64>, DVector<f64>) {
-        self.flush();
-        let at = |row: usize, column: usize| self.columns[column * self.width + row];
-        let mut matrix = DMatrix::zeros(unknowns, unknowns);
-        for column in 0..unknowns {
-            for row in column..unknowns {
-                matrix[(row, column)] = at(row, column);
-                matrix[(column, row)] = at(row, column);
-            }
-        }
-        (matrix, DVector::from_fn(unknowns, |column, _| at(unknowns, column)))
-    }
-}
-
-/// Adds the outer products of four rows (of even length) to the lower triangle of a matrix, given by its columns. All goes
-/// in pairs of elements, as in the registers of every processor of today; so one element above the diagonal comes along.
-/// (On its own, not inlined: the compiler then knows that rows and columns do not overlap, a quarter less work.)
-#[inline(never)]
-fn add_outer_products(columns: &mut [f64], width: usize, rows: [&[f64]; RowSink::BLOCK]) {
-    let [first, second, third, fourth] = rows.map(|row| row[..width].as_chunks::<2>().0);
-    for (index, column) in columns.chunks_exact_mut(width).enumerate() {
-        let (start, i) = (index / 2, index % 2);
-        let (f, s, t, q) = (first[start][i], second[start][i], third[start][i], fourth[start][i]);
-        let target = &mut column.as_chunks_mut::<2>().0[start..];
-        let rest = first[start..].iter().zip(&second[start..]).zip(&third[start..]).zip(&fourth[start..]);
-        for (pair, (((a, b), c), d)) in target.iter_mut().zip(rest) {
-            *pair = std::array::from_fn(|i| pair[i] + (f * a[i] + s * b[i] + t * c[i] + q * d[i]));
-        }
-    }
 }
 
 /// Everything that defines the cost, for one number of harmonics.
@@ -237,15 +177,8 @@ impl Convexity {
         let half = if self.nodes == 0 { 0 } else { self.nodes / 2 + 1 };
         let (mut common, mut opposite) = (vec![coefficients[0]; half], vec![0.0; half]);
         let (a, b) = coefficients[1..].split_at(coefficients.len() / 2);
-        let columns = self.cosines.chunks_exact(half.max(1)).zip(self.sines.chunks_exact(half.max(1)));
-        for ((a, b), (cosines, sines)) in a.iter().zip(b).zip(columns) {
-            for (v, cosine) in common.iter_mut().zip(cosines) {
-                *v += a * cosine;
-            }
-            for (v, sine) in opposite.iter_mut().zip(sines) {
-                *v += b * sine;
-            }
-        }
+        Arch::new().dispatch(Summing { factors: a, columns: &self.cosines, sums: &mut common });
+        Arch::new().dispatch(Summing { factors: b, columns: &self.sines, sums: &mut opposite });
         (0..self.nodes).filter_map(move |node| {
             let (mirrored, sign) = self.mirrored(node);
             let v = common[mirrored] + sign * opposite[mirrored];
@@ -337,54 +270,37 @@ impl<'a> Smoother<'a> {
         information.iter().all(|value| value.is_finite()).then_some(Belief { information, mean })
     }
 
+    /// An estimate after a step of the shape, with every ψ turned along.
+    pub fn moved(&self, estimate: &Estimate, step: &DVector<f64>) -> Estimate {
+        let normal = self.linearise(&estimate.coefficients, &estimate.psi);
+        let psi = normal.turned(&estimate.psi, &vec![0.0; estimate.psi.len()], step);
+        Estimate { coefficients: moved(&estimate.coefficients, step), psi, cost: f64::INFINITY }
+    }
+
     /// Brings each ψ to the minimum of its own sample by a few Newton steps, and returns the cost there.
     fn settle(&self, coefficients: &[f64], psi: &mut [f64], rounds: usize) -> f64 {
-        let mut cost = self.shape_cost(coefficients);
-        for (instant, psi) in self.problem.instants.iter().zip(psi.iter_mut()) {
-            let weights = self.noise.weights(instant);
-            cost += settle_one(weights, psi, rounds, |psi| residuals(instant, coefficients, psi)).square;
-        }
-        cost
+        let samples = Arch::new().dispatch(Settling { smoother: self, coefficients, psi, rounds });
+        self.shape_cost(coefficients) + samples
     }
 
     /// The normal equations at an estimate, with every ψ eliminated.
     pub fn linearise(&self, coefficients: &[f64], psi: &[f64]) -> Normal {
         let unknowns = 2 * self.order + 1;
-        let count = self.problem.len();
-        let mut sink = RowSink::new(unknowns);
-        let mut linearised = Linearised::new(self.order);
-        let mut psi_offset = vec![0.0; count];
-        let mut psi_slope = vec![0.0; count * unknowns];
-        let mut psi_information = vec![0.0; count];
-        for (index, instant) in self.problem.instants.iter().enumerate() {
-            let at = linearised.at(instant, coefficients, psi[index]);
-            let w = self.noise.weights(instant);
-            let e = [w[0] * at.value[0], w[1] * at.value[1], w[2] * at.value[2]];
-            let p = [w[0] * at.by_psi[0], w[1] * at.by_psi[1], w[2] * at.by_psi[2]];
-            let information = dot(p, p);
-            psi_information[index] = information;
-            let [first, second, along] = turned_frame(p);
-            let weighted = |q: [f64; 3]| [q[0] * w[0], q[1] * w[1], q[2] * w[2]];
-            for q in [first, second] {
-                sink.push(unknowns, dot(q, e), |row| linearised.mixed_row(instant, weighted(q), row));
-            }
-            // Along its own derivative ψ takes up all but the share that one radian of freedom leaves.
-            let slope = &mut psi_slope[index * unknowns..(index + 1) * unknowns];
-            linearised.mixed_row(instant, weighted(along), slope);
-            let left = (PSI_INFORMATION / (information + PSI_INFORMATION)).sqrt();
-            sink.push(unknowns, left * dot(along, e), |row| {
-                for (slot, value) in row.iter_mut().zip(slope.iter()) {
-                    *slot = left * value;
-                }
-            });
-            let scale = -information.sqrt() / (information + PSI_INFORMATION);
-            psi_offset[index] = scale * dot(along, e);
-            slope.iter_mut().for_each(|value| *value *= scale);
-        }
+        let mut sums = OuterProducts::new(unknowns, 3 * psi.len());
+        let mut normal = Normal {
+            matrix: DMatrix::zeros(0, 0),
+            gradient: DVector::zeros(0),
+            psi_offset: Vec::with_capacity(psi.len()),
+            psi_slope: vec![[0.0; LANES]; psi.len().div_ceil(LANES) * unknowns],
+            psi_information: Vec::with_capacity(psi.len()),
+        };
+        Arch::new().dispatch(Linearising { smoother: self, coefficients, psi, sums: &mut sums, normal: &mut normal });
+        let mut row = vec![0.0; unknowns];
         for (node, residual) in self.convexity.violations(coefficients) {
-            sink.push(unknowns, residual, |row| self.convexity.row(node, row));
+            self.convexity.row(node, &mut row);
+            sums.push(&row, residual);
         }
-        let (mut matrix, mut gradient) = sink.finish(unknowns);
+        let (mut matrix, mut gradient) = sums.finish(unknowns);
         match self.belief {
             Some(belief) => {
                 gradient += &belief.information * (DVector::from_row_slice(coefficients) - &belief.mean);
@@ -397,7 +313,7 @@ impl<'a> Smoother<'a> {
                 }
             }
         }
-        Normal { matrix, gradient, psi_offset, psi_slope, psi_information }
+        Normal { matrix, gradient, ..normal }
     }
 
     /// Runs Gauss-Newton with Levenberg-Marquardt damping down to a minimum.
@@ -452,50 +368,136 @@ impl<'a> Smoother<'a> {
     }
 }
 
-/// One sample at a shape, its ψ settled.
-struct SettledOne {
-    at: Residuals,
-    /// The sum of its weighted squares.
-    square: f64,
-    /// The last trial was no better and was taken back.
-    taken_back: bool,
+/// Adds columns, each times its factor, compiled for several processors.
+struct Summing<'a> {
+    factors: &'a [f64],
+    columns: &'a [f64],
+    sums: &'a mut [f64],
 }
 
-/// Brings ψ to the minimum of its own sample by a few Newton steps.
-#[inline(always)]
-fn settle_one(
-    weights: [f64; 3],
-    psi: &mut f64,
-    rounds: usize,
-    mut residuals_at: impl FnMut(f64) -> Residuals,
-) -> SettledOne {
-    let weighted = |at: &Residuals| {
-        let (mut square, mut slope, mut curvature) = (0.0, 0.0, 0.0);
-        for ((weight, value), by_psi) in weights.iter().zip(at.value).zip(at.by_psi) {
-            let (e, p) = (weight * value, weight * by_psi);
-            square += e * e;
-            slope += e * p;
-            curvature += p * p;
+impl WithSimd for Summing<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { factors, columns, sums } = self;
+        for (factor, column) in factors.iter().zip(columns.chunks_exact(sums.len().max(1))) {
+            for (sum, value) in sums.iter_mut().zip(column) {
+                *sum += factor * value;
+            }
         }
-        (square, slope, curvature)
-    };
-    let mut at = residuals_at(*psi);
-    let (mut square, mut slope, mut curvature) = weighted(&at);
-    for _ in 0..rounds {
-        // Worth less than 1e-6 of a squared standard deviation: settled.
-        if slope * slope <= 1e-6 * curvature || curvature <= 0.0 {
-            break;
-        }
-        let moved = *psi - (slope / curvature).clamp(-0.1, 0.1);
-        let there = residuals_at(moved);
-        let next = weighted(&there);
-        if next.0 >= square {
-            return SettledOne { at, square, taken_back: true };
-        }
-        (*psi, at) = (moved, there);
-        (square, slope, curvature) = next;
     }
-    SettledOne { at, square, taken_back: false }
+}
+
+/// [`Normal::turned`], compiled for several processors.
+struct Turning<'a> {
+    normal: &'a Normal,
+    psi: &'a mut [f64],
+    offset: &'a [f64],
+    step: &'a [f64],
+}
+
+impl WithSimd for Turning<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { normal, psi, offset, step } = self;
+        let blocks = normal.psi_slope.chunks_exact(step.len().max(1));
+        for ((psi, offset), slopes) in psi.chunks_mut(LANES).zip(offset.chunks(LANES)).zip(blocks) {
+            let mut turn = loaded(offset);
+            for (slopes, step) in slopes.iter().zip(step) {
+                for (turn, slope) in turn.iter_mut().zip(slopes) {
+                    *turn += slope * step;
+                }
+            }
+            psi.iter_mut().zip(turn).for_each(|(psi, turn)| *psi += turn.clamp(-0.3, 0.3));
+        }
+    }
+}
+
+/// [`Smoother::settle`] for the samples alone, compiled for several processors.
+struct Settling<'a> {
+    smoother: &'a Smoother<'a>,
+    coefficients: &'a [f64],
+    psi: &'a mut [f64],
+    rounds: usize,
+}
+
+impl WithSimd for Settling<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> f64 {
+        let Self { smoother: Smoother { problem, noise, .. }, coefficients, psi, rounds } = self;
+        let mut cost = 0.0;
+        for (instants, psi) in problem.instants.chunks(LANES).zip(psi.chunks_mut(LANES)) {
+            let block = Block::new(instants, *noise);
+            let mut lanes = loaded(psi);
+            let settled = block.settle(coefficients, &mut lanes, rounds, None);
+            psi.copy_from_slice(&lanes[..psi.len()]);
+            cost += settled.sums().0.iter().sum::<f64>();
+        }
+        cost
+    }
+}
+
+/// [`Smoother::linearise`] for the samples alone, compiled for several processors.
+struct Linearising<'a> {
+    smoother: &'a Smoother<'a>,
+    coefficients: &'a [f64],
+    psi: &'a [f64],
+    sums: &'a mut OuterProducts,
+    normal: &'a mut Normal,
+}
+
+impl WithSimd for Linearising<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { smoother: Smoother { problem, noise, order, .. }, coefficients, psi, sums, normal } = self;
+        let unknowns = 2 * order + 1;
+        let mut waves = Waves::new(*order);
+        let blocks = problem.instants.chunks(LANES).zip(psi.chunks(LANES));
+        for ((instants, psi), slopes) in blocks.zip(normal.psi_slope.chunks_exact_mut(unknowns)) {
+            let block = Block::new(instants, *noise);
+            let at = block.at(coefficients, &loaded(psi), Some(&mut waves));
+            let information = dots(&at.by_psi, &at.by_psi);
+            let [first, second, along] = turned_frames(&at.by_psi);
+            for share in [first, second] {
+                let mixture = block.mixture(&share);
+                sums.push_block(unknowns, dots(&share, &at.value), |index| mixture.element(&waves, index));
+            }
+            // Along its own derivative ψ takes up all but the share that one radian of freedom leaves.
+            let mixture = block.mixture(&along);
+            let value = dots(&along, &at.value);
+            let left = information.map(|information| (PSI_INFORMATION / (information + PSI_INFORMATION)).sqrt());
+            let scale = information.map(|information| -information.sqrt() / (information + PSI_INFORMATION));
+            sums.push_block(unknowns, times(&left, &value), |index| {
+                let element = mixture.element(&waves, index);
+                slopes[index] = times(&scale, &element);
+                times(&left, &element)
+            });
+            normal.psi_offset.extend(&times(&scale, &value)[..psi.len()]);
+            normal.psi_information.extend(&information[..psi.len()]);
+        }
+    }
+}
+
+/// Eight numbers, or as many as there are.
+#[inline(always)]
+fn loaded(values: &[f64]) -> Lanes {
+    match values.first_chunk() {
+        Some(lanes) => *lanes,
+        None => std::array::from_fn(|lane| values.get(lane).copied().unwrap_or(values[0])),
+    }
+}
+
+/// Products, lane by lane.
+#[inline(always)]
+fn times(a: &Lanes, b: &Lanes) -> Lanes {
+    std::array::from_fn(|lane| a[lane] * b[lane])
 }
 
 fn moved(coefficients: &[f64], step: &DVector<f64>) -> Vec<f64> {
@@ -514,40 +516,6 @@ pub(super) fn coefficients_to_order(coefficients: &mut Vec<f64>, order: usize) {
     changed[1..=kept].copy_from_slice(&coefficients[1..=kept]);
     changed[order + 1..=order + kept].copy_from_slice(&coefficients[old + 1..=old + kept]);
     *coefficients = changed;
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-/// The inner product of long vectors, in four sums that do not wait for each other.
-fn long_dot(a: &[f64], b: &[f64]) -> f64 {
-    let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<4>(), b.as_chunks::<4>());
-    let mut sums = [0.0; 4];
-    for (a, b) in a.iter().zip(b) {
-        for i in 0..4 {
-            sums[i] += a[i] * b[i];
-        }
-    }
-    let rest: f64 = a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum();
-    (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
-}
-
-/// Three orthonormal vectors, the last along `p` (any three, where p vanishes).
-fn turned_frame(p: [f64; 3]) -> [[f64; 3]; 3] {
-    let norm = (p[0] * p[0] + p[1] * p[1] + p[2] * p[2]).sqrt();
-    if norm <= 0.0 || !norm.is_finite() {
-        return [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-    }
-    // Householder reflection that carries p to the third axis; its other two columns span the complement.
-    let sign = if p[2] < 0.0 { -1.0 } else { 1.0 };
-    let u = [p[0] / norm, p[1] / norm, p[2] / norm + sign];
-    let beta = 2.0 / (u[0] * u[0] + u[1] * u[1] + u[2] * u[2]);
-    [
-        [1.0 - beta * u[0] * u[0], -beta * u[0] * u[1], -beta * u[0] * u[2]],
-        [-beta * u[0] * u[1], 1.0 - beta * u[1] * u[1], -beta * u[1] * u[2]],
-        [p[0] / norm, p[1] / norm, p[2] / norm],
-    ]
 }
 
 #[cfg(test)]

@@ -9,7 +9,7 @@ use super::options::{ReconstructError, ReconstructOptions};
 use super::problem::Problem;
 use super::smooth::{Estimate, Noise, Prior};
 use super::track::{Aside, Track, track};
-use super::{certificate, grow, noise, search};
+use super::{certificate, grow, noise, search, valley};
 use crate::log::Log;
 
 /// Times that badly placed samples are placed anew.
@@ -17,6 +17,9 @@ const REPAIRS: usize = 3;
 
 /// Standard deviation of the balance that a fit begins with, as shares of that of the contacts.
 const BALANCE_SHARES: [f64; 2] = [1.0, 0.1];
+
+/// An estimate elsewhere whose log evidence on the thinned log is larger by this is taken to its optimum.
+const WORTH_A_LOOK: f64 = 1.0;
 
 /// Samples beside a doubtful one that are set aside with it, and how many at the most.
 const BESIDE: usize = 5;
@@ -72,7 +75,24 @@ impl<'a> Task<'a> {
         let rough = self.rough(&medium, start).ok_or(ReconstructError::NotSolvable)?;
         let psi = track(&medium, &rough, self.floor_m(), None).psi;
         let rough = Fit { estimate: Estimate { psi, ..rough.estimate }, ..rough };
-        self.settle(medium, &found.ranges, rough)
+        let settled = self.settle(medium.clone(), &found.ranges, rough)?;
+        Ok(self.down_the_valley(&medium, &found.ranges, settled))
+    }
+
+    /// The best of an optimum and of those that lie along the valley of its cost.
+    fn down_the_valley(&self, medium: &Problem, ranges: &[Range<usize>], mut best: Refined) -> Refined {
+        for start in valley::both_ways(medium, &best.coarse).into_iter().flatten() {
+            let Fit { order, noise, prior, log_evidence, .. } = best.coarse;
+            // As exact as statics has the balance: what is missed tells on which side the centre of mass is.
+            let noise = Noise { balance_m: BALANCE_SHARES[1] * noise.sensor_m, ..noise };
+            let there = fit(&mut medium.clone(), order, start, noise, prior, self.freedom(), ROUNDS);
+            let Some(there) = there.filter(|there| there.log_evidence > log_evidence + WORTH_A_LOOK) else { continue };
+            match self.settle(medium.clone(), ranges, there) {
+                Ok(other) if other.fine.log_evidence > best.fine.log_evidence => best = other,
+                _ => {}
+            }
+        }
+        best
     }
 
     /// A few samples at a wrong pose would ask for harmonics that the object has not, so the first fit has none to give. Balance

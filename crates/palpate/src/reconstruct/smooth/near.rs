@@ -6,9 +6,10 @@
 
 use nalgebra::DVector;
 
-use super::{
-    Effort, Estimate, Linearised, PSI_INFORMATION, Smoother, Taken, coefficients_to_order, dot, moved, settle_one,
-};
+use pulp::{Arch, Simd, WithSimd};
+
+use super::block::{Block, LANES, Lanes, Waves, Weighted, dots};
+use super::{Effort, Estimate, PSI_INFORMATION, Smoother, Taken, coefficients_to_order, loaded, moved};
 
 /// The matrix is made anew as long as steps lower the cost by more than this share of it.
 const FAR: f64 = 0.5;
@@ -76,29 +77,13 @@ impl Smoother<'_> {
     /// Brings each ψ to the minimum of its own sample, and returns what [`Smoother::linearise`] would find there, but for the
     /// matrix.
     pub(super) fn settle_with_gradient(&self, coefficients: &[f64], psi: &mut [f64], rounds: usize) -> Slope {
-        let mut cost = self.shape_cost(coefficients);
-        let mut gradient = self.shape_gradient(coefficients);
-        let mut linearised = Linearised::new(self.order);
-        let mut psi_offset = Vec::with_capacity(psi.len());
-        let mut row = vec![0.0; coefficients.len()];
-        for (instant, psi) in self.problem.instants.iter().zip(psi.iter_mut()) {
-            let w = self.noise.weights(instant);
-            let settled = settle_one(w, psi, rounds, |psi| linearised.at(instant, coefficients, psi));
-            if settled.taken_back {
-                linearised.at(instant, coefficients, *psi);
-            }
-            cost += settled.square;
-            let at = settled.at;
-            let e = [w[0] * at.value[0], w[1] * at.value[1], w[2] * at.value[2]];
-            let p = [w[0] * at.by_psi[0], w[1] * at.by_psi[1], w[2] * at.by_psi[2]];
-            // What ψ takes up is no gradient of the shape.
-            let taken = dot(p, e) / (dot(p, p) + PSI_INFORMATION);
-            psi_offset.push(-taken);
-            let share = std::array::from_fn(|i| w[i] * (e[i] - taken * p[i]));
-            linearised.mixed_row(instant, share, &mut row);
-            gradient.iter_mut().zip(&row).for_each(|(sum, value)| *sum += value);
-        }
-        Slope { cost, gradient, psi_offset }
+        let mut slope = Slope {
+            cost: self.shape_cost(coefficients),
+            gradient: self.shape_gradient(coefficients),
+            psi_offset: Vec::with_capacity(psi.len()),
+        };
+        Arch::new().dispatch(Sloping { smoother: self, coefficients, psi, rounds, slope: &mut slope });
+        slope
     }
 
     /// Half the gradient of the prior and of convexity.
@@ -116,5 +101,50 @@ impl Smoother<'_> {
             gradient.iter_mut().zip(&row).for_each(|(sum, value)| *sum += residual * value);
         }
         gradient
+    }
+}
+
+/// [`Smoother::settle_with_gradient`] for the samples alone, compiled for several processors.
+struct Sloping<'a> {
+    smoother: &'a Smoother<'a>,
+    coefficients: &'a [f64],
+    psi: &'a mut [f64],
+    rounds: usize,
+    slope: &'a mut Slope,
+}
+
+impl WithSimd for Sloping<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { smoother: Smoother { problem, noise, order, .. }, coefficients, psi, rounds, slope } = self;
+        let mut waves = Waves::new(*order);
+        let mut sums = vec![[0.0; LANES]; coefficients.len()];
+        for (instants, psi) in problem.instants.chunks(LANES).zip(psi.chunks_mut(LANES)) {
+            let block = Block::new(instants, *noise);
+            let mut lanes = loaded(psi);
+            let Weighted { value, by_psi } = block.settle(coefficients, &mut lanes, rounds, Some(&mut waves));
+            psi.copy_from_slice(&lanes[..psi.len()]);
+            slope.cost += dots(&value, &value).iter().sum::<f64>();
+            // What ψ takes up is no gradient of the shape.
+            let (overlap, information) = (dots(&by_psi, &value), dots(&by_psi, &by_psi));
+            let taken: Lanes = std::array::from_fn(|lane| overlap[lane] / (information[lane] + PSI_INFORMATION));
+            slope.psi_offset.extend(taken[..psi.len()].iter().map(|taken| -taken));
+            let mut share = value;
+            for (share, by_psi) in share.iter_mut().zip(&by_psi) {
+                for lane in 0..LANES {
+                    share[lane] -= taken[lane] * by_psi[lane];
+                }
+            }
+            let mixture = block.mixture(&share);
+            for (index, sums) in sums.iter_mut().enumerate() {
+                let element = mixture.element(&waves, index);
+                for (sum, element) in sums.iter_mut().zip(element) {
+                    *sum += element;
+                }
+            }
+        }
+        slope.gradient.iter_mut().zip(&sums).for_each(|(gradient, sums)| *gradient += sums.iter().sum::<f64>());
     }
 }
