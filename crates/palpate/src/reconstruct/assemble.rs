@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::brief::{brief_pieces, placed_anew};
+use super::brief::brief_pieces;
 use super::certificate::{self, Evidence, MODEL_ALLOWANCE};
 use super::evidence::Fit;
 use super::felt::{NODES, touches};
@@ -12,7 +12,6 @@ use super::posterior::Posterior;
 use super::problem::Problem;
 use super::reconstruction::{Jump, OutlinePoint, Pose, Reconstruction};
 use super::residuals::{contact_angles, residuals};
-use super::track::CERTAIN;
 use crate::log::Log;
 use crate::palms::PalmPair;
 use crate::shape::SupportFunction;
@@ -35,12 +34,12 @@ pub(super) struct Judged {
 }
 
 /// Puts the result together. `None` when the information matrix cannot be factored (nothing was learnt).
-/// `margin` says of each sample how much more it costs to put it elsewhere.
+/// `astray` says of each sample how far from its pose another is that explains it about as well (radians, 0 where there is none).
 pub(super) fn assemble(
     log: &Log,
     problem: &Problem,
     mut fit: Fit,
-    margin: &[f64],
+    astray: &[f64],
     expected: Expected,
 ) -> Option<Judged> {
     let turned = fit.estimate.psi[0];
@@ -56,9 +55,6 @@ pub(super) fn assemble(
     let angles: Vec<(f64, f64)> =
         problem.instants.iter().zip(psi).map(|(instant, psi)| contact_angles(instant, *psi)).collect();
     let counts = touches(&tracks(problem, &angles, &starts));
-    let brief = brief_pieces(&starts, problem.len());
-    let anew = placed_anew(problem, &fit, &brief);
-    let unplaced: Vec<bool> = margin.iter().zip(&anew).map(|(tracked, anew)| tracked.min(*anew) < CERTAIN).collect();
     let node_angle = |node: usize| TAU * node as f64 / NODES as f64;
     let felt: Vec<f64> = (0..NODES).filter(|&node| counts[node] > 0).map(node_angle).collect();
 
@@ -99,14 +95,11 @@ pub(super) fn assemble(
         .map(|(index, sample)| {
             let (theta1, theta2) = angles[index];
             let center = sample.palms.center_of_mass_m(shape.at(theta1), shape.at(theta2));
-            let (mut psi_sd, com_sd) = posterior.pose_sd(index, &problem.instants[index], &fit, angle_sd);
-            if unplaced[index] {
-                psi_sd = psi_sd.max(UNKNOWN_PSI_SD);
-            }
+            let (psi_sd, com_sd) = posterior.pose_sd(index, &problem.instants[index], &fit, angle_sd);
             Pose {
                 time_s: sample.time_s,
                 psi_rad: psi[index],
-                psi_sd_rad: psi_sd,
+                psi_sd_rad: psi_sd.max(astray[index]),
                 com_x_m: center[0],
                 com_y_m: center[1],
                 com_sd_m: com_sd,
@@ -125,7 +118,7 @@ pub(super) fn assemble(
     let (chi2_per_dof, dof) = chi2(problem, &left, expected_m, 2 * fit.order + 1);
     let chi2_limit = 1.0 + (6.0 * (2.0 / dof).sqrt()).max(if expected.stated_m.is_some() { 0.2 } else { 0.5 });
     let times_s: Vec<f64> = log.samples.iter().map(|sample| sample.time_s).collect();
-    let placed = || motion.iter().zip(&unplaced).filter(|(_, unplaced)| !**unplaced).map(|(pose, _)| pose);
+    let placed = || motion.iter().zip(astray).filter(|(_, astray)| **astray == 0.0).map(|(pose, _)| pose);
     let squares = placed().map(|pose| pose.psi_sd_rad.powi(2));
     let mean_square = squares.sum::<f64>() / placed().count().max(1) as f64;
     let verdict = certificate::judge(&Evidence {
@@ -141,7 +134,8 @@ pub(super) fn assemble(
         leaps: &leaps,
         times_s: &times_s,
         coverage: felt.len() as f64 / NODES as f64,
-        unplaced: unplaced.iter().filter(|unplaced| **unplaced).count(),
+        unplaced: astray.iter().filter(|astray| **astray > 0.0).count(),
+        astray: (astray.iter().map(|astray| astray * astray).sum::<f64>() / astray.len().max(1) as f64).sqrt(),
         psi_sd: [mean_square.sqrt(), placed().map(|pose| pose.psi_sd_rad).fold(0.0, f64::max)],
         largest_felt_r_sd_m: outline.iter().filter(|p| p.touches > 0).map(|p| p.r_sd_m).fold(0.0, f64::max),
         convex: shape.is_convex(),
@@ -222,9 +216,6 @@ fn tracks(problem: &Problem, angles: &[(f64, f64)], starts: &[usize]) -> Vec<Vec
 
 /// A contact that moves further than this between two samples did not feel what lies between, radians.
 const LONGEST_SLIDE: f64 = 0.3;
-
-/// Standard deviation of an angle of which nothing is known: that of a uniform distribution over the circle, radians.
-const UNKNOWN_PSI_SD: f64 = 1.813_8;
 
 /// χ² of the contact positions per degree of freedom, and the degrees of freedom.
 fn chi2(problem: &Problem, left: &[(Option<f64>, Option<f64>)], sd_m: f64, unknowns: usize) -> (f64, f64) {

@@ -1,5 +1,5 @@
 //! Pieces of a few samples between two jumps. The shape gives way to them, so that they always seem well placed; whether they
-//! are must be asked of the shape that all other samples leave.
+//! are must be asked of the shape that all other samples leave, and then of the evidence ([`super::rivals`]).
 
 use std::ops::Range;
 
@@ -8,6 +8,9 @@ use rayon::prelude::*;
 use super::evidence::Fit;
 use super::known::Known;
 use super::problem::Problem;
+use super::rivals::Doubts;
+use super::track::{CERTAIN, Rival, near};
+use crate::angle::wrapped;
 
 /// Pieces with fewer samples than this are not placed by their own contacts alone.
 const BRIEF: usize = 6;
@@ -26,28 +29,44 @@ pub(super) fn brief_pieces(starts: &[usize], samples: usize) -> Vec<Range<usize>
     edges.windows(2).filter(|edge| edge[1] < edge[0] + BRIEF).map(|edge| edge[0]..edge[1].max(edge[0])).collect()
 }
 
-/// For each sample of a brief piece, by how much another orientation is less likely for the sample of the piece that tells
-/// most, given what all samples outside brief pieces tell of the shape (−2 ln of the odds); infinite for all other samples.
-pub(super) fn placed_anew(problem: &Problem, fit: &Fit, brief: &[Range<usize>]) -> Vec<f64> {
-    let mut margin = vec![f64::INFINITY; problem.len()];
+/// Asks of each brief piece where else it might be, given what all samples outside brief pieces tell of the shape. Adds the doubts (−2 ln
+/// of the odds against another orientation, for the sample of the piece that tells most), and returns the likeliest other ways.
+pub(super) fn placed_anew(problem: &Problem, fit: &Fit, starts: &[usize], doubts: &mut Doubts) -> Vec<Rival> {
+    let brief = brief_pieces(starts, problem.len());
     let samples: usize = brief.iter().map(|piece| piece.len()).sum();
     if samples == 0 {
-        return margin;
+        return Vec::new();
     }
     if samples > MOST {
-        brief.iter().for_each(|piece| margin[piece.clone()].fill(0.0));
-        return margin;
+        brief.into_iter().for_each(|piece| doubts.lower(piece, 0.0));
+        return Vec::new();
     }
     let mut others = problem.clone();
     brief.iter().cloned().flatten().for_each(|index| others.instants[index].set_aside());
-    let known = Known::from(&others, fit);
+    let Some(known) = Known::from(&others, fit) else {
+        brief.into_iter().for_each(|piece| doubts.lower(piece, 0.0));
+        return Vec::new();
+    };
+    let mut rivals = Vec::new();
     for piece in brief {
-        let of_piece = known.as_ref().map_or(0.0, |known| {
-            let samples = piece.clone().into_par_iter();
-            let margins = samples.map(|index| known.margin(&problem.instants[index], fit.estimate.psi[index]));
-            margins.reduce(|| 0.0, f64::max)
-        });
-        margin[piece.clone()].fill(of_piece);
+        let here = &fit.estimate.psi;
+        let samples = piece.clone().into_par_iter();
+        let placed: Vec<(f64, Vec<f64>)> =
+            samples.map(|index| known.elsewhere(&problem.instants[index], here[index])).collect();
+        let Some((of_piece, others)) = placed.iter().max_by(|a, b| a.0.total_cmp(&b.0)) else { continue };
+        if *of_piece >= CERTAIN {
+            continue;
+        }
+        doubts.lower(piece.clone(), *of_piece);
+        for other in others {
+            let mut psi = here.clone();
+            for (index, (_, minima)) in piece.clone().zip(&placed) {
+                let way = |psi: &f64| wrapped(psi - other).abs();
+                let nearest = minima.iter().min_by(|a, b| way(a).total_cmp(&way(b)));
+                psi[index] = nearest.copied().filter(|psi| near(*psi, *other)).unwrap_or(*other);
+            }
+            rivals.push(Rival { psi, samples: piece.clone().collect(), leaps: 0.0 });
+        }
     }
-    margin
+    rivals
 }

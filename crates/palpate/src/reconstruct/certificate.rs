@@ -15,7 +15,11 @@ const MAX_PSI_SD: [f64; 2] = [0.03, 0.3];
 /// Felt boundary less certain than this, as a share of the mean radius, does not count as known: where the centre of mass is certified
 /// as well, and where it is not. (What is so uncertain is where the centre of mass of a nearly round object lies, and error bars,
 /// which hold for small errors, are too narrow there.)
-const MAX_R_SD: [f64; 2] = [5e-3, 0.02];
+const MAX_R_SD: [f64; 2] = [0.01, 0.02];
+
+/// Samples whose pose cannot be told are forgiven as long as the motion would be wrong by no more than this if all of them were
+/// elsewhere, radians (root mean square).
+const MOST_ASTRAY: f64 = 0.01;
 
 /// Less of the boundary than this tells no object: noise alone could pass for the motion of a still one.
 const LEAST_COVERAGE: f64 = 0.1;
@@ -41,6 +45,8 @@ pub(super) struct Evidence<'a> {
     pub coverage: f64,
     /// Samples whose pose cannot be told.
     pub unplaced: usize,
+    /// By how much the orientation would be wrong if all of them were elsewhere, radians (root mean square over all samples).
+    pub astray: f64,
     /// Standard deviation of ψ, radians: root mean square over all samples that could be placed, and largest.
     pub psi_sd: [f64; 2],
     pub largest_felt_r_sd_m: f64,
@@ -130,7 +136,7 @@ fn gaps(evidence: &Evidence) -> Vec<String> {
             100.0 * evidence.coverage
         ));
     }
-    if evidence.unplaced > 0 {
+    if evidence.astray > MOST_ASTRAY {
         let (samples, them, their) =
             if evidence.unplaced == 1 { ("sample", "it", "its") } else { ("samples", "them", "their") };
         doubts.push(format!(

@@ -46,13 +46,22 @@ impl Known {
         first * first + second * second + 4.0 * (balance * balance / 3.0).ln_1p() + spread
     }
 
-    /// How much less likely the most likely other orientation of a sample is than the one near `psi`.
-    pub fn margin(&self, instant: &Instant, psi: f64) -> f64 {
-        let (mut here, mut elsewhere) = (self.surprise(instant, psi), f64::INFINITY);
+    /// How much less likely the most likely other orientation of a sample is than the one near `psi`, and the likeliest others, the
+    /// first of them first.
+    pub fn elsewhere(&self, instant: &Instant, psi: f64) -> (f64, Vec<f64>) {
+        const OTHERS: usize = 4;
+        let mut here = self.surprise(instant, psi);
+        let mut others = Vec::new();
         for (other, surprise) in minima(psi, &|psi| self.surprise(instant, psi)) {
-            let least = if near(psi, other) { &mut here } else { &mut elsewhere };
-            *least = least.min(surprise);
+            if near(psi, other) {
+                here = here.min(surprise);
+            } else {
+                others.push((other, surprise));
+            }
         }
-        elsewhere - here
+        others.sort_by(|a, b| a.1.total_cmp(&b.1));
+        others.truncate(OTHERS);
+        let margin = others.first().map_or(f64::INFINITY, |(_, surprise)| surprise - here);
+        (margin, others.into_iter().map(|(psi, _)| psi).collect())
     }
 }

@@ -39,6 +39,7 @@ mod problem;
 mod quadrature;
 mod reconstruction;
 mod residuals;
+mod rivals;
 mod search;
 mod smooth;
 mod smoothing;

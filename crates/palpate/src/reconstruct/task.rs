@@ -7,10 +7,13 @@ use super::evidence::{Fit, Freedom, ROUNDS, choose_order, fit};
 use super::known::Known;
 use super::options::{ReconstructError, ReconstructOptions};
 use super::problem::Problem;
+use super::rivals::Doubts;
 use super::smooth::{Estimate, Noise, Prior};
 use super::track::{Aside, Track, track};
-use super::{certificate, grow, noise, search, valley};
+use super::{brief, certificate, grow, jumps, noise, rivals, search, valley};
 use crate::log::Log;
+use crate::palms::PalmPair;
+use crate::shape::SupportFunction;
 
 /// Times that badly placed samples are placed anew.
 const REPAIRS: usize = 3;
@@ -53,8 +56,8 @@ pub(super) struct Refined {
     fine: Fit,
     /// All samples, with the weight that the balance has at each.
     problem: Problem,
-    /// For each sample, how much more it costs to put it elsewhere (see [`Track`]).
-    margin: Vec<f64>,
+    /// For each sample, how far from its pose another is that explains it about as well, radians.
+    astray: Vec<f64>,
 }
 
 impl<'a> Task<'a> {
@@ -131,9 +134,20 @@ impl<'a> Task<'a> {
             if let Some(again) = self.without_doubtful(&fine, &track) {
                 track = again;
             }
-            // Where the way does not settle, the arrangement is wrong.
-            if track.moved == 0 || attempt == REPAIRS || 2 * track.moved > unsettled {
-                return Ok(Refined { coarse, fine, problem, margin: track.margin });
+            // Where the way does not settle, the arrangement is wrong, or it is a matter of a few samples.
+            let last = attempt == REPAIRS || 2 * track.moved > unsettled;
+            if track.moved == 0 || last {
+                let mut doubts = Doubts::new(std::mem::take(&mut track.margin));
+                let mut rivals = std::mem::take(&mut track.rivals);
+                rivals.extend(doubts.unsettled(&fine.estimate.psi, &track.psi));
+                rivals.extend(brief::placed_anew(&problem, &fine, &self.starts(&fine), &mut doubts));
+                match rivals::weigh(&problem, &fine, &rivals, &mut doubts) {
+                    Some(better) if !last => {
+                        track.moved = grow::moved(&fine.estimate.psi, &better.psi);
+                        track.psi = better.psi;
+                    }
+                    _ => return Ok(Refined { coarse, fine, problem, astray: doubts.astray() }),
+                }
             }
             attempt += 1;
             unsettled = track.moved;
@@ -195,9 +209,18 @@ impl<'a> Task<'a> {
         Some(again)
     }
 
+    /// The samples at which the object of a fit has just leapt.
+    fn starts(&self, fine: &Fit) -> Vec<usize> {
+        let mut psi = fine.estimate.psi.clone();
+        jumps::unwrap(&mut psi);
+        let shape = SupportFunction::from_coefficients(&fine.estimate.coefficients);
+        let palms: Vec<PalmPair> = self.log.samples.iter().map(|sample| sample.palms).collect();
+        jumps::leaps(&shape, &palms, &psi).iter().map(|leap| leap.sample).collect()
+    }
+
     pub(super) fn assemble(&self, refined: Refined) -> Result<Judged, ReconstructError> {
         let expected = Expected { stated_m: self.stated_m, scatter_m: self.scatter_m };
-        assemble(self.log, &refined.problem, refined.fine, &refined.margin, expected)
+        assemble(self.log, &refined.problem, refined.fine, &refined.astray, expected)
             .ok_or(ReconstructError::NotSolvable)
     }
 }

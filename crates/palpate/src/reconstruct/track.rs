@@ -22,7 +22,7 @@ use crate::shape::SupportFunction;
 use crate::statics::{EnergyLandscape, followed};
 
 /// Steps beyond this from one sample to the next need a reason, radians.
-const LONGEST_STEP: f64 = 0.15;
+pub(super) const LONGEST_STEP: f64 = 0.15;
 
 /// What a fall costs that statics foretells (the pose before vanishes, and the object goes downhill to the pose after), in
 /// squared standard deviations as everything here: −2 ln of how rarely one sample in a log has it, some five of a thousand.
@@ -41,7 +41,7 @@ const MIRACLE: f64 = 1000.0;
 const STILL: f64 = 0.02;
 
 /// A way is changed when that takes at least this much off its cost.
-const WORTH_CHANGING: f64 = 9.0;
+pub(super) const WORTH_CHANGING: f64 = 9.0;
 
 /// A pose counts as certain when every way elsewhere costs this much more (−2 ln of the odds: 150 to 1).
 pub(super) const CERTAIN: f64 = 10.0;
@@ -63,6 +63,18 @@ pub(super) struct Track {
     pub margin: Vec<f64>,
     /// Squared standard deviations by which each sample is missed.
     pub misfit: Vec<f64>,
+    /// For samples that are not certain, the likeliest ways that put them elsewhere.
+    pub rivals: Vec<Rival>,
+}
+
+/// Another way through the log.
+pub(super) struct Rival {
+    /// One orientation for each sample.
+    pub psi: Vec<f64>,
+    /// Samples that it was looked up for.
+    pub samples: Vec<usize>,
+    /// What its leaps and its poses at no minimum cost more.
+    pub leaps: f64,
 }
 
 impl Track {
@@ -134,21 +146,45 @@ pub(super) fn track(problem: &Problem, fit: &Fit, floor_m: f64, aside: Option<As
             steps(&ahead, &problem.instants[index - 1], &choices[index - 1], &choices[index], blind)
         })
         .collect();
-    let (way, margin) = ways(&choices, &steps);
+    let lattice = Lattice::new(&choices, &steps);
+    let (way, cost) = lattice.best();
     let stay: f64 =
         choices.iter().map(|choices| choices[0].misfit).sum::<f64>() + steps.iter().map(|steps| steps[0]).sum::<f64>();
-    if way.cost + WORTH_CHANGING > stay {
-        let misfit = choices.iter().map(|choices| choices[0].misfit).collect();
-        return Track { psi: here.clone(), moved: 0, margin, misfit };
+    let way = if cost + WORTH_CHANGING > stay { vec![0; choices.len()] } else { way };
+    let along = |way: &[usize]| -> Vec<Choice> { way.iter().zip(&choices).map(|(&choice, all)| all[choice]).collect() };
+    let chosen = along(&way);
+    let psi: Vec<f64> = chosen.iter().map(|choice| choice.psi).collect();
+    let elsewhere: Vec<(f64, usize)> = (0..psi.len()).map(|index| lattice.elsewhere(index, psi[index])).collect();
+    let mut rivals: Vec<(Vec<usize>, Vec<usize>)> = Vec::new();
+    for (index, &(other, choice)) in elsewhere.iter().enumerate().filter(|(_, (other, _))| *other < cost + CERTAIN) {
+        let rival = lattice.through(index, choice);
+        match rivals.iter().position(|(known, _)| *known == rival) {
+            Some(known) => rivals[known].1.push(index),
+            None if other.is_finite() && rivals.len() < MOST_RIVALS => rivals.push((rival, vec![index])),
+            None => {}
+        }
     }
-    let chosen = || way.choices.iter().zip(&choices).map(|(&choice, choices)| choices[choice]);
+    let leaps = |way: &[usize]| -> f64 {
+        let poses = problem.instants.iter().zip(along(way));
+        let restless = poses.map(|(instant, choice)| restlessness(&table, instant, choice.psi, balance_m)).sum::<f64>();
+        restless + lattice.steps_along(way)
+    };
+    let rivals = rivals.into_iter().map(|(rival, samples)| Rival {
+        psi: along(&rival).iter().map(|choice| choice.psi).collect(),
+        samples,
+        leaps: leaps(&rival) - leaps(&way),
+    });
     Track {
-        psi: chosen().map(|choice| choice.psi).collect(),
-        moved: way.choices.iter().filter(|choice| **choice > 0).count(),
-        margin,
-        misfit: chosen().map(|choice| choice.misfit).collect(),
+        rivals: rivals.collect(),
+        psi,
+        moved: way.iter().filter(|choice| **choice > 0).count(),
+        margin: elsewhere.iter().map(|(other, _)| other - cost).collect(),
+        misfit: chosen.iter().map(|choice| choice.misfit).collect(),
     }
 }
+
+/// Rivals that are looked up at the most.
+const MOST_RIVALS: usize = 24;
 
 /// Lets samples be wherever a shape that is known to within a Gaussian explains them.
 fn place_anew(
@@ -303,70 +339,79 @@ impl Ahead<'_> {
     }
 }
 
-/// A way through the choices.
-struct Way {
-    choices: Vec<usize>,
-    cost: f64,
+/// All ways through the choices: what each choice costs together with the cheapest way up to it, and with the cheapest way on.
+struct Lattice<'a> {
+    choices: &'a [Vec<Choice>],
+    steps: &'a [Vec<f64>],
+    /// Cost up to and with each choice, and the choice before it on the way there.
+    until: Vec<Vec<(usize, f64)>>,
+    /// Cost after each choice, and the choice behind it.
+    after: Vec<Vec<(usize, f64)>>,
 }
 
-/// The way of least cost, and how much more it costs to pass each sample elsewhere.
-fn ways(choices: &[Vec<Choice>], steps: &[Vec<f64>]) -> (Way, Vec<f64>) {
-    let least = |costs: &mut dyn Iterator<Item = f64>| {
-        costs.enumerate().min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0, f64::INFINITY))
-    };
-    // Least cost up to and with each choice, and the choice before it on the way there.
-    let mut until: Vec<Vec<f64>> = Vec::with_capacity(choices.len());
-    let mut origins: Vec<Vec<usize>> = Vec::with_capacity(choices.len());
-    for (index, here) in choices.iter().enumerate() {
-        let (mut costs, mut origin) = (Vec::with_capacity(here.len()), Vec::with_capacity(here.len()));
-        for (end, choice) in here.iter().enumerate() {
-            let (from, cost) = match index {
-                0 => (0, 0.0),
-                _ => {
-                    let before = &until[index - 1];
-                    least(
-                        &mut before
-                            .iter()
-                            .enumerate()
-                            .map(|(start, cost)| cost + steps[index - 1][start * here.len() + end]),
-                    )
-                }
-            };
-            costs.push(cost + choice.misfit);
-            origin.push(from);
+impl<'a> Lattice<'a> {
+    fn new(choices: &'a [Vec<Choice>], steps: &'a [Vec<f64>]) -> Self {
+        let least = |costs: &mut dyn Iterator<Item = f64>| {
+            costs.enumerate().min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0, f64::INFINITY))
+        };
+        let mut until: Vec<Vec<(usize, f64)>> = Vec::with_capacity(choices.len());
+        for (index, here) in choices.iter().enumerate() {
+            let reached = here.iter().enumerate().map(|(end, choice)| {
+                let Some(before) = index.checked_sub(1) else { return (0, choice.misfit) };
+                let step = |start: usize| steps[before][start * here.len() + end];
+                let ways = until[before].iter().enumerate();
+                let (from, cost) = least(&mut ways.map(|(start, (_, cost))| cost + step(start)));
+                (from, cost + choice.misfit)
+            });
+            let reached = reached.collect();
+            until.push(reached);
         }
-        until.push(costs);
-        origins.push(origin);
-    }
-    let (mut choice, cost) = until.last().map_or((0, 0.0), |last| least(&mut last.iter().copied()));
-    let mut way = vec![0; choices.len()];
-    for index in (0..choices.len()).rev() {
-        way[index] = choice;
-        choice = origins[index][choice];
-    }
-    // Least cost after each choice.
-    let mut margin = vec![f64::INFINITY; choices.len()];
-    let mut after: Vec<f64> = choices.last().map_or(Vec::new(), |last| vec![0.0; last.len()]);
-    for index in (0..choices.len()).rev() {
-        let here = &choices[index];
-        for (other, choice) in here.iter().enumerate() {
-            if !near(choice.psi, here[way[index]].psi) {
-                margin[index] = margin[index].min(until[index][other] + after[other] - cost);
+        let mut after: Vec<Vec<(usize, f64)>> = choices.iter().map(|here| vec![(0, 0.0); here.len()]).collect();
+        for index in (1..choices.len()).rev() {
+            let here = &choices[index];
+            for start in 0..choices[index - 1].len() {
+                let step = |end: usize| steps[index - 1][start * here.len() + end];
+                let ways = here.iter().enumerate();
+                after[index - 1][start] =
+                    least(&mut ways.map(|(end, choice)| step(end) + choice.misfit + after[index][end].1));
             }
         }
-        if index > 0 {
-            let next = |start: usize| {
-                let ends = here.iter().enumerate();
-                least(
-                    &mut ends
-                        .map(|(end, choice)| steps[index - 1][start * here.len() + end] + choice.misfit + after[end]),
-                )
-                .1
-            };
-            after = (0..choices[index - 1].len()).map(next).collect();
-        }
+        Self { choices, steps, until, after }
     }
-    (Way { choices: way, cost }, margin)
+
+    /// The cheapest way, and its cost.
+    fn best(&self) -> (Vec<usize>, f64) {
+        let last = self.until.last().map_or(&[][..], |last| last);
+        let end = last.iter().enumerate().min_by(|a, b| a.1.1.total_cmp(&b.1.1));
+        end.map_or((Vec::new(), 0.0), |(choice, (_, cost))| (self.through(self.until.len() - 1, choice), *cost))
+    }
+
+    /// What the cheapest way costs that puts a sample elsewhere than near `psi`, and the choice that it goes through.
+    fn elsewhere(&self, index: usize, psi: f64) -> (f64, usize) {
+        let others = self.choices[index].iter().enumerate().filter(|(_, choice)| !near(choice.psi, psi));
+        others
+            .map(|(choice, _)| (self.until[index][choice].1 + self.after[index][choice].1, choice))
+            .min_by(|a, b| a.0.total_cmp(&b.0))
+            .unwrap_or((f64::INFINITY, 0))
+    }
+
+    /// The cheapest way through a choice.
+    fn through(&self, index: usize, choice: usize) -> Vec<usize> {
+        let mut way = vec![choice; self.choices.len()];
+        for before in (0..index).rev() {
+            way[before] = self.until[before + 1][way[before + 1]].0;
+        }
+        for behind in index + 1..way.len() {
+            way[behind] = self.after[behind - 1][way[behind - 1]].0;
+        }
+        way
+    }
+
+    /// What the steps of a way cost together.
+    fn steps_along(&self, way: &[usize]) -> f64 {
+        let steps = self.steps.iter().zip(self.choices.iter().skip(1)).zip(way.windows(2));
+        steps.map(|((steps, to), step)| steps[step[0] * to.len() + step[1]]).sum()
+    }
 }
 
 #[cfg(test)]
@@ -388,11 +433,17 @@ mod tests {
     fn the_cheapest_way_leaps_never_where_each_sample_alone_would_leap_often() {
         let (mut choices, steps) = undecided();
         choices[0][1].misfit += 2.0;
-        let (way, margin) = ways(&choices, &steps);
-        assert_eq!(way.choices, [0; 8]);
-        assert!((way.cost - 16.0).abs() < 1e-12);
+        let lattice = Lattice::new(&choices, &steps);
+        let (way, cost) = lattice.best();
+        assert_eq!(way, [0; 8]);
+        assert!((cost - 16.0).abs() < 1e-12);
         // The other pose all the way costs two more.
-        assert!(margin.iter().all(|margin| (margin - 2.0).abs() < 1e-12), "{margin:?}");
+        for index in 0..8 {
+            let (other, choice) = lattice.elsewhere(index, 0.0);
+            assert!((other - cost - 2.0).abs() < 1e-12, "{other}");
+            assert_eq!(lattice.through(index, choice), [1; 8]);
+        }
+        assert_eq!(lattice.steps_along(&[0, 1, 1, 0, 0, 0, 0, 0]), 2.0 * LEAP);
     }
 
     #[test]
@@ -411,10 +462,13 @@ mod tests {
             .collect();
         // From sample 4 on the second pose explains all.
         choices[4..7].iter_mut().for_each(|choices| choices[0].misfit += 50.0);
-        let (way, margin) = ways(&choices, &steps);
-        let orientations: Vec<f64> = way.choices.iter().zip(&choices).map(|(&c, choices)| choices[c].psi).collect();
+        let lattice = Lattice::new(&choices, &steps);
+        let (way, cost) = lattice.best();
+        let orientations: Vec<f64> = way.iter().zip(&choices).map(|(&c, choices)| choices[c].psi).collect();
         assert_eq!(orientations[4..], [1.0; 4]);
         assert_eq!(orientations.windows(2).filter(|pair| pair[0] != pair[1]).count(), 1);
+        let margin: Vec<f64> =
+            orientations.iter().enumerate().map(|(index, psi)| lattice.elsewhere(index, *psi).0 - cost).collect();
         assert!(margin[0].is_infinite() && margin[7].is_infinite());
         assert!(margin[3] < 4.0 && margin[5] > 40.0, "{margin:?}");
     }
