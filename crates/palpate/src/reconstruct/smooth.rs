@@ -15,6 +15,7 @@ mod trigonometry;
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use pulp::{Arch, Simd, WithSimd};
+use rayon::prelude::*;
 
 use block::{Block, LANES, Lanes, Waves, dots, turned_frames};
 use sums::OuterProducts;
@@ -70,6 +71,10 @@ pub(super) struct Estimate {
     pub cost: f64,
 }
 
+/// Samples that one thread takes at a time. The sums over each share are added in order, so that nothing depends on how many threads
+/// there are.
+const SHARE: usize = 512 * LANES;
+
 /// When to stop.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Effort {
@@ -103,7 +108,10 @@ impl Normal {
     /// Orientations after a step of the coefficients, given what each would turn by without one.
     fn turned(&self, psi: &[f64], offset: &[f64], step: &DVector<f64>) -> Vec<f64> {
         let mut turned = psi.to_vec();
-        Arch::new().dispatch(Turning { normal: self, psi: &mut turned, offset, step: step.as_slice() });
+        let slopes = self.psi_slope.par_chunks(SHARE / LANES * step.len());
+        turned.par_chunks_mut(SHARE).zip(offset.par_chunks(SHARE)).zip(slopes).for_each(|((psi, offset), slopes)| {
+            Arch::new().dispatch(Turning { psi, offset, slopes, step: step.as_slice() });
+        });
         turned
     }
 
@@ -279,22 +287,43 @@ impl<'a> Smoother<'a> {
 
     /// Brings each ψ to the minimum of its own sample by a few Newton steps, and returns the cost there.
     fn settle(&self, coefficients: &[f64], psi: &mut [f64], rounds: usize) -> f64 {
-        let samples = Arch::new().dispatch(Settling { smoother: self, coefficients, psi, rounds });
-        self.shape_cost(coefficients) + samples
+        let shares = self.problem.instants.par_chunks(SHARE).zip(psi.par_chunks_mut(SHARE));
+        let samples: Vec<f64> = shares
+            .map(|(instants, psi)| {
+                Arch::new().dispatch(Settling { instants, noise: self.noise, coefficients, psi, rounds })
+            })
+            .collect();
+        self.shape_cost(coefficients) + samples.iter().sum::<f64>()
     }
 
     /// The normal equations at an estimate, with every ψ eliminated.
     pub fn linearise(&self, coefficients: &[f64], psi: &[f64]) -> Normal {
         let unknowns = 2 * self.order + 1;
-        let mut sums = OuterProducts::new(unknowns, 3 * psi.len());
-        let mut normal = Normal {
-            matrix: DMatrix::zeros(0, 0),
-            gradient: DVector::zeros(0),
-            psi_offset: Vec::with_capacity(psi.len()),
-            psi_slope: vec![[0.0; LANES]; psi.len().div_ceil(LANES) * unknowns],
-            psi_information: Vec::with_capacity(psi.len()),
-        };
-        Arch::new().dispatch(Linearising { smoother: self, coefficients, psi, sums: &mut sums, normal: &mut normal });
+        let mut psi_slope = vec![[0.0; LANES]; psi.len().div_ceil(LANES) * unknowns];
+        let (mut psi_offset, mut psi_information) = (vec![0.0; psi.len()], vec![0.0; psi.len()]);
+        let slopes = psi_slope.par_chunks_mut(SHARE / LANES * unknowns);
+        let of_psi = psi_offset.par_chunks_mut(SHARE).zip(psi_information.par_chunks_mut(SHARE)).zip(slopes);
+        let shares = self.problem.instants.par_chunks(SHARE).zip(psi.par_chunks(SHARE)).zip(of_psi);
+        let parts: Vec<OuterProducts> = shares
+            .map(|((instants, psi), ((offset, information), slopes))| {
+                let mut sums = OuterProducts::new(unknowns, 3 * psi.len());
+                let (noise, sums_of) = (self.noise, &mut sums);
+                Arch::new().dispatch(Linearising {
+                    instants,
+                    noise,
+                    coefficients,
+                    psi,
+                    sums: sums_of,
+                    offset,
+                    information,
+                    slopes,
+                });
+                sums
+            })
+            .collect();
+        let mut parts = parts.into_iter();
+        let mut sums = parts.next().unwrap_or_else(|| OuterProducts::new(unknowns, 0));
+        parts.for_each(|part| sums.add(part));
         let mut row = vec![0.0; unknowns];
         for (node, residual) in self.convexity.violations(coefficients) {
             self.convexity.row(node, &mut row);
@@ -313,7 +342,7 @@ impl<'a> Smoother<'a> {
                 }
             }
         }
-        Normal { matrix, gradient, ..normal }
+        Normal { matrix, gradient, psi_offset, psi_slope, psi_information }
     }
 
     /// Runs Gauss-Newton with Levenberg-Marquardt damping down to a minimum.
@@ -391,9 +420,9 @@ impl WithSimd for Summing<'_> {
 
 /// [`Normal::turned`], compiled for several processors.
 struct Turning<'a> {
-    normal: &'a Normal,
     psi: &'a mut [f64],
     offset: &'a [f64],
+    slopes: &'a [Lanes],
     step: &'a [f64],
 }
 
@@ -402,8 +431,8 @@ impl WithSimd for Turning<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Self { normal, psi, offset, step } = self;
-        let blocks = normal.psi_slope.chunks_exact(step.len().max(1));
+        let Self { psi, offset, slopes, step } = self;
+        let blocks = slopes.chunks_exact(step.len().max(1));
         for ((psi, offset), slopes) in psi.chunks_mut(LANES).zip(offset.chunks(LANES)).zip(blocks) {
             let mut turn = loaded(offset);
             for (slopes, step) in slopes.iter().zip(step) {
@@ -418,7 +447,8 @@ impl WithSimd for Turning<'_> {
 
 /// [`Smoother::settle`] for the samples alone, compiled for several processors.
 struct Settling<'a> {
-    smoother: &'a Smoother<'a>,
+    instants: &'a [Instant],
+    noise: Noise,
     coefficients: &'a [f64],
     psi: &'a mut [f64],
     rounds: usize,
@@ -429,10 +459,10 @@ impl WithSimd for Settling<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> f64 {
-        let Self { smoother: Smoother { problem, noise, .. }, coefficients, psi, rounds } = self;
+        let Self { instants, noise, coefficients, psi, rounds } = self;
         let mut cost = 0.0;
-        for (instants, psi) in problem.instants.chunks(LANES).zip(psi.chunks_mut(LANES)) {
-            let block = Block::new(instants, *noise);
+        for (instants, psi) in instants.chunks(LANES).zip(psi.chunks_mut(LANES)) {
+            let block = Block::new(instants, noise);
             let mut lanes = loaded(psi);
             let settled = block.settle(coefficients, &mut lanes, rounds, None);
             psi.copy_from_slice(&lanes[..psi.len()]);
@@ -444,11 +474,14 @@ impl WithSimd for Settling<'_> {
 
 /// [`Smoother::linearise`] for the samples alone, compiled for several processors.
 struct Linearising<'a> {
-    smoother: &'a Smoother<'a>,
+    instants: &'a [Instant],
+    noise: Noise,
     coefficients: &'a [f64],
     psi: &'a [f64],
     sums: &'a mut OuterProducts,
-    normal: &'a mut Normal,
+    offset: &'a mut [f64],
+    information: &'a mut [f64],
+    slopes: &'a mut [Lanes],
 }
 
 impl WithSimd for Linearising<'_> {
@@ -456,12 +489,13 @@ impl WithSimd for Linearising<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Self { smoother: Smoother { problem, noise, order, .. }, coefficients, psi, sums, normal } = self;
-        let unknowns = 2 * order + 1;
-        let mut waves = Waves::new(*order);
-        let blocks = problem.instants.chunks(LANES).zip(psi.chunks(LANES));
-        for ((instants, psi), slopes) in blocks.zip(normal.psi_slope.chunks_exact_mut(unknowns)) {
-            let block = Block::new(instants, *noise);
+        let Self { instants, noise, coefficients, psi, sums, offset, information, slopes } = self;
+        let unknowns = coefficients.len();
+        let mut waves = Waves::new(unknowns / 2);
+        let of_psi = offset.chunks_mut(LANES).zip(information.chunks_mut(LANES)).zip(slopes.chunks_exact_mut(unknowns));
+        let blocks = instants.chunks(LANES).zip(psi.chunks(LANES)).zip(of_psi);
+        for ((instants, psi), ((psi_offset, psi_information), slopes)) in blocks {
+            let block = Block::new(instants, noise);
             let at = block.at(coefficients, &loaded(psi), Some(&mut waves));
             let information = dots(&at.by_psi, &at.by_psi);
             let [first, second, along] = turned_frames(&at.by_psi);
@@ -479,8 +513,8 @@ impl WithSimd for Linearising<'_> {
                 slopes[index] = times(&scale, &element);
                 times(&left, &element)
             });
-            normal.psi_offset.extend(&times(&scale, &value)[..psi.len()]);
-            normal.psi_information.extend(&information[..psi.len()]);
+            psi_offset.copy_from_slice(&times(&scale, &value)[..psi.len()]);
+            psi_information.copy_from_slice(&information[..psi.len()]);
         }
     }
 }

@@ -7,9 +7,11 @@
 use nalgebra::DVector;
 
 use pulp::{Arch, Simd, WithSimd};
+use rayon::prelude::*;
 
 use super::block::{Block, LANES, Lanes, Waves, Weighted, dots};
-use super::{Effort, Estimate, PSI_INFORMATION, Smoother, Taken, coefficients_to_order, loaded, moved};
+use super::{Effort, Estimate, Noise, PSI_INFORMATION, SHARE, Smoother, Taken, coefficients_to_order, loaded, moved};
+use crate::reconstruct::problem::Instant;
 
 /// The matrix is made anew as long as steps lower the cost by more than this share of it.
 const FAR: f64 = 0.5;
@@ -77,13 +79,20 @@ impl Smoother<'_> {
     /// Brings each ψ to the minimum of its own sample, and returns what [`Smoother::linearise`] would find there, but for the
     /// matrix.
     pub(super) fn settle_with_gradient(&self, coefficients: &[f64], psi: &mut [f64], rounds: usize) -> Slope {
-        let mut slope = Slope {
-            cost: self.shape_cost(coefficients),
-            gradient: self.shape_gradient(coefficients),
-            psi_offset: Vec::with_capacity(psi.len()),
-        };
-        Arch::new().dispatch(Sloping { smoother: self, coefficients, psi, rounds, slope: &mut slope });
-        slope
+        let mut psi_offset = vec![0.0; psi.len()];
+        let of_psi = psi.par_chunks_mut(SHARE).zip(psi_offset.par_chunks_mut(SHARE));
+        let shares = self.problem.instants.par_chunks(SHARE).zip(of_psi);
+        let parts: Vec<(f64, Vec<f64>)> = shares
+            .map(|(instants, (psi, offset))| {
+                Arch::new().dispatch(Sloping { instants, noise: self.noise, coefficients, psi, rounds, offset })
+            })
+            .collect();
+        let (mut cost, mut gradient) = (self.shape_cost(coefficients), self.shape_gradient(coefficients));
+        for (of_share, slope) in parts {
+            cost += of_share;
+            gradient.iter_mut().zip(slope).for_each(|(sum, slope)| *sum += slope);
+        }
+        Slope { cost, gradient, psi_offset }
     }
 
     /// Half the gradient of the prior and of convexity.
@@ -106,31 +115,35 @@ impl Smoother<'_> {
 
 /// [`Smoother::settle_with_gradient`] for the samples alone, compiled for several processors.
 struct Sloping<'a> {
-    smoother: &'a Smoother<'a>,
+    instants: &'a [Instant],
+    noise: Noise,
     coefficients: &'a [f64],
     psi: &'a mut [f64],
     rounds: usize,
-    slope: &'a mut Slope,
+    offset: &'a mut [f64],
 }
 
 impl WithSimd for Sloping<'_> {
-    type Output = ();
+    /// Cost and half the gradient.
+    type Output = (f64, Vec<f64>);
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        let Self { smoother: Smoother { problem, noise, order, .. }, coefficients, psi, rounds, slope } = self;
-        let mut waves = Waves::new(*order);
+    fn with_simd<S: Simd>(self, _: S) -> (f64, Vec<f64>) {
+        let Self { instants, noise, coefficients, psi, rounds, offset } = self;
+        let mut waves = Waves::new(coefficients.len() / 2);
         let mut sums = vec![[0.0; LANES]; coefficients.len()];
-        for (instants, psi) in problem.instants.chunks(LANES).zip(psi.chunks_mut(LANES)) {
-            let block = Block::new(instants, *noise);
+        let mut cost = 0.0;
+        let of_psi = psi.chunks_mut(LANES).zip(offset.chunks_mut(LANES));
+        for (instants, (psi, psi_offset)) in instants.chunks(LANES).zip(of_psi) {
+            let block = Block::new(instants, noise);
             let mut lanes = loaded(psi);
             let Weighted { value, by_psi } = block.settle(coefficients, &mut lanes, rounds, Some(&mut waves));
             psi.copy_from_slice(&lanes[..psi.len()]);
-            slope.cost += dots(&value, &value).iter().sum::<f64>();
+            cost += dots(&value, &value).iter().sum::<f64>();
             // What ψ takes up is no gradient of the shape.
             let (overlap, information) = (dots(&by_psi, &value), dots(&by_psi, &by_psi));
             let taken: Lanes = std::array::from_fn(|lane| overlap[lane] / (information[lane] + PSI_INFORMATION));
-            slope.psi_offset.extend(taken[..psi.len()].iter().map(|taken| -taken));
+            psi_offset.iter_mut().zip(taken).for_each(|(offset, taken)| *offset = -taken);
             let mut share = value;
             for (share, by_psi) in share.iter_mut().zip(&by_psi) {
                 for lane in 0..LANES {
@@ -145,6 +158,6 @@ impl WithSimd for Sloping<'_> {
                 }
             }
         }
-        slope.gradient.iter_mut().zip(&sums).for_each(|(gradient, sums)| *gradient += sums.iter().sum::<f64>());
+        (cost, sums.iter().map(|lanes| lanes.iter().sum()).collect())
     }
 }

@@ -52,6 +52,12 @@ impl OuterProducts {
         self.push_block(row.len(), alone(residual), |index| alone(row[index]));
     }
 
+    /// Takes in all that another sum of rows as long took in.
+    pub fn add(&mut self, mut other: Self) {
+        other.flush();
+        self.columns.iter_mut().zip(other.columns).for_each(|(sum, other)| *sum += other);
+    }
+
     fn flush(&mut self) {
         Arch::new().dispatch(Tiles {
             columns: &mut self.columns,

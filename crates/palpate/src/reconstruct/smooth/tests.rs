@@ -270,6 +270,40 @@ fn the_gradient_alone_is_that_of_the_normal_equations() {
 }
 
 #[test]
+fn shares_of_a_long_log_add_up_to_the_whole_whatever_the_threads() {
+    let count = 2 * SHARE + 100;
+    let run = run(count, 1e-4);
+    let problem = Problem::new(&run.log, None);
+    let prior = Prior { size_m: SIZE_M, scale_m: 0.01 };
+    let (a, psi) = (shape().coefficients(), true_psi(&run));
+    let smoother = Smoother::new(&problem, ORDER, NOISE, prior);
+    let work = || {
+        let (normal, mut settled) = (smoother.linearise(&a, &psi), psi.clone());
+        let slope = smoother.settle_with_gradient(&a, &mut settled, 2);
+        let cost = smoother.settle(&a, &mut psi.clone(), 2);
+        let turned = normal.turned(&psi, &slope.psi_offset, &slope.gradient);
+        (normal.matrix, normal.gradient, normal.psi_offset, slope.gradient, slope.cost, cost, settled, turned)
+    };
+    let on = |threads: usize| {
+        rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads").install(work)
+    };
+    let whole = on(1);
+    assert_eq!(whole, on(3));
+    assert!((whole.4 / whole.5 - 1.0).abs() < 1e-12);
+
+    let mut matrix = DMatrix::zeros(UNKNOWNS, UNKNOWNS);
+    let mut of_psi = Vec::new();
+    for range in [0..1000, 1000..count] {
+        let part = Problem { instants: problem.instants[range.clone()].to_vec() };
+        let normal = Smoother::new(&part, ORDER, NOISE, NO_PRIOR).linearise(&a, &psi[range]);
+        matrix += normal.matrix;
+        of_psi.extend(normal.psi_offset);
+    }
+    assert!((&matrix - &whole.0).amax() < 1e-6 * matrix.amax());
+    assert_eq!(of_psi, whole.2);
+}
+
+#[test]
 fn a_belief_stands_for_the_samples_that_it_came_from() {
     // Half of the samples, summed up as a Gaussian of the shape, and the other half on top: the normal equations of all.
     let run = run(40, 1e-4);
