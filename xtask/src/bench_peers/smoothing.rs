@@ -3,7 +3,8 @@
 //! A pebble is turned all the way around; contact positions have 0.1 mm of noise. Unknown are the coefficients of the support
 //! function and an orientation per sample. Every solver starts at the truth, disturbed by a few percent and 0.02 rad, and goes
 //! on until its cost falls by less than the same share of it. The time is that from arrays in memory to the answer, with
-//! what each needs to set its problem up, on one thread.
+//! what each needs to set its problem up. palpate takes one thread for short logs and all that there are for long ones; Ceres is given
+//! as many.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -46,13 +47,17 @@ const PATIENCE_S: f64 = 1200.0;
 const SAMPLES: [usize; 4] = [300, 1_000, 10_000, 100_000];
 const HARMONICS: [usize; 3] = [8, 16, 32];
 
+/// Samples that palpate smooths on one thread.
+const ON_ONE_THREAD: usize = 4096;
+
 /// Samples of the log that has to fit into memory, and its harmonics.
 const MANY: (usize, usize) = (1_000_000, 8);
 
-/// A solver, and the largest problems that it is given: samples times coefficients, in a quick run and in a full one.
+/// A solver (started with a file and a number of threads, if it has any use for them), and the largest problems that it is given:
+/// samples times coefficients, in a quick run and in a full one.
 struct Peer {
     name: &'static str,
-    start: fn(&Context, &Path) -> anyhow::Result<Worker>,
+    start: fn(&Context, &Path, usize) -> anyhow::Result<Worker>,
     largest: [usize; 2],
 }
 
@@ -189,12 +194,17 @@ impl Case {
         Ok(path)
     }
 
+    /// Threads that palpate takes.
+    fn threads(&self) -> usize {
+        if self.log.samples.len() > ON_ONE_THREAD { rayon::current_num_threads() } else { 1 }
+    }
+
     fn smoothed(&self) -> Result<Smoothed, ReconstructError> {
         smooth_from(&self.log, &self.shape, &self.psi_rad, &self.options)
     }
 
     fn against(&self, peer: &Peer, context: &Context, file: &Path) -> anyhow::Result<Row> {
-        let mut worker = (peer.start)(context, file)?;
+        let mut worker = (peer.start)(context, file, self.threads())?;
         let mut ours: Option<Smoothed> = None;
         let mut theirs = Vec::new();
         let turns = Turns { most: 25, budget_s: if context.quick { 1.0 } else { 20.0 } };
@@ -225,7 +235,12 @@ impl Case {
         let held = if ours.held_convex { "; held convex, which peers do not" } else { "" };
         Ok(Agreement {
             holds: higher.abs() <= SAME_COST,
-            text: format!("cost {higher:+.0e}, coefficients {:.1e} µm; {steps:.0} steps{held}", 1e6 * off_m),
+            text: format!(
+                "cost {higher:+.0e}, coefficients {:.1e} µm; {steps:.0} steps{held}; palpate on {} {}",
+                1e6 * off_m,
+                self.threads(),
+                if self.threads() == 1 { "thread" } else { "threads" }
+            ),
         })
     }
 }
@@ -263,7 +278,7 @@ fn largest_difference_m(ours: &[f64], theirs: &[f64]) -> f64 {
 }
 
 /// Ceres Solver from Debian, with a program of ours around it. Both are compiled for any processor of this kind, as palpate is.
-fn ceres(context: &Context, file: &Path) -> anyhow::Result<Worker> {
+fn ceres(context: &Context, file: &Path, threads: usize) -> anyhow::Result<Worker> {
     let program = context.folder.join("ceres");
     let source = workspace::root().join("bench/peers/ceres/smooth.cpp");
     let changed = |path: &Path| fs::metadata(path).and_then(|data| data.modified()).ok();
@@ -276,17 +291,17 @@ fn ceres(context: &Context, file: &Path) -> anyhow::Result<Worker> {
         workspace::run(compile.args(["-lceres", "-lglog"]))?;
     }
     let mut command = Command::new(program);
-    Worker::start(command.arg(file).args(["1", &TOLERANCE.to_string()]), PATIENCE_S)
+    Worker::start(command.arg(file).args([threads.to_string(), TOLERANCE.to_string()]), PATIENCE_S)
 }
 
 /// `scipy.optimize.least_squares` with sparse derivatives.
-fn scipy(context: &Context, file: &Path) -> anyhow::Result<Worker> {
+fn scipy(context: &Context, file: &Path, _: usize) -> anyhow::Result<Worker> {
     let mut python = context.python_with(&["numpy", "scipy"])?.python();
     Worker::start(python.arg("bench/peers/smooth_scipy.py").arg(file).arg(TOLERANCE.to_string()), PATIENCE_S)
 }
 
 /// IPOPT with the exact second derivatives of CasADi. It stops at a gradient, not at a fall of the cost.
-fn casadi(context: &Context, file: &Path) -> anyhow::Result<Worker> {
+fn casadi(context: &Context, file: &Path, _: usize) -> anyhow::Result<Worker> {
     let mut python = context.python_with(&["numpy", "casadi"])?.python();
     Worker::start(python.arg("bench/peers/smooth_casadi.py").arg(file), PATIENCE_S)
 }

@@ -12,10 +12,8 @@ pub(super) const MODEL_ALLOWANCE: f64 = 2e-3;
 /// Orientation less certain than this (radians) does not count as known: over all samples, and at the worst.
 const MAX_PSI_SD: [f64; 2] = [0.03, 0.3];
 
-/// Felt boundary less certain than this, as a share of the mean radius, does not count as known: where the centre of mass is certified
-/// as well, and where it is not. (What is so uncertain is where the centre of mass of a nearly round object lies, and error bars,
-/// which hold for small errors, are too narrow there.)
-const MAX_R_SD: [f64; 2] = [0.01, 0.02];
+/// Felt boundary less certain than this, as a share of the mean radius, does not count as known.
+const MAX_R_SD: f64 = 0.02;
 
 /// Samples whose pose cannot be told are forgiven as long as the motion would be wrong by no more than this if all of them were
 /// elsewhere, radians (root mean square).
@@ -161,8 +159,7 @@ fn gaps(evidence: &Evidence) -> Vec<String> {
         ));
     }
     let largest = evidence.largest_felt_r_sd_m;
-    let most = MAX_R_SD[usize::from(!is_balanced(evidence))];
-    if largest > most * evidence.coefficients[0] || !largest.is_finite() {
+    if largest > MAX_R_SD * evidence.coefficients[0] || !largest.is_finite() {
         doubts.push(format!(
             "parts of the felt boundary are known only to {:.2} mm (one standard deviation)",
             1e3 * largest

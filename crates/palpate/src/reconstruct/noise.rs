@@ -4,6 +4,7 @@
 //! lattice (a touchpad's counts, or digits cut off in a file) have at least the standard deviation of their step, q/√12.
 
 use super::problem::{Instant, Problem};
+use super::residuals::residuals;
 use crate::log::Log;
 
 /// Standard deviation of one contact position in metres, estimated from the scatter of neighbouring samples.
@@ -16,6 +17,27 @@ pub(super) fn contact_scatter_m(problem: &Problem) -> f64 {
 /// Standard deviation of a palm angle in radians, estimated in the same way.
 pub(super) fn angle_scatter_rad(problem: &Problem) -> f64 {
     third_difference_scatter(problem, [|i| i.phi1, |i| i.phi1 + i.phi2])
+}
+
+/// The log with contacts weighing less where noise of the palm angles moves them more than `contact_m`: far out on the palms, and where
+/// these are steep. For all samples together this is part of their noise; one alone may be missed by many times that. For a shape
+/// and a motion that are about right.
+pub(super) fn with_noisy_angles(problem: &Problem, coefficients: &[f64], psi: &[f64], contact_m: f64) -> Problem {
+    const STEP: f64 = 1e-6;
+    let sd = angle_scatter_rad(problem);
+    let least_m = contact_m.max(1e-5 * coefficients[0].abs());
+    let mut weighted = problem.clone();
+    for (instant, &psi) in weighted.instants.iter_mut().zip(psi) {
+        let at = |instant: &Instant| residuals(instant, coefficients, psi).value;
+        let here = at(instant);
+        let [first, second] = [instant.turned(STEP, 0.0), instant.turned(0.0, STEP)].map(|turned| at(&turned));
+        let share = |j: usize| {
+            let moved_m = sd * (first[j] - here[j]).hypot(second[j] - here[j]) / STEP;
+            least_m / least_m.hypot(moved_m)
+        };
+        (instant.weight1, instant.weight2) = (instant.weight1 * share(0), instant.weight2 * share(1));
+    }
+    weighted
 }
 
 fn third_difference_scatter(problem: &Problem, channels: [fn(&Instant) -> f64; 2]) -> f64 {
@@ -94,7 +116,7 @@ pub(super) fn stated_noise_m(log: &Log) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::palms::PalmMotion;
+    use crate::palms::{PalmMotion, PalmPair};
     use crate::sensor::Touchpad;
     use crate::shape::NamedShape;
     use crate::simulate::{SimulateOptions, simulate};
@@ -117,6 +139,40 @@ mod tests {
         for noise_sd_m in [3e-5, 1e-4, 3e-4] {
             let found = contact_scatter_m(&problem(Touchpad { noise_sd_m, ..Touchpad::ideal() }));
             assert!((found / noise_sd_m - 1.0).abs() < 0.1, "{found} for {noise_sd_m}");
+        }
+    }
+
+    #[test]
+    fn contacts_weigh_less_where_noisy_angles_move_them() {
+        let shape = NamedShape::Stone.shape(0.03).expect("a positive size");
+        let motion = PalmMotion::random(1, 10.0, 1.0).and_then(|motion| motion.sample(50.0)).expect("possible");
+        let mut run = simulate(&shape, &motion, &SimulateOptions::default()).expect("possible");
+        let psi: Vec<f64> = run.truth.motion.iter().map(|pose| pose.psi_rad).collect();
+        let coefficients = shape.coefficients();
+        let contact_m = 1e-4;
+        let exact = with_noisy_angles(&Problem::new(&run.log, None), &coefficients, &psi, contact_m);
+        let least = exact.instants.iter().map(|instant| instant.weight1.min(instant.weight2)).fold(1.0, f64::min);
+        assert!(least > 0.95, "{least}");
+
+        let (mut rng, angle_sd) = (ChaCha8Rng::seed_from_u64(1), 3e-3);
+        let exact_palms: Vec<PalmPair> = run.log.samples.iter().map(|sample| sample.palms).collect();
+        for sample in &mut run.log.samples {
+            sample.palms.phi1_rad += angle_sd * rng.sample::<f64, _>(StandardNormal);
+            sample.palms.phi2_rad += angle_sd * rng.sample::<f64, _>(StandardNormal);
+        }
+        let noisy = with_noisy_angles(&Problem::new(&run.log, None), &coefficients, &psi, contact_m);
+        // How far the palms would have to turn for as much as the noise of a contact.
+        let moves_m = |palms: &PalmPair, psi: f64, turn1: f64, turn2: f64| {
+            let phi1_rad = palms.phi1_rad + turn1;
+            let turned = PalmPair { phi1_rad, phi2_rad: palms.phi2_rad + turn2 - turn1, ..*palms };
+            let (here, there) = (palms.contact_positions_m(&shape, psi), turned.contact_positions_m(&shape, psi));
+            there.0 - here.0
+        };
+        for ((palms, psi), instant) in exact_palms.iter().zip(&psi).zip(&noisy.instants).step_by(29) {
+            let moved_m = moves_m(palms, *psi, 1e-5, 0.0).hypot(moves_m(palms, *psi, 0.0, 1e-5)) / 1e-5;
+            // Both angles of the log have the noise, so the second palm's has √2 of it; the estimate is the mean of both.
+            let expected = 1.0 / 1f64.hypot(1.22 * angle_sd * moved_m / contact_m);
+            assert!((instant.weight1 / expected - 1.0).abs() < 0.3, "{} {expected}", instant.weight1);
         }
     }
 

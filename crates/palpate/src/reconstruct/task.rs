@@ -130,8 +130,10 @@ impl<'a> Task<'a> {
             let noise = Noise { sensor_m: self.stated_m.unwrap_or(coarse.noise.sensor_m), ..coarse.noise };
             let fine = fit(&mut problem, coarse.order, all, noise, coarse.prior, self.freedom_of_all(), ROUNDS)
                 .ok_or(ReconstructError::NotSolvable)?;
-            let mut track = track(&self.problem, &fine, self.floor_m(), None);
-            if let Some(again) = self.without_doubtful(&fine, &track) {
+            let Estimate { coefficients, psi, .. } = &fine.estimate;
+            let weighted = noise::with_noisy_angles(&self.problem, coefficients, psi, self.scatter_m);
+            let mut track = track(&weighted, &fine, self.floor_m(), None);
+            if let Some(again) = self.without_doubtful(&weighted, &fine, &track) {
                 track = again;
             }
             // Where the way does not settle, the arrangement is wrong, or it is a matter of a few samples.
@@ -174,19 +176,25 @@ impl<'a> Task<'a> {
     }
 
     /// The way through the log of the shape that the samples have without some of them. `None` when too little is left.
-    fn with_aside(&self, fine: &Fit, aside: &[usize], doubtful: &(dyn Fn(usize) -> bool + Sync)) -> Option<Track> {
+    fn with_aside(
+        &self,
+        weighted: &Problem,
+        fine: &Fit,
+        aside: &[usize],
+        doubtful: &(dyn Fn(usize) -> bool + Sync),
+    ) -> Option<Track> {
         let mut problem = self.problem.clone();
         aside.iter().for_each(|&index| problem.instants[index].set_aside());
         let estimate = fine.estimate.clone();
         let others = fit(&mut problem, fine.order, estimate, fine.noise, fine.prior, self.freedom_of_all(), ROUNDS)?;
         let known = Known::from(&problem, &others)?;
         let aside = Aside { samples: aside, doubtful, known: &known };
-        Some(track(&self.problem, &others, self.floor_m(), Some(aside)))
+        Some(track(weighted, &others, self.floor_m(), Some(aside)))
     }
 
     /// The way through the log of the shape that the samples beyond doubt have without the others, which bend the shape towards
     /// the poses that they were given. `None` when there are none, or too many.
-    fn without_doubtful(&self, fine: &Fit, of_all: &Track) -> Option<Track> {
+    fn without_doubtful(&self, weighted: &Problem, fine: &Fit, of_all: &Track) -> Option<Track> {
         let count = of_all.psi.len();
         let doubtful: Vec<usize> = (0..count).filter(|&sample| of_all.doubts(sample)).collect();
         let beside = |index: usize| {
@@ -204,7 +212,7 @@ impl<'a> Task<'a> {
         if aside.is_empty() || aside.len() > MOST_ASIDE {
             return None;
         }
-        let mut again = self.with_aside(fine, &aside, &beside)?;
+        let mut again = self.with_aside(weighted, fine, &aside, &beside)?;
         again.moved = of_all.moved + grow::moved(&of_all.psi, &again.psi);
         Some(again)
     }

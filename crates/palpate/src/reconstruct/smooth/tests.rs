@@ -284,9 +284,8 @@ fn shares_of_a_long_log_add_up_to_the_whole_whatever_the_threads() {
         let turned = normal.turned(&psi, &slope.psi_offset, &slope.gradient);
         (normal.matrix, normal.gradient, normal.psi_offset, slope.gradient, slope.cost, cost, settled, turned)
     };
-    let on = |threads: usize| {
-        rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads").install(work)
-    };
+    let on =
+        |threads: usize| rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads").install(work);
     let whole = on(1);
     assert_eq!(whole, on(3));
     assert!((whole.4 / whole.5 - 1.0).abs() < 1e-12);
