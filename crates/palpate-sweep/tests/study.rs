@@ -39,3 +39,26 @@ fn a_stretch_that_hides_a_jump_does_not_spend_the_budget_of_the_plain_ones() {
     assert_eq!(row.jumps, Some(3));
     assert!(row.solved == Some(true) && row.certified, "{}", row.reason);
 }
+
+/// Samples at wrong poses held the optimum on the slope of the valley: the centre of mass came out, certified, 1.2 mm from where it
+/// is, five times its error bar.
+#[test]
+fn a_valley_is_looked_at_from_both_ends() {
+    let row = row(60018, MotionKind::Random, noise(0.1e-3));
+    assert!(row.solved == Some(true) && row.wrong == Some(false), "{:?} {}", row.rms_r_m, row.reason);
+}
+
+/// Seeds that were wrong grew on and spent the budget of the right one.
+#[test]
+fn a_seed_under_strain_waits_for_the_others() {
+    let row = row(10383, MotionKind::Random, noise(0.3e-3));
+    assert_eq!(row.jumps, Some(4));
+    assert!(row.solved == Some(true) && row.certified, "{}", row.reason);
+}
+
+/// Two samples beside a jump could be elsewhere, as long as each is asked alone.
+#[test]
+fn a_doubt_is_weighed_by_the_evidence_of_the_other_way() {
+    let row = row(70086, MotionKind::Random, noise(0.1e-3));
+    assert!(row.solved == Some(true) && row.certified, "{}", row.reason);
+}

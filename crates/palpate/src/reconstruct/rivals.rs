@@ -92,3 +92,72 @@ pub(super) fn weigh(problem: &Problem, fit: &Fit, rivals: &[Rival], doubts: &mut
     let best = weighed.into_iter().min_by(|a, b| a.1.total_cmp(&b.1));
     best.filter(|(_, margin)| *margin < -WORTH_CHANGING).map(|(estimate, _)| estimate)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::reconstruct::smooth::{Noise, Prior};
+    use crate::sensor::Touchpad;
+    use crate::shape::NamedShape;
+    use crate::simulate::{PalmLimits, SimulateOptions, plan_turn, simulate};
+
+    const SIZE_M: f64 = 0.03;
+
+    /// A pebble turned around, and the optimum near the truth.
+    fn setting() -> (Problem, Fit) {
+        let pebble = NamedShape::Pebble.shape(SIZE_M).expect("a valid size");
+        let plan = plan_turn(&pebble, &PalmLimits::default(), 40.0).expect("a motion without a jump");
+        let options = SimulateOptions {
+            start_psi_rad: plan.start_psi_rad,
+            touchpad: Touchpad { noise_sd_m: 1e-4, ..Touchpad::ideal() },
+            ..SimulateOptions::default()
+        };
+        let run = simulate(&pebble, &plan.motion.sample(5.0).expect("possible"), &options).expect("possible");
+        let problem = Problem::new(&run.log, None);
+        let psi = run.truth.motion.iter().map(|pose| pose.psi_rad).collect();
+        let (noise, prior) =
+            (Noise { sensor_m: 1e-4, balance_m: 2e-5 }, Prior { size_m: SIZE_M, scale_m: 0.5 * SIZE_M });
+        let order = pebble.harmonics_m().len();
+        let estimate = Smoother::new(&problem, order, noise, prior).run(pebble.coefficients(), psi, EFFORT);
+        (problem, Fit { estimate, order, noise, prior, log_evidence: 0.0 })
+    }
+
+    /// The motion of a fit with some samples elsewhere.
+    fn elsewhere(fit: &Fit, samples: Range<usize>, way: f64) -> Vec<f64> {
+        let mut psi = fit.estimate.psi.clone();
+        psi[samples].iter_mut().for_each(|psi| *psi += way);
+        psi
+    }
+
+    #[test]
+    fn a_doubt_that_the_evidence_does_not_share_is_settled() {
+        let (problem, fit) = setting();
+        let count = problem.len();
+        let mut doubts = Doubts::new(vec![f64::INFINITY; count]);
+        doubts.lower(50..52, 1.0);
+        doubts.lower(80..81, 1.0);
+        let astray = doubts.astray();
+        assert!(astray[50] > 1.8 && astray[51] > 1.8 && astray[80] > 1.8 && astray[49] == 0.0);
+        let rival = Rival { psi: elsewhere(&fit, 50..52, 1.5), samples: vec![50, 51], leaps: 20.0 };
+        assert!(weigh(&problem, &fit, &[rival], &mut doubts).is_none());
+        let astray = doubts.astray();
+        assert_eq!((astray[50], astray[51]), (0.0, 0.0));
+        assert!(astray[80] > 1.8, "nothing was looked up for it");
+    }
+
+    #[test]
+    fn a_rival_that_is_better_is_taken_and_is_a_doubt_until_then() {
+        let (problem, right) = setting();
+        let mut wrong = right.clone();
+        wrong.estimate.psi = elsewhere(&right, 50..52, 1.5);
+        let mut doubts = Doubts::new(vec![f64::INFINITY; problem.len()]);
+        let rival = doubts.unsettled(&wrong.estimate.psi, &right.estimate.psi).expect("two samples differ");
+        assert_eq!(rival.samples, [50, 51]);
+        let better = weigh(&problem, &wrong, &[rival], &mut doubts).expect("the right poses are likelier");
+        for (found, truth) in better.psi.iter().zip(&right.estimate.psi) {
+            assert!((found - truth).abs() < 1e-3, "{found} {truth}");
+        }
+        let astray = doubts.astray();
+        assert!(astray[50] > 0.5 && astray[49] == 0.0, "{}", astray[50]);
+    }
+}
