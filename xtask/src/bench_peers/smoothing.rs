@@ -63,7 +63,7 @@ struct Peer {
 
 const PEERS: [Peer; 3] = [
     Peer { name: "Ceres", start: ceres, largest: [usize::MAX, usize::MAX] },
-    Peer { name: "SciPy", start: scipy, largest: [1_700_000, usize::MAX] },
+    Peer { name: "SciPy", start: scipy, largest: [usize::MAX, usize::MAX] },
     Peer { name: "CasADi, IPOPT", start: casadi, largest: [33_000, 330_000] },
 ];
 

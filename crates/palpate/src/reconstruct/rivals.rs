@@ -9,10 +9,13 @@ use super::evidence::{Fit, log_evidence};
 use super::grow::common_turn;
 use super::problem::Problem;
 use super::smooth::{Effort, Estimate, Smoother};
-use super::track::{CERTAIN, LONGEST_STEP, Rival, WORTH_CHANGING, near};
+use super::track::{CERTAIN, LONGEST_STEP, Rival, near};
 use crate::angle::wrapped;
 
 const EFFORT: Effort = Effort { iterations: 20, tolerance: 1e-7 };
+
+/// A rival whose margin is below minus this is the likelier one (−2 ln of the odds).
+const LIKELIER: f64 = 1.0;
 
 /// How sure the pose of each sample is.
 pub(super) struct Doubts {
@@ -90,7 +93,7 @@ pub(super) fn weigh(problem: &Problem, fit: &Fit, rivals: &[Rival], doubts: &mut
         }
     }
     let best = weighed.into_iter().min_by(|a, b| a.1.total_cmp(&b.1));
-    best.filter(|(_, margin)| *margin < -WORTH_CHANGING).map(|(estimate, _)| estimate)
+    best.filter(|(_, margin)| *margin < -LIKELIER).map(|(estimate, _)| estimate)
 }
 
 #[cfg(test)]

@@ -132,16 +132,18 @@ impl<'a> Task<'a> {
                 .ok_or(ReconstructError::NotSolvable)?;
             let Estimate { coefficients, psi, .. } = &fine.estimate;
             let weighted = noise::with_noisy_angles(&self.problem, coefficients, psi, self.scatter_m);
-            let mut track = track(&weighted, &fine, self.floor_m(), None);
-            if let Some(again) = self.without_doubtful(&weighted, &fine, &track) {
-                track = again;
-            }
+            let of_all = track(&weighted, &fine, self.floor_m(), None);
+            let (mut track, passed_over) = match self.without_doubtful(&weighted, &fine, &of_all) {
+                Some(again) => (again, Some(of_all.psi)),
+                None => (of_all, None),
+            };
             // Where the way does not settle, the arrangement is wrong, or it is a matter of a few samples.
             let last = attempt == REPAIRS || 2 * track.moved > unsettled;
             if track.moved == 0 || last {
                 let mut doubts = Doubts::new(std::mem::take(&mut track.margin));
                 let mut rivals = std::mem::take(&mut track.rivals);
-                rivals.extend(doubts.unsettled(&fine.estimate.psi, &track.psi));
+                let ways = passed_over.iter().chain([&track.psi]);
+                rivals.extend(ways.filter_map(|way| doubts.unsettled(&fine.estimate.psi, way)));
                 rivals.extend(brief::placed_anew(&problem, &fine, &self.starts(&fine), &mut doubts));
                 match rivals::weigh(&problem, &fine, &rivals, &mut doubts) {
                     Some(better) if !last => {
@@ -213,7 +215,7 @@ impl<'a> Task<'a> {
             return None;
         }
         let mut again = self.with_aside(weighted, fine, &aside, &beside)?;
-        again.moved = of_all.moved + grow::moved(&of_all.psi, &again.psi);
+        again.moved = grow::moved(&fine.estimate.psi, &again.psi);
         Some(again)
     }
 

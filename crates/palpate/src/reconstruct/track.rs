@@ -41,7 +41,7 @@ const MIRACLE: f64 = 1000.0;
 const STILL: f64 = 0.02;
 
 /// A way is changed when that takes at least this much off its cost.
-pub(super) const WORTH_CHANGING: f64 = 9.0;
+const WORTH_CHANGING: f64 = 9.0;
 
 /// A pose counts as certain when every way elsewhere costs this much more (−2 ln of the odds: 150 to 1).
 pub(super) const CERTAIN: f64 = 10.0;
