@@ -3,8 +3,8 @@
 //! A pebble is turned all the way around; contact positions have 0.1 mm of noise. Unknown are the coefficients of the support
 //! function and an orientation per sample. Every solver starts at the truth, disturbed by a few percent and 0.02 rad, and goes
 //! on until its cost falls by less than the same share of it. The time is that from arrays in memory to the answer, with
-//! what each needs to set its problem up. palpate takes one thread for short logs and all that there are for long ones; Ceres is given
-//! as many.
+//! what each needs to set its problem up. palpate takes one thread for short logs and all that there are for long ones; its peers take
+//! one (two make Ceres slower here, which hands out a sample at a time).
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -53,11 +53,10 @@ const ON_ONE_THREAD: usize = 4096;
 /// Samples of the log that has to fit into memory, and its harmonics.
 const MANY: (usize, usize) = (1_000_000, 8);
 
-/// A solver (started with a file and a number of threads, if it has any use for them), and the largest problems that it is given:
-/// samples times coefficients, in a quick run and in a full one.
+/// A solver, and the largest problems that it is given: samples times coefficients, in a quick run and in a full one.
 struct Peer {
     name: &'static str,
-    start: fn(&Context, &Path, usize) -> anyhow::Result<Worker>,
+    start: fn(&Context, &Path) -> anyhow::Result<Worker>,
     largest: [usize; 2],
 }
 
@@ -204,7 +203,7 @@ impl Case {
     }
 
     fn against(&self, peer: &Peer, context: &Context, file: &Path) -> anyhow::Result<Row> {
-        let mut worker = (peer.start)(context, file, self.threads())?;
+        let mut worker = (peer.start)(context, file)?;
         let mut ours: Option<Smoothed> = None;
         let mut theirs = Vec::new();
         let turns = Turns { most: 25, budget_s: if context.quick { 1.0 } else { 20.0 } };
@@ -278,7 +277,7 @@ fn largest_difference_m(ours: &[f64], theirs: &[f64]) -> f64 {
 }
 
 /// Ceres Solver from Debian, with a program of ours around it. Both are compiled for any processor of this kind, as palpate is.
-fn ceres(context: &Context, file: &Path, threads: usize) -> anyhow::Result<Worker> {
+fn ceres(context: &Context, file: &Path) -> anyhow::Result<Worker> {
     let program = context.folder.join("ceres");
     let source = workspace::root().join("bench/peers/ceres/smooth.cpp");
     let changed = |path: &Path| fs::metadata(path).and_then(|data| data.modified()).ok();
@@ -291,17 +290,17 @@ fn ceres(context: &Context, file: &Path, threads: usize) -> anyhow::Result<Worke
         workspace::run(compile.args(["-lceres", "-lglog"]))?;
     }
     let mut command = Command::new(program);
-    Worker::start(command.arg(file).args([threads.to_string(), TOLERANCE.to_string()]), PATIENCE_S)
+    Worker::start(command.arg(file).args(["1", &TOLERANCE.to_string()]), PATIENCE_S)
 }
 
 /// `scipy.optimize.least_squares` with sparse derivatives.
-fn scipy(context: &Context, file: &Path, _: usize) -> anyhow::Result<Worker> {
+fn scipy(context: &Context, file: &Path) -> anyhow::Result<Worker> {
     let mut python = context.python_with(&["numpy", "scipy"])?.python();
     Worker::start(python.arg("bench/peers/smooth_scipy.py").arg(file).arg(TOLERANCE.to_string()), PATIENCE_S)
 }
 
 /// IPOPT with the exact second derivatives of CasADi. It stops at a gradient, not at a fall of the cost.
-fn casadi(context: &Context, file: &Path, _: usize) -> anyhow::Result<Worker> {
+fn casadi(context: &Context, file: &Path) -> anyhow::Result<Worker> {
     let mut python = context.python_with(&["numpy", "casadi"])?.python();
     Worker::start(python.arg("bench/peers/smooth_casadi.py").arg(file), PATIENCE_S)
 }

@@ -23,33 +23,37 @@ pub struct Medians {
 }
 
 impl Turns {
-    /// Lets both work by turns; each gives the seconds that count. The first call of each warms up and counts only where the
-    /// budget is then spent.
+    /// Lets both work by turns; each gives the seconds that count. The first call of each warms up, and counts only where it took so
+    /// long that there is no time for another.
     pub fn take(
         self,
         mut palpate: impl FnMut() -> anyhow::Result<f64>,
         mut peer: impl FnMut() -> anyhow::Result<f64>,
     ) -> anyhow::Result<Medians> {
         let began = Instant::now();
-        let (mut palpate_s, mut peer_s) = (vec![palpate()?], vec![peer()?]);
-        let spent = || began.elapsed().as_secs_f64() > self.budget_s;
+        let (first_palpate_s, first_peer_s) = (palpate()?, peer()?);
+        let (mut palpate_s, mut peer_s) = (Vec::new(), Vec::new());
         for turn in 0..self.most {
-            if spent() {
+            let spent = began.elapsed().as_secs_f64() > self.budget_s;
+            if spent && turn > 0 {
                 break;
             }
-            if turn == 0 {
-                (palpate_s, peer_s) = (Vec::new(), Vec::new());
-            }
+            let again = |first_s: f64| !spent || first_s < self.budget_s;
             // Neither is always the first.
-            if turn % 2 == 0 {
-                palpate_s.push(turn_of(&mut palpate)?);
-                peer_s.push(turn_of(&mut peer)?);
-            } else {
-                peer_s.push(turn_of(&mut peer)?);
-                palpate_s.push(turn_of(&mut palpate)?);
+            for palpate_is_next in [turn % 2 == 0, turn % 2 == 1] {
+                if palpate_is_next && again(first_palpate_s) {
+                    palpate_s.push(turn_of(&mut palpate)?);
+                } else if !palpate_is_next && again(first_peer_s) {
+                    peer_s.push(turn_of(&mut peer)?);
+                }
             }
         }
-        Ok(Medians { palpate_s: median(&mut palpate_s), peer_s: median(&mut peer_s) })
+        let median_or =
+            |times_s: &mut Vec<f64>, first_s: f64| if times_s.is_empty() { first_s } else { median(times_s) };
+        Ok(Medians {
+            palpate_s: median_or(&mut palpate_s, first_palpate_s),
+            peer_s: median_or(&mut peer_s, first_peer_s),
+        })
     }
 }
 
