@@ -12,8 +12,13 @@ pub(super) const MODEL_ALLOWANCE: f64 = 2e-3;
 /// Orientation less certain than this (radians) does not count as known: over all samples, and at the worst.
 const MAX_PSI_SD: [f64; 2] = [0.03, 0.3];
 
-/// Felt boundary less certain than this, as a share of the mean radius, does not count as known.
-const MAX_R_SD: f64 = 0.02;
+/// Felt boundary less certain than this, as a share of the mean radius, does not count as known: as a rule, and where the object found
+/// leaps between neighbouring poses. (Such leaps may be poses at wrong minima that hold the optimum on the slope of a long valley; the
+/// error bars know nothing of that.)
+const MAX_R_SD: [f64; 2] = [0.02, 5e-3];
+
+/// A leap by less than this leads to a neighbouring pose, radians.
+const NEIGHBOURING: f64 = 0.25;
 
 /// Samples whose pose cannot be told are forgiven as long as the motion would be wrong by no more than this if all of them were
 /// elsewhere, radians (root mean square).
@@ -159,7 +164,8 @@ fn gaps(evidence: &Evidence) -> Vec<String> {
         ));
     }
     let largest = evidence.largest_felt_r_sd_m;
-    if largest > MAX_R_SD * evidence.coefficients[0] || !largest.is_finite() {
+    let held = evidence.leaps.iter().any(|leap| (leap.psi_after - leap.psi_before).abs() < NEIGHBOURING);
+    if largest > MAX_R_SD[usize::from(held)] * evidence.coefficients[0] || !largest.is_finite() {
         doubts.push(format!(
             "parts of the felt boundary are known only to {:.2} mm (one standard deviation)",
             1e3 * largest
