@@ -37,13 +37,9 @@ pub(super) fn placed_anew(problem: &Problem, fit: &Fit, starts: &[usize], doubts
     if samples == 0 {
         return Vec::new();
     }
-    if samples > MOST {
-        brief.into_iter().for_each(|piece| doubts.lower(piece, 0.0));
-        return Vec::new();
-    }
     let mut others = problem.clone();
     brief.iter().cloned().flatten().for_each(|index| others.instants[index].set_aside());
-    let Some(known) = Known::from(&others, fit) else {
+    let Some(known) = (samples <= MOST).then(|| Known::from(&others, fit)).flatten() else {
         brief.into_iter().for_each(|piece| doubts.lower(piece, 0.0));
         return Vec::new();
     };

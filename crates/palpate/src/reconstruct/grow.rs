@@ -201,11 +201,6 @@ impl<'a> Growth<'a> {
         false
     }
 
-    /// Goes on until nothing is left to place, or the budget is spent.
-    pub fn grow_to_the_end(&mut self, budget: &mut Budget) {
-        self.grow(budget, f64::INFINITY);
-    }
-
     /// Squared residuals of the best hypothesis per instant placed, at the noise at which arrangements are judged, as a share of
     /// what noise alone would make them at the most.
     pub fn strain(&self) -> f64 {

@@ -153,6 +153,11 @@ fn arrange(
         }
         strained = still;
     }
+    let grown_to_the_end = |seed: &Seed, budget: &mut Budget| {
+        let mut growth = seed.growth(problem, windows, tolerance, prior);
+        growth.grow(budget, f64::INFINITY);
+        growth
+    };
     let (mut budget, mut richer) = (Budget::default(), 0);
     for (number, seed) in seeds.iter_mut().enumerate() {
         tell(0.5 + 0.5 * number as f64 / SPANS as f64);
@@ -160,9 +165,7 @@ fn arrange(
             continue;
         }
         richer += 1;
-        let mut growth = seed.growth(problem, windows, tolerance, prior);
-        growth.grow_to_the_end(&mut budget);
-        if hand_over(growth) {
+        if hand_over(grown_to_the_end(seed, &mut budget)) {
             return true;
         }
         if richer == SEEDS || budget.is_spent() {
@@ -170,11 +173,7 @@ fn arrange(
         }
     }
     let best = seeds.iter().min_by(|a, b| a.misfit.total_cmp(&b.misfit));
-    best.filter(|_| grown + richer == 0).is_some_and(|seed| {
-        let mut growth = seed.growth(problem, windows, tolerance, prior);
-        growth.grow_to_the_end(&mut budget);
-        hand_over(growth)
-    })
+    best.filter(|_| grown + richer == 0).is_some_and(|seed| hand_over(grown_to_the_end(seed, &mut budget)))
 }
 
 /// Candidates over a run of windows, best first, with the number of harmonics that they took.

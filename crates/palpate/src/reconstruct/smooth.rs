@@ -17,7 +17,7 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
-use block::{Block, LANES, Lanes, Waves, dots, turned_frames};
+use block::{Block, LANES, Lanes, Waves, dots, loaded, turned_frames};
 use sums::OuterProducts;
 
 use super::problem::{Instant, Problem};
@@ -306,19 +306,8 @@ impl<'a> Smoother<'a> {
         let shares = self.problem.instants.par_chunks(SHARE).zip(psi.par_chunks(SHARE)).zip(of_psi);
         let parts: Vec<OuterProducts> = shares
             .map(|((instants, psi), ((offset, information), slopes))| {
-                let mut sums = OuterProducts::new(unknowns, 3 * psi.len());
-                let (noise, sums_of) = (self.noise, &mut sums);
-                Arch::new().dispatch(Linearising {
-                    instants,
-                    noise,
-                    coefficients,
-                    psi,
-                    sums: sums_of,
-                    offset,
-                    information,
-                    slopes,
-                });
-                sums
+                let noise = self.noise;
+                Arch::new().dispatch(Linearising { instants, noise, coefficients, psi, offset, information, slopes })
             })
             .collect();
         let mut parts = parts.into_iter();
@@ -463,9 +452,7 @@ impl WithSimd for Settling<'_> {
         let mut cost = 0.0;
         for (instants, psi) in instants.chunks(LANES).zip(psi.chunks_mut(LANES)) {
             let block = Block::new(instants, noise);
-            let mut lanes = loaded(psi);
-            let settled = block.settle(coefficients, &mut lanes, rounds, None);
-            psi.copy_from_slice(&lanes[..psi.len()]);
+            let settled = block.settle(coefficients, psi, rounds, None);
             cost += settled.sums().0.iter().sum::<f64>();
         }
         cost
@@ -478,19 +465,19 @@ struct Linearising<'a> {
     noise: Noise,
     coefficients: &'a [f64],
     psi: &'a [f64],
-    sums: &'a mut OuterProducts,
     offset: &'a mut [f64],
     information: &'a mut [f64],
     slopes: &'a mut [Lanes],
 }
 
 impl WithSimd for Linearising<'_> {
-    type Output = ();
+    type Output = OuterProducts;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        let Self { instants, noise, coefficients, psi, sums, offset, information, slopes } = self;
+    fn with_simd<S: Simd>(self, _: S) -> OuterProducts {
+        let Self { instants, noise, coefficients, psi, offset, information, slopes } = self;
         let unknowns = coefficients.len();
+        let mut sums = OuterProducts::new(unknowns, 3 * psi.len());
         let mut waves = Waves::new(unknowns / 2);
         let of_psi = offset.chunks_mut(LANES).zip(information.chunks_mut(LANES)).zip(slopes.chunks_exact_mut(unknowns));
         let blocks = instants.chunks(LANES).zip(psi.chunks(LANES)).zip(of_psi);
@@ -516,15 +503,7 @@ impl WithSimd for Linearising<'_> {
             psi_offset.copy_from_slice(&times(&scale, &value)[..psi.len()]);
             psi_information.copy_from_slice(&information[..psi.len()]);
         }
-    }
-}
-
-/// Eight numbers, or as many as there are.
-#[inline(always)]
-fn loaded(values: &[f64]) -> Lanes {
-    match values.first_chunk() {
-        Some(lanes) => *lanes,
-        None => std::array::from_fn(|lane| values.get(lane).copied().unwrap_or(values[0])),
+        sums
     }
 }
 

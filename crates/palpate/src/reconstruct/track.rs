@@ -169,10 +169,11 @@ pub(super) fn track(problem: &Problem, fit: &Fit, floor_m: f64, aside: Option<As
         let restless = poses.map(|(instant, choice)| restlessness(&table, instant, choice.psi, balance_m)).sum::<f64>();
         restless + lattice.steps_along(way)
     };
+    let of_way = leaps(&way);
     let rivals = rivals.into_iter().map(|(rival, samples)| Rival {
         psi: along(&rival).iter().map(|choice| choice.psi).collect(),
         samples,
-        leaps: leaps(&rival) - leaps(&way),
+        leaps: leaps(&rival) - of_way,
     });
     Track {
         rivals: rivals.collect(),

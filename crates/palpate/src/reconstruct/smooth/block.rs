@@ -11,6 +11,15 @@ pub(super) const LANES: usize = 8;
 /// One number for each of them.
 pub(super) type Lanes = [f64; LANES];
 
+/// Eight numbers, or as many as there are and then the first again.
+#[inline(always)]
+pub(super) fn loaded(values: &[f64]) -> Lanes {
+    match values.first_chunk() {
+        Some(lanes) => *lanes,
+        None => std::array::from_fn(|lane| values.get(lane).copied().unwrap_or(values[0])),
+    }
+}
+
 /// Eight samples; where the log ends before, the rest weigh nothing.
 pub(super) struct Block {
     phi1: Lanes,
@@ -22,7 +31,7 @@ pub(super) struct Block {
     s1: Lanes,
     s2: Lanes,
     /// Of the three residuals, 1/m.
-    pub weights: [Lanes; 3],
+    weights: [Lanes; 3],
 }
 
 /// Weighted residuals of eight samples, and their derivatives by ψ.
@@ -124,21 +133,22 @@ impl Block {
         mixture
     }
 
-    /// Brings each ψ to the minimum of its own sample by a few Newton steps; the residuals there.
+    /// Brings each ψ (as many as there are samples) to the minimum of its own sample by a few Newton steps; the residuals there.
     #[inline(always)]
     pub fn settle(
         &self,
         coefficients: &[f64],
-        psi: &mut Lanes,
+        samples: &mut [f64],
         rounds: usize,
         mut waves: Option<&mut Waves>,
     ) -> Weighted {
-        let mut at = self.at(coefficients, psi, waves.as_deref_mut());
+        let mut psi = loaded(samples);
+        let mut at = self.at(coefficients, &psi, waves.as_deref_mut());
         let mut open = [true; LANES];
         let mut taken_back = false;
         for _ in 0..rounds {
             let (square, slope, curvature) = at.sums();
-            let mut moved = *psi;
+            let mut moved = psi;
             for lane in 0..LANES {
                 // Worth less than 1e-6 of a squared standard deviation: settled.
                 open[lane] &= slope[lane] * slope[lane] > 1e-6 * curvature[lane] && curvature[lane] > 0.0;
@@ -163,8 +173,9 @@ impl Block {
             }
         }
         if taken_back && waves.is_some() {
-            at = self.at(coefficients, psi, waves);
+            at = self.at(coefficients, &psi, waves);
         }
+        samples.copy_from_slice(&psi[..samples.len()]);
         at
     }
 }

@@ -5,12 +5,11 @@
 //! variant of Newton's method, *Ukrainian Mathematical Journal* 19, 1967): such a step costs O(M) for each sample, not O(M²).
 
 use nalgebra::DVector;
-
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
 use super::block::{Block, LANES, Lanes, Waves, Weighted, dots};
-use super::{Effort, Estimate, Noise, PSI_INFORMATION, SHARE, Smoother, Taken, coefficients_to_order, loaded, moved};
+use super::{Effort, Estimate, Noise, PSI_INFORMATION, SHARE, Smoother, Taken, coefficients_to_order, moved};
 use crate::reconstruct::problem::Instant;
 
 /// The matrix is made anew as long as steps lower the cost by more than this share of it.
@@ -136,9 +135,7 @@ impl WithSimd for Sloping<'_> {
         let of_psi = psi.chunks_mut(LANES).zip(offset.chunks_mut(LANES));
         for (instants, (psi, psi_offset)) in instants.chunks(LANES).zip(of_psi) {
             let block = Block::new(instants, noise);
-            let mut lanes = loaded(psi);
-            let Weighted { value, by_psi } = block.settle(coefficients, &mut lanes, rounds, Some(&mut waves));
-            psi.copy_from_slice(&lanes[..psi.len()]);
+            let Weighted { value, by_psi } = block.settle(coefficients, psi, rounds, Some(&mut waves));
             cost += dots(&value, &value).iter().sum::<f64>();
             // What ψ takes up is no gradient of the shape.
             let (overlap, information) = (dots(&by_psi, &value), dots(&by_psi, &by_psi));
