@@ -71,3 +71,17 @@ fn a_way_that_is_passed_over_is_weighed() {
     assert_eq!(row.wrong, Some(false), "{:?}", row.rms_psi_rad);
     assert!(row.certified, "{}", row.reason);
 }
+
+/// Three poses at wrong minima, a few degrees off, held the centre of mass of a hexagon three error bars from where it is.
+#[test]
+fn an_object_that_leaps_between_neighbouring_poses_must_be_known_better() {
+    let row = row(250, MotionKind::Random, noise(0.1e-3));
+    assert_eq!(row.wrong, Some(false), "{:?}", row.rms_r_m);
+}
+
+/// One sample may be sixteen degrees off; the motion as a whole is known to half a degree all the same.
+#[test]
+fn a_sample_that_may_be_a_little_elsewhere_is_forgiven() {
+    let row = row(70171, MotionKind::Random, noise(0.3e-3));
+    assert!(row.certified && row.wrong == Some(false), "{:?} {}", row.rms_psi_rad, row.reason);
+}
