@@ -4,7 +4,7 @@
 use divan::{Bencher, black_box};
 use palpate::palms::PalmPair;
 use palpate::shape::NamedShape;
-use palpate::statics::EnergyLandscape;
+use palpate::mechanics::EnergyLandscape;
 use palpate_bench::{
     Failure, Scene, equations, from_nothing, from_truth, normal_equations, on_one_thread, with_harmonics,
 };

@@ -50,7 +50,7 @@ mod _palpate {
     #[pymodule_export]
     use crate::simulate::{Simulated, SimulatedJump, simulate};
     #[pymodule_export]
-    use crate::statics::{Landscape, PoseJump, Rest, follow};
+    use crate::mechanics::{Landscape, PoseJump, Rest, follow};
     #[pymodule_export]
     use crate::sweep::{FolderData, JobData, run_sweep_jobs, sweep_jobs};
     #[pymodule_export]

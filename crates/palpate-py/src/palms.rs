@@ -177,7 +177,7 @@ impl Palms {
     /// tuple of float
     ///     Forces of palm 1 and palm 2, newtons; negative where the object does not rest on both.
     fn contact_forces_n(&self, mass_kg: f64) -> (f64, f64) {
-        palpate::statics::contact_forces_n(&self.0, mass_kg)
+        palpate::mechanics::contact_forces_n(&self.0, mass_kg)
     }
 
     fn __repr__(&self) -> String {

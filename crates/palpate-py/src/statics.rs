@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 
 use palpate::palms::{PalmPair, SMALLEST_OPENING_RAD};
 use palpate::simulate::SimulateError as RustSimulateError;
-use palpate::statics::{EnergyLandscape, Jump, RestPose};
+use palpate::mechanics::{EnergyLandscape, Jump, RestPose};
 use pyo3::prelude::*;
 
 use crate::arrays::{self, Numbers};
@@ -280,7 +280,7 @@ pub fn follow(
     open(&end.0)?;
     let (shape, start, end) = (shape.0.clone(), start.0, end.0);
     let followed = work::run(py, None, None, move |_| {
-        palpate::statics::follow::<Infallible>(&shape, &start, &end, psi_rad, |_, _, _| Ok(()))
+        palpate::mechanics::follow::<Infallible>(&shape, &start, &end, psi_rad, |_, _, _| Ok(()))
     })?;
     let (psi, jumps) = match followed {
         Ok(found) => found,

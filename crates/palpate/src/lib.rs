@@ -33,7 +33,7 @@
 //!
 //! * [`shape`]: support functions, of named objects, random ones, polygons and sampled outlines
 //! * [`palms`]: the palm pair, its frames and contact angles, what two contacts say together, palm motions
-//! * [`statics`]: potential energy, balance, where an object rests and where it jumps to
+//! * [`mechanics`]: potential energy, balance, where an object rests and where it jumps to
 //! * [`sensor`]: touchpads and their faults
 //! * [`mod@simulate`]: the exact quasistatic forward model, and motions planned for a known object
 //! * [`mod@reconstruct`]: the estimator
@@ -76,7 +76,7 @@
 //! of mass first ([`Reconstruction::com_certified`]). What cannot be certified is said to be so, with the reason.
 #![forbid(unsafe_code)]
 
-mod angle;
+mod math;
 pub mod compare;
 pub mod log;
 pub mod palms;
@@ -84,7 +84,7 @@ pub mod reconstruct;
 pub mod sensor;
 pub mod shape;
 pub mod simulate;
-pub mod statics;
+pub mod mechanics;
 pub mod truth;
 
 pub use log::{Log, Sample};

@@ -6,7 +6,7 @@ use palpate::palms::{
     ContactRates, GeneralizedContactSupport, MotionError, Palm, PalmMotion, PalmMove, PalmPair, radii_of_curvature_m,
 };
 use palpate::shape::{RandomShape, SupportFunction, random_shape};
-use palpate::statics::EnergyLandscape;
+use palpate::mechanics::EnergyLandscape;
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 

@@ -8,7 +8,7 @@ use palpate::Log;
 use palpate::reconstruct::{ReconstructOptions, Reconstruction, cramer_rao_bound_m, reconstruct_from};
 use palpate::shape::{RandomShape, SupportFunction, random_shape};
 use palpate::simulate::Simulation;
-use palpate::statics::EnergyLandscape;
+use palpate::mechanics::EnergyLandscape;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;

@@ -9,7 +9,7 @@ mod procrustes;
 
 use thiserror::Error;
 
-use crate::angle::{mean_direction, wrapped};
+use crate::math::angle::{mean_direction, wrapped};
 use crate::reconstruct::Reconstruction;
 use crate::shape::{ShapeError, SupportFunction};
 use crate::truth::Truth;

@@ -1,12 +1,14 @@
 //! What feels: two palms, their frames, their contacts and their motions.
 
-mod contact_support;
+mod contact_constraint;
 mod curvature;
+mod generalized_contact_support;
 mod motion;
 mod pair;
 
-pub use contact_support::GeneralizedContactSupport;
+pub(crate) use contact_constraint::{ContactRow, Contacts, PalmAngles, contact_angles};
 pub use curvature::{ContactRates, radii_of_curvature_m};
+pub use generalized_contact_support::GeneralizedContactSupport;
 pub use motion::{MotionError, PalmMotion, PalmMove, SMALLEST_OPENING_RAD};
 pub use pair::{Palm, PalmPair};
-pub(crate) use pair::{Sines, Stance};
+pub(crate) use pair::Stance;

@@ -3,8 +3,7 @@
 //! Palm 1 leaves its base point at the angle φ₁ against X; palm 2 at φ₁₂ = φ₁ + φ₂. Gravity acts along −Y. With both
 //! base points in the origin this is the hinged pair of figure 1(a); apart, the two fingers of figure 1(b).
 
-use std::f64::consts::{FRAC_PI_2, PI};
-
+use super::{Contacts, PalmAngles, contact_angles};
 use crate::shape::{ContactSupport, SupportFunction};
 
 /// Angles and base points of the two palms at one instant.
@@ -79,8 +78,7 @@ impl PalmPair {
 
     /// Contact angles (θ₁, θ₂) of an object at orientation `psi_rad`: θ₁ = φ₁ − ψ − π/2 (eq. 1), θ₂ = θ₁ + φ₂ − π.
     pub fn contact_angles(&self, psi_rad: f64) -> (f64, f64) {
-        let theta1 = self.phi1_rad - psi_rad - FRAC_PI_2;
-        (theta1, theta1 + self.phi2_rad - PI)
+        contact_angles(self.phi1_rad, self.phi2_rad, psi_rad)
     }
 
     /// How far each base point lies along its palm's normal, b_k · n̄_k, in metres (0 for a hinge at the origin).
@@ -92,53 +90,43 @@ impl PalmPair {
     /// Centre of mass in the global frame when both palms touch: c · n̄_k = r_k + b_k · n̄_k.
     pub fn center_of_mass_m(&self, contact1: ContactSupport, contact2: ContactSupport) -> [f64; 2] {
         let (offset1, offset2) = self.base_offsets_m();
-        let (r1, r2) = (contact1.r + offset1, contact2.r + offset2);
-        let (sin1, cos1) = self.phi1_rad.sin_cos();
-        let (sin12, cos12) = self.phi12_rad().sin_cos();
-        let sin2 = self.phi2_rad.sin();
-        [(r1 * cos12 + r2 * cos1) / sin2, (r1 * sin12 + r2 * sin1) / sin2]
+        self.angles().center([contact1.r + offset1, contact2.r + offset2])
     }
 
     /// Contact positions (s₁, s₂), metres from each base point along its palm, of an object at orientation `psi_rad`:
     /// s₁ = (c − b₁)·t̄₁ − d₁, s₂ = −(c − b₂)·t̄₂ + d₂.
     pub fn contact_positions_m(&self, shape: &SupportFunction, psi_rad: f64) -> (f64, f64) {
-        let stance = self.stance(&self.sines(), shape, psi_rad);
+        let stance = self.stance(&self.angles(), shape, psi_rad);
         (stance.s1_m, stance.s2_m)
     }
 
-    /// The sines and cosines of the palm angles.
-    pub(crate) fn sines(&self) -> Sines {
-        let ((sin1, cos1), (sin12, cos12)) = (self.phi1_rad.sin_cos(), self.phi12_rad().sin_cos());
-        Sines { sin1, cos1, sin12, cos12, sin2: self.phi2_rad.sin() }
+    /// The palm angles, ready for computation.
+    pub(crate) fn angles(&self) -> PalmAngles {
+        PalmAngles::new(self.phi1_rad, self.phi2_rad)
     }
 
-    /// Where an object at orientation `psi_rad` is and touches when both palms do; `sines` are those of this pair.
-    pub(crate) fn stance(&self, sines: &Sines, shape: &SupportFunction, psi_rad: f64) -> Stance {
-        let &Sines { sin1, cos1, sin12, cos12, sin2 } = sines;
-        let (sin, cos) = psi_rad.sin_cos();
-        // The outward normals in the object frame, θ₁ = φ₁ − ψ − π/2 and θ₂ = φ₁₂ − ψ − 3π/2.
-        let contact1 = shape.towards(sin1 * cos - cos1 * sin, -cos1 * cos - sin1 * sin);
-        let contact2 = shape.towards(cos12 * sin - sin12 * cos, cos12 * cos + sin12 * sin);
-        let ([x1, y1], [x2, y2]) = (self.base1_m, self.base2_m);
-        // r_k + b_k · n̄_k
-        let (r1, r2) = (contact1.r - x1 * sin1 + y1 * cos1, contact2.r + x2 * sin12 - y2 * cos12);
-        let [x, y] = [(r1 * cos12 + r2 * cos1) / sin2, (r1 * sin12 + r2 * sin1) / sin2];
-        Stance {
-            center_of_mass_m: [x, y],
-            s1_m: (x - x1) * cos1 + (y - y1) * sin1 - contact1.d,
-            s2_m: (x - x2) * cos12 + (y - y2) * sin12 + contact2.d,
+    /// How far each base point lies out on its palm from the point M where the lines of both palms meet, metres: a contact at s from the
+    /// base point lies at s + shift from M.
+    pub(crate) fn base_shifts_m(&self, angles: &PalmAngles) -> [f64; 2] {
+        let (offset1, offset2) = self.base_offsets_m();
+        let [meeting1, meeting2] = angles.positions([offset1, offset2], [0.0; 2]);
+        let (t1, t2) = (self.tangent(Palm::One), self.tangent(Palm::Two));
+        [dot(self.base1_m, t1) - meeting1, -dot(self.base2_m, t2) - meeting2]
+    }
+
+    /// Where an object at orientation `psi_rad` is and touches when both palms do; `angles` are those of this pair.
+    pub(crate) fn stance(&self, angles: &PalmAngles, shape: &SupportFunction, psi_rad: f64) -> Stance {
+        let (sin, cos) = (self.phi1_rad - psi_rad).sin_cos();
+        let ([cos1, cos2], [sin1, sin2]) = angles.contact_directions(sin, cos);
+        let at = Contacts::from([shape.towards(cos1, sin1), shape.towards(cos2, sin2)]);
+        let ([x, y], [s1, s2]) = (angles.center(at.r), angles.positions(at.r, at.d));
+        if self.base1_m == [0.0; 2] && self.base2_m == [0.0; 2] {
+            return Stance { center_of_mass_m: [x, y], s1_m: s1, s2_m: s2 };
         }
+        let (offset1, offset2) = self.base_offsets_m();
+        let ([x0, y0], [shift1, shift2]) = (angles.center([offset1, offset2]), self.base_shifts_m(angles));
+        Stance { center_of_mass_m: [x + x0, y + y0], s1_m: s1 - shift1, s2_m: s2 - shift2 }
     }
-}
-
-/// Sines and cosines of φ₁ and φ₁₂, and the sine of φ₂.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Sines {
-    pub sin1: f64,
-    pub cos1: f64,
-    pub sin12: f64,
-    pub cos12: f64,
-    pub sin2: f64,
 }
 
 /// An object on both palms.

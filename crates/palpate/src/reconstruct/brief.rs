@@ -10,7 +10,7 @@ use super::known::Known;
 use super::problem::Problem;
 use super::rivals::Doubts;
 use super::track::{CERTAIN, Rival, near};
-use crate::angle::wrapped;
+use crate::math::angle::wrapped;
 
 /// Pieces with fewer samples than this are not placed by their own contacts alone.
 const BRIEF: usize = 6;

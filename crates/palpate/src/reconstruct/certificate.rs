@@ -3,7 +3,9 @@
 
 use super::jumps::{Leap, to_and_fro};
 use super::problem::Problem;
-use super::residuals::{contact_angles, residuals, support};
+use super::residuals::{by_palms, contacts};
+use crate::mechanics::force_model::{ForceModel, MotionState};
+use crate::mechanics::frictionless::Frictionless;
 
 /// Smooth errors that no shape explains (palms that are not quite slow, not quite straight) are forgiven up to this share
 /// of the mean radius.
@@ -192,26 +194,20 @@ fn unstable_samples(evidence: &Evidence) -> usize {
         .iter()
         .zip(evidence.psi)
         .filter(|(instant, psi)| {
-            let (theta1, theta2) = contact_angles(instant, **psi);
-            let (one, two) = (support(evidence.coefficients, theta1), support(evidence.coefficients, theta2));
-            let stiffness = (one.v - one.r) * instant.sin12 + (two.v - two.r) * instant.sin1;
-            let balance = one.d * instant.sin12 + two.d * instant.sin1;
-            // A pose off its balance is on its way (ringing); only one that rests can rest unstably.
-            stiffness < -slack && balance.abs() < 4.0 * evidence.balance_m
+            let state = MotionState::at_rest(instant.palms, contacts(instant, evidence.coefficients, **psi));
+            Frictionless.is_unstable(&Frictionless.residual(&state), slack, 4.0 * evidence.balance_m)
         })
         .count()
 }
 
 /// Root mean square change of a predicted contact position (metres) per radian of error in the palm angles.
 pub(super) fn angle_sensitivity_m(problem: &Problem, coefficients: &[f64], psi: &[f64]) -> f64 {
-    let step = 1e-6;
     let (mut sum, mut count) = (0.0, 0.0);
     for (instant, &psi) in problem.instants.iter().zip(psi) {
-        let here = residuals(instant, coefficients, psi).value;
-        let there = residuals(&instant.turned(0.0, step), coefficients, psi).value;
+        let [_, by_palm2] = by_palms(instant, &contacts(instant, coefficients, psi));
         for (weight, j) in [(instant.weight1, 0), (instant.weight2, 1)] {
             if weight > 0.0 {
-                sum += ((there[j] - here[j]) / step).powi(2);
+                sum += by_palm2[j].powi(2);
                 count += 1.0;
             }
         }

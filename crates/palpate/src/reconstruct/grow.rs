@@ -18,10 +18,10 @@ use std::ops::Range;
 use super::evidence::log_evidence;
 use super::problem::Problem;
 use super::quadrature::{integrate, relative_height};
-use super::residuals::{contact_angles, residuals, support};
+use super::residuals::{contacts, residuals};
 use super::smooth::{Belief, Effort, Estimate, Noise, Prior, Smoother};
 use super::windows::{Window, heights};
-use crate::angle::mean_direction;
+use crate::math::angle::mean_direction;
 
 /// Trial heights for a window that is searched.
 const HEIGHTS: usize = 20;
@@ -318,10 +318,9 @@ impl<'a> Growth<'a> {
         };
         let (anchor, placed) = anchor;
         let relative = relative_height(&run);
-        let (theta1, theta2) = contact_angles(&run.instants[anchor], known.psi[placed]);
-        let (one, two) = (support(&known.coefficients, theta1), support(&known.coefficients, theta2));
         let at = &run.instants[anchor];
-        let h0 = (one.r * at.sin12 + two.r * at.sin1) / at.sin2 - relative[anchor];
+        let [_, height] = at.palms.center(contacts(at, &known.coefficients, known.psi[placed]).r);
+        let h0 = height - relative[anchor];
         let noise = self.tolerance.loose();
         let smoother = Smoother::with_belief(&piece.thin, self.order, noise, self.prior, belief);
         [0.003, 0.01, 0.04]

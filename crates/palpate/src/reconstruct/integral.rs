@@ -30,7 +30,7 @@ use super::smooth::Prior;
 use super::{MOST_HARMONICS, ReconstructError, ReconstructOptions, noise, ode, pieces, smoothing};
 use crate::log::{Log, Sample};
 use crate::shape::SupportFunction;
-use crate::statics::EnergyLandscape;
+use crate::mechanics::EnergyLandscape;
 pub use equations::{Integrated, PaperEquations};
 use segment::Segment;
 
@@ -200,7 +200,7 @@ impl Piece {
         }
         let first = &self.problem.instants[0];
         let x = first.balance_x();
-        (-x * first.sin1 + height_m * first.cos1, x * first.sin12 - height_m * first.cos12)
+        first.palms.supports_of_center([x, height_m]).into()
     }
 
     /// The contacts from (r₁, r₂) at the first instant, ψ = 0 there. `None` when the integral runs away.
@@ -209,7 +209,7 @@ impl Piece {
             Some(signals) => signals.integrate((r1, r2)),
             None => {
                 let first = &self.problem.instants[0];
-                let height = (r1 * first.sin12 + r2 * first.sin1) / first.sin2;
+                let [_, height] = first.palms.center([r1, r2]);
                 quadrature::integrate(&self.problem, &self.relative, height, self.sd_m, QUADRATURE_RATE_SD).contacts
             }
         };
@@ -220,7 +220,7 @@ impl Piece {
     /// Mean square error of the X coordinate of the centre of mass, square metres.
     fn x_error_m2(&self, contacts: &[Contact]) -> f64 {
         let error = |(instant, contact): (&super::problem::Instant, &Contact)| {
-            let x = (contact.r1 * instant.cos12 + contact.r2 * instant.cos1) / instant.sin2;
+            let [x, _] = instant.palms.center([contact.r1, contact.r2]);
             (x - instant.balance_x()).powi(2)
         };
         self.problem.instants.iter().zip(contacts).map(error).sum::<f64>() / contacts.len() as f64

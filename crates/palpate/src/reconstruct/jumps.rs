@@ -4,7 +4,8 @@
 use super::noise::median;
 use crate::palms::PalmPair;
 use crate::shape::SupportFunction;
-use crate::statics::{EnergyLandscape, followed};
+use crate::mechanics::EnergyLandscape;
+use crate::mechanics::frictionless::followed;
 
 /// A turn by less than this between two samples is never looked at, radians.
 const SMALLEST_STEP: f64 = 0.02;

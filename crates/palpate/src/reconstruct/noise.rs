@@ -4,7 +4,7 @@
 //! lattice (a touchpad's counts, or digits cut off in a file) have at least the standard deviation of their step, q/√12.
 
 use super::problem::{Instant, Problem};
-use super::residuals::residuals;
+use super::residuals::{by_palms, contacts};
 use crate::log::Log;
 
 /// Standard deviation of one contact position in metres, estimated from the scatter of neighbouring samples.
@@ -23,16 +23,13 @@ pub(super) fn angle_scatter_rad(problem: &Problem) -> f64 {
 /// these are steep. For all samples together this is part of their noise; one alone may be missed by many times that. For a shape
 /// and a motion that are about right.
 pub(super) fn with_noisy_angles(problem: &Problem, coefficients: &[f64], psi: &[f64], contact_m: f64) -> Problem {
-    const STEP: f64 = 1e-6;
     let sd = angle_scatter_rad(problem);
     let least_m = contact_m.max(1e-5 * coefficients[0].abs());
     let mut weighted = problem.clone();
     for (instant, &psi) in weighted.instants.iter_mut().zip(psi) {
-        let at = |instant: &Instant| residuals(instant, coefficients, psi).value;
-        let here = at(instant);
-        let [first, second] = [instant.turned(STEP, 0.0), instant.turned(0.0, STEP)].map(|turned| at(&turned));
+        let [first, second] = by_palms(instant, &contacts(instant, coefficients, psi));
         let share = |j: usize| {
-            let moved_m = sd * (first[j] - here[j]).hypot(second[j] - here[j]) / STEP;
+            let moved_m = sd * first[j].hypot(second[j]);
             least_m / least_m.hypot(moved_m)
         };
         (instant.weight1, instant.weight2) = (instant.weight1 * share(0), instant.weight2 * share(1));

@@ -17,6 +17,7 @@ mod adams;
 use super::integral::Contact;
 use super::problem::Instant;
 use super::smoothing::Smoothing;
+use crate::palms::PalmAngles;
 use adams::STARTING_STEPS;
 
 /// Where the denominator of ψ' is smaller than this share of the size of the object, ψ' keeps its last value.
@@ -93,9 +94,8 @@ impl Signals {
     /// above the point where the normals meet.
     pub fn start(&self, height_m: f64) -> (f64, f64) {
         let felt = &self.nodes[0];
-        let phi12 = felt.phi1 + felt.phi2;
-        let x = (felt.s1 * phi12.sin() - felt.s2 * felt.phi1.sin()) / felt.phi2.sin();
-        (-x * felt.phi1.sin() + height_m * felt.phi1.cos(), x * phi12.sin() - height_m * phi12.cos())
+        let palms = PalmAngles::new(felt.phi1, felt.phi2);
+        palms.supports_of_center([palms.balance_x(felt.s1, felt.s2), height_m]).into()
     }
 
     /// Integrates from (r₁, r₂) at the first instant, where ψ = 0, and returns what the contacts are then at every sample.
@@ -123,24 +123,18 @@ impl Signals {
                     let (a, b) = (value(&self.nodes[node]), value(&self.nodes[(node + 1).min(steps)]));
                     a + (b - a) * part
                 };
-                let (d1, d2) = feet(r1, r2, felt(|f| f.phi2), felt(|f| f.s1), felt(|f| f.s2));
+                let palms = PalmAngles::new(felt(|f| f.phi1), felt(|f| f.phi2));
+                let [d1, d2] = palms.feet([r1, r2], [felt(|f| f.s1), felt(|f| f.s2)]);
                 Contact { psi, r1, d1, r2, d2 }
             })
             .collect()
     }
 }
 
-/// (d₁, d₂) by the contact constraint, eq. 3.
-fn feet(r1: f64, r2: f64, phi2: f64, s1: f64, s2: f64) -> (f64, f64) {
-    let (sin2, cos2) = phi2.sin_cos();
-    ((r1 * cos2 + r2) / sin2 - s1, -(r2 * cos2 + r1) / sin2 + s2)
-}
-
 /// Equations 19 to 21: the rates of (r₁, r₂, ψ).
 fn slope(felt: &Felt, &[r1, r2, _]: &[f64; 3], guard: Guard, last_rate: f64) -> [f64; 3] {
-    let (sin1, cos1) = felt.phi1.sin_cos();
-    let (sin2, cos2) = felt.phi2.sin_cos();
-    let sin12 = (felt.phi1 + felt.phi2).sin();
+    let palms = PalmAngles::new(felt.phi1, felt.phi2);
+    let PalmAngles { sin1, cos1, sin12, sin2, cos2, .. } = palms;
     let general_r2 = -felt.s1 * sin2;
     let general_d2 = felt.s1 * cos2 - felt.s2;
     let general_r2_rate = -felt.s1_rate * sin2 - felt.s1 * cos2 * felt.phi2_rate;
@@ -153,7 +147,7 @@ fn slope(felt: &Felt, &[r1, r2, _]: &[f64; 3], guard: Guard, last_rate: f64) -> 
     } else {
         (numerator * denominator + damping * last_rate) / (denominator * denominator + damping)
     };
-    let (d1, d2) = feet(r1, r2, felt.phi2, felt.s1, felt.s2);
+    let [d1, d2] = palms.feet([r1, r2], [felt.s1, felt.s2]);
     [-d1 * (felt.phi1_rate - psi_rate), -d2 * (felt.phi1_rate + felt.phi2_rate - psi_rate), psi_rate]
 }
 

@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::evidence::Fit;
 use super::problem::{Instant, Problem};
-use super::residuals::{contact_angles, residuals, support};
+use super::residuals::{by_palms, combine, contact_angles, contacts};
 use super::smooth::{Normal, Smoother};
 
 /// Posterior covariances in the gauge described above.
@@ -77,12 +77,15 @@ impl Posterior {
         let psi_variance = self.quadratic(&slope) + own;
         let (theta1, theta2) = contact_angles(instant, psi);
         let (basis1, basis2) = (basis(theta1, fit.order), basis(theta2, fit.order));
-        let (one, two) = (support(coefficients, theta1), support(coefficients, theta2));
+        let at = contacts(instant, coefficients, psi);
+        let center_by_psi = instant.palms.center(at.d);
         let mut variance = 0.0;
-        for (weight1, weight2) in [(instant.cos12, instant.cos1), (instant.sin12, instant.sin1)] {
-            let by_psi = (one.d * weight1 + two.d * weight2) / instant.sin2;
+        for (axis, (weight1, weight2)) in
+            [(instant.palms.cos12, instant.palms.cos1), (instant.palms.sin12, instant.palms.sin1)].into_iter().enumerate()
+        {
+            let by_psi = center_by_psi[axis];
             // The projection leaves ψ and shape turned together, so the centre of mass may use either gauge.
-            let row = (&basis1 * weight1 + &basis2 * weight2) / instant.sin2 + &slope * by_psi;
+            let row = (&basis1 * weight1 + &basis2 * weight2) * instant.palms.inverse2 + &slope * by_psi;
             variance += self.quadratic(&row) + by_psi * by_psi * own;
         }
         let (psi_by_angle, com_by_angle) = angle_sensitivity(instant, fit, psi);
@@ -97,28 +100,19 @@ impl Posterior {
 /// By how much errors of the two palm angles move the pose of one sample, the shape being known: sums of squares of the
 /// derivatives of ψ and of the centre of mass (m²/rad²).
 fn angle_sensitivity(instant: &Instant, fit: &Fit, psi: f64) -> (f64, f64) {
-    const STEP: f64 = 1e-6;
     let coefficients = &fit.estimate.coefficients;
     let weights = fit.noise.weights(instant);
-    let center = |instant: &Instant, psi: f64| {
-        let (theta1, theta2) = contact_angles(instant, psi);
-        let (r1, r2) = (support(coefficients, theta1).r, support(coefficients, theta2).r);
-        [
-            (r1 * instant.cos12 + r2 * instant.cos1) / instant.sin2,
-            (r1 * instant.sin12 + r2 * instant.sin1) / instant.sin2,
-        ]
-    };
-    let here = residuals(instant, coefficients, psi);
-    let at = center(instant, psi);
+    let at = contacts(instant, coefficients, psi);
+    let here = combine(instant, at);
+    let center_by_psi = instant.palms.center(at.d);
     let information: f64 = (0..3).map(|j| (weights[j] * here.by_psi[j]).powi(2)).sum();
     let (mut by_psi, mut by_center) = (0.0, 0.0);
-    for turned in [instant.turned(STEP, 0.0), instant.turned(0.0, STEP)] {
-        let there = residuals(&turned, coefficients, psi);
-        let pull: f64 = (0..3).map(|j| weights[j].powi(2) * here.by_psi[j] * (there.value[j] - here.value[j])).sum();
+    for (residuals_by_palm, center_by_palm) in by_palms(instant, &at).iter().zip(instant.palms.center_by_palms(&at)) {
+        // ψ gives way so that the squared residuals stay least.
+        let pull: f64 = (0..3).map(|j| weights[j].powi(2) * here.by_psi[j] * residuals_by_palm[j]).sum();
         let step = -pull / (information + 1.0);
-        let moved = center(&turned, psi + step);
-        by_psi += (step / STEP).powi(2);
-        by_center += ((moved[0] - at[0]) / STEP).powi(2) + ((moved[1] - at[1]) / STEP).powi(2);
+        by_psi += step.powi(2);
+        by_center += (0..2).map(|axis| (center_by_palm[axis] + center_by_psi[axis] * step).powi(2)).sum::<f64>();
     }
     (by_psi, by_center)
 }
@@ -126,6 +120,7 @@ fn angle_sensitivity(instant: &Instant, fit: &Fit, psi: f64) -> (f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::reconstruct::residuals::{residuals, support};
     use crate::palms::PalmMotion;
     use crate::reconstruct::smooth::{Estimate, Noise, Prior};
     use crate::shape::SupportFunction;

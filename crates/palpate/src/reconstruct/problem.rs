@@ -5,7 +5,7 @@
 
 use super::noise::median;
 use crate::log::{Log, Sample};
-use crate::palms::Palm;
+use crate::palms::PalmAngles;
 
 /// One sample, measured from the point where the lines of both palms meet.
 #[derive(Clone, Copy, Debug)]
@@ -14,12 +14,7 @@ pub(super) struct Instant {
     pub position: f64,
     pub phi1: f64,
     pub phi2: f64,
-    pub sin1: f64,
-    pub cos1: f64,
-    pub sin12: f64,
-    pub cos12: f64,
-    pub sin2: f64,
-    pub cos2: f64,
+    pub palms: PalmAngles,
     /// Contact positions from the meeting point, metres; 0 where not seen.
     pub s1: f64,
     pub s2: f64,
@@ -32,16 +27,8 @@ pub(super) struct Instant {
 
 impl Instant {
     fn new(index: usize, sample: &Sample, sd_scale_m: Option<f64>) -> Self {
-        let palms = &sample.palms;
-        let (sin1, cos1) = palms.phi1_rad.sin_cos();
-        let (sin12, cos12) = palms.phi12_rad().sin_cos();
-        let (sin2, cos2) = palms.phi2_rad.sin_cos();
-        let (offset1, offset2) = palms.base_offsets_m();
-        let (t1, t2) = (palms.tangent(Palm::One), palms.tangent(Palm::Two));
-        let along1 = palms.base1_m[0] * t1[0] + palms.base1_m[1] * t1[1];
-        let along2 = palms.base2_m[0] * t2[0] + palms.base2_m[1] * t2[1];
-        let shift1 = along1 - (offset1 * cos2 + offset2) / sin2;
-        let shift2 = -along2 - (offset2 * cos2 + offset1) / sin2;
+        let (angles, palms) = (sample.palms.angles(), &sample.palms);
+        let [shift1, shift2] = palms.base_shifts_m(&angles);
         let weight = |s: Option<f64>, sd: Option<f64>| match (s, sd, sd_scale_m) {
             (None, _, _) => 0.0,
             (Some(_), Some(sd), Some(scale)) => scale / sd,
@@ -51,12 +38,7 @@ impl Instant {
             position: index as f64,
             phi1: palms.phi1_rad,
             phi2: palms.phi2_rad,
-            sin1,
-            cos1,
-            sin12,
-            cos12,
-            sin2,
-            cos2,
+            palms: angles,
             s1: sample.s1_m.map_or(0.0, |s| s + shift1),
             s2: sample.s2_m.map_or(0.0, |s| s + shift2),
             weight1: weight(sample.s1_m, sample.s1_sd_m),
@@ -68,10 +50,7 @@ impl Instant {
     /// The same readings had the palms been turned by these angles more, radians (each against the horizontal).
     pub fn turned(&self, palm1: f64, palm2: f64) -> Self {
         let (phi1, phi2) = (self.phi1 + palm1, self.phi2 + palm2 - palm1);
-        let (sin1, cos1) = phi1.sin_cos();
-        let (sin12, cos12) = (phi1 + phi2).sin_cos();
-        let (sin2, cos2) = phi2.sin_cos();
-        Self { phi1, phi2, sin1, cos1, sin12, cos12, sin2, cos2, ..*self }
+        Self { phi1, phi2, palms: PalmAngles::new(phi1, phi2), ..*self }
     }
 
     /// Lets the sample say nothing any more.
@@ -85,7 +64,7 @@ impl Instant {
 
     /// X of the centre of mass, straight from the sensors (the three force lines meet in one point).
     pub fn balance_x(&self) -> f64 {
-        (self.s1 * self.sin12 - self.s2 * self.sin1) / self.sin2
+        self.palms.balance_x(self.s1, self.s2)
     }
 }
 
@@ -113,7 +92,7 @@ impl Problem {
             .instants
             .iter()
             .filter(|instant| instant.both_seen())
-            .map(|i| (i.s1 * i.s1 + i.s2 * i.s2 - 2.0 * i.s1 * i.s2 * i.cos2).max(0.0).sqrt())
+            .map(|i| (i.s1 * i.s1 + i.s2 * i.s2 - 2.0 * i.s1 * i.s2 * i.palms.cos2).max(0.0).sqrt())
             .collect();
         0.5 * median(&mut chords)
     }

@@ -25,8 +25,8 @@ pub(super) struct Integrated {
 
 /// Height of the centre of mass at every instant, above its value at the first (trapezoid rule).
 pub(super) fn relative_height(problem: &Problem) -> Vec<f64> {
-    let slope1 = |i: &Instant| i.s1 * i.sin12 / i.sin2;
-    let slope2 = |i: &Instant| i.s2 * i.sin1 / i.sin2;
+    let slope1 = |i: &Instant| i.s1 * i.palms.sin12 / i.palms.sin2;
+    let slope2 = |i: &Instant| i.s2 * i.palms.sin1 / i.palms.sin2;
     let mut height = Vec::with_capacity(problem.len());
     height.push(0.0);
     for pair in problem.instants.windows(2) {
@@ -46,8 +46,8 @@ pub(super) fn feasible_heights(problem: &Problem, relative: &[f64], size_m: f64)
         let x = instant.balance_x();
         // 0 < r1 < 6 size and 0 < r2 < 6 size, each linear in h0.
         for (slope, constant) in [
-            (instant.cos1, rise * instant.cos1 - x * instant.sin1),
-            (-instant.cos12, -rise * instant.cos12 + x * instant.sin12),
+            (instant.palms.cos1, rise * instant.palms.cos1 - x * instant.palms.sin1),
+            (-instant.palms.cos12, -rise * instant.palms.cos12 + x * instant.palms.sin12),
         ] {
             if slope.abs() < 1e-9 {
                 continue;
@@ -69,10 +69,12 @@ pub(super) fn integrate(problem: &Problem, relative: &[f64], h0: f64, noise_m: f
     let (mut r2, mut d2) = (Vec::with_capacity(count), Vec::with_capacity(count));
     for (instant, rise) in problem.instants.iter().zip(relative) {
         let (x, h) = (instant.balance_x(), h0 + rise);
-        r1.push(-x * instant.sin1 + h * instant.cos1);
-        d1.push(x * instant.cos1 + h * instant.sin1 - instant.s1);
-        r2.push(x * instant.sin12 - h * instant.cos12);
-        d2.push(instant.s2 - (x * instant.cos12 + h * instant.sin12));
+        let r = instant.palms.supports_of_center([x, h]);
+        let d = instant.palms.feet(r, [instant.s1, instant.s2]);
+        r1.push(r[0]);
+        r2.push(r[1]);
+        d1.push(d[0]);
+        d2.push(d[1]);
     }
     let steps = count.saturating_sub(1);
     // Normal equations of the steps: data on the diagonal, second differences off it (tridiagonal).

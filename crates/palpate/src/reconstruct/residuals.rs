@@ -1,9 +1,11 @@
 //! The three residuals of one sample and their exact derivatives (`docs/theory.md`, maximum likelihood):
 //! predicted minus measured s1 and s2 (contact, eq. 3 of Moll & Erdmann 2001) and the balance g = d1 sin φ12 + d2 sin φ1.
 
-use std::f64::consts::{FRAC_PI_2, PI};
-
 use super::problem::Instant;
+use crate::mechanics::force_model::{ForceModel, ForceResidual, MotionState};
+use crate::mechanics::frictionless::Frictionless;
+use crate::palms::{self, ContactRow, Contacts};
+use crate::shape::ContactSupport;
 
 /// Residuals of one sample (s1, s2 and balance) in metres, with their derivatives by ψ.
 #[derive(Clone, Copy, Debug)]
@@ -13,22 +15,15 @@ pub(super) struct Residuals {
 }
 
 impl Residuals {
-    /// Whether the pose is balanced, the balance being missed by `balance_m` as a rule, but at no minimum of the potential energy. A
-    /// pose off its balance is on its way (ringing); only one that rests can rest unstably.
+    /// Whether the pose is balanced, the balance being missed by `balance_m` as a rule, but at no minimum of the potential energy.
     pub fn is_restless(&self, balance_m: f64) -> bool {
-        self.by_psi[2] < 0.0 && self.value[2].abs() < 4.0 * balance_m
+        let [_, _, value] = self.value;
+        let residual = ForceResidual { value, by_psi: self.by_psi[2], by_psi_rates: [0.0; 2] };
+        Frictionless.is_unstable(&residual, 0.0, 4.0 * balance_m)
     }
 }
 
-/// Support function, its derivatives and the radius of curvature at one normal angle.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Support {
-    pub r: f64,
-    pub d: f64,
-    pub v: f64,
-}
-
-/// The same at several normal angles.
+/// Support function, its derivatives and the radius of curvature at several normal angles.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Supports<const ANGLES: usize> {
     pub r: [f64; ANGLES],
@@ -36,25 +31,21 @@ pub(super) struct Supports<const ANGLES: usize> {
     pub v: [f64; ANGLES],
 }
 
-impl<const ANGLES: usize> Supports<ANGLES> {
-    fn each(&self) -> [Support; ANGLES] {
-        std::array::from_fn(|i| Support { r: self.r[i], d: self.d[i], v: self.v[i] })
+impl From<Supports<2>> for Contacts {
+    fn from(Supports { r, d, v }: Supports<2>) -> Self {
+        Self { r, d, v }
     }
 }
 
 /// Contact angles (θ1, θ2), eq. 1.
 pub(super) fn contact_angles(instant: &Instant, psi: f64) -> (f64, f64) {
-    let theta1 = instant.phi1 - psi - FRAC_PI_2;
-    (theta1, theta1 + instant.phi2 - PI)
+    palms::contact_angles(instant.phi1, instant.phi2, psi)
 }
 
 /// Cosines and sines of both contact angles, from the sine and cosine of one angle only.
 fn contact_directions(instant: &Instant, psi: f64) -> ([f64; 2], [f64; 2]) {
     let (sin, cos) = (instant.phi1 - psi).sin_cos();
-    let (cos1, sin1) = (sin, -cos);
-    let cos2 = sin1 * instant.sin2 - cos1 * instant.cos2;
-    let sin2 = -(sin1 * instant.cos2 + cos1 * instant.sin2);
-    ([cos1, cos2], [sin1, sin2])
+    instant.palms.contact_directions(sin, cos)
 }
 
 /// r, d, v at several normal angles, given by their cosines and sines, from the coefficient vector (a0, a1 … aK, b1 … bK).
@@ -86,32 +77,40 @@ pub(super) fn supports<const ANGLES: usize>(
 }
 
 /// r, d, v at one normal angle, from the coefficient vector (a0, a1 … aK, b1 … bK).
-pub(super) fn support(coefficients: &[f64], theta: f64) -> Support {
+pub(super) fn support(coefficients: &[f64], theta: f64) -> ContactSupport {
     let (sin, cos) = theta.sin_cos();
-    let [support] = supports(coefficients, [cos], [sin], |_, _, _| ()).each();
-    support
+    let Supports { r: [r], d: [d], v: [v] } = supports(coefficients, [cos], [sin], |_, _, _| ());
+    ContactSupport { r, d, v }
 }
 
-pub(super) fn combine(instant: &Instant, [one, two]: [Support; 2]) -> Residuals {
-    let (c2, inverse) = (instant.cos2, 1.0 / instant.sin2);
-    let value = [
-        (one.r * c2 + two.r) * inverse - one.d - instant.s1,
-        (two.r * c2 + one.r) * inverse + two.d - instant.s2,
-        one.d * instant.sin12 + two.d * instant.sin1,
-    ];
-    // θ falls as ψ grows: ∂r/∂ψ = d, ∂d/∂ψ = v − r.
-    let by_psi = [
-        (one.d * c2 + two.d) * inverse + (one.r - one.v),
-        (two.d * c2 + one.d) * inverse - (two.r - two.v),
-        -(one.r - one.v) * instant.sin12 - (two.r - two.v) * instant.sin1,
-    ];
-    Residuals { value, by_psi }
+/// r, d and v at both contacts of one sample.
+pub(super) fn contacts(instant: &Instant, coefficients: &[f64], psi: f64) -> Contacts {
+    let (cos, sin) = contact_directions(instant, psi);
+    supports(coefficients, cos, sin, |_, _, _| ()).into()
+}
+
+/// The residuals of one sample with these contacts.
+pub(super) fn combine(instant: &Instant, at: Contacts) -> Residuals {
+    let (r_by_psi, d_by_psi) = at.by_psi();
+    let ([s1, s2], [s1_by_psi, s2_by_psi]) =
+        (instant.palms.positions(at.r, at.d), instant.palms.positions(r_by_psi, d_by_psi));
+    let forces = Frictionless.residual(&MotionState::at_rest(instant.palms, at));
+    Residuals {
+        value: [s1 - instant.s1, s2 - instant.s2, forces.value],
+        by_psi: [s1_by_psi, s2_by_psi, forces.by_psi],
+    }
+}
+
+/// Derivatives of the three residuals by the angles of palm 1 and palm 2, each against the horizontal: `[palm][residual]`, ψ as it is.
+pub(super) fn by_palms(instant: &Instant, at: &Contacts) -> [[f64; 3]; 2] {
+    let [[s11, s21], [s12, s22]] = instant.palms.positions_by_palms(at);
+    let [g1, g2] = Frictionless.by_palms(&MotionState::at_rest(instant.palms, *at));
+    [[s11, s21, g1], [s12, s22, g2]]
 }
 
 /// The residuals of one sample for a shape and an orientation.
 pub(super) fn residuals(instant: &Instant, coefficients: &[f64], psi: f64) -> Residuals {
-    let (cos, sin) = contact_directions(instant, psi);
-    combine(instant, supports(coefficients, cos, sin, |_, _, _| ()).each())
+    combine(instant, contacts(instant, coefficients, psi))
 }
 
 /// The residuals of one sample as functions of the coefficients: linear, through r1, r2, d1 and d2, with cos kθ and sin kθ
@@ -139,16 +138,16 @@ impl Linearised {
             (cos1[index], cos2[index]) = (c[0], c[1]);
             (sin1[index], sin2[index]) = (s[0], s[1]);
         });
-        combine(instant, both.each())
+        combine(instant, both.into())
     }
 
     /// Writes the derivative, by the coefficients, of the three residuals in the mixture `share`.
     pub fn mixed_row(&self, instant: &Instant, share: [f64; 3], row: &mut [f64]) {
-        let inverse = 1.0 / instant.sin2;
-        let ratio = instant.cos2 * inverse;
-        // What the mixture makes of r1, r2, d1 and d2.
-        let (r1, r2) = (share[0] * ratio + share[1] * inverse, share[0] * inverse + share[1] * ratio);
-        let (d1, d2) = (share[2] * instant.sin12 - share[0], share[2] * instant.sin1 + share[1]);
+        let of_contacts = instant.palms.positions_row([share[0], share[1]]);
+        // The row of the forces does not read the contacts while nothing moves.
+        let contacts = Contacts { r: [0.0; 2], d: [0.0; 2], v: [0.0; 2] };
+        let of_forces = Frictionless.row(&MotionState::at_rest(instant.palms, contacts));
+        let ContactRow { r: [r1, r2], d: [d1, d2], .. } = of_contacts.plus(share[2], &of_forces);
         let order = self.numbers.len();
         let (mean, harmonics) = row.split_at_mut(1);
         mean[0] = r1 + r2;
@@ -179,14 +178,6 @@ mod tests {
     }
 
     const COEFFICIENTS: [f64; 7] = [0.03, 0.002, -0.001, 0.0005, 0.003, 0.0007, -0.0004];
-
-    #[test]
-    fn only_a_balanced_pose_at_no_minimum_is_restless() {
-        let at = |stiffness: f64, balance: f64| Residuals { value: [0.0, 0.0, balance], by_psi: [0.1, 0.1, stiffness] };
-        assert!(at(-0.01, 1e-5).is_restless(1e-5));
-        assert!(!at(0.01, 1e-5).is_restless(1e-5), "at rest");
-        assert!(!at(-0.01, 5e-5).is_restless(1e-5), "on its way");
-    }
 
     #[test]
     fn residuals_are_the_forward_model_minus_the_measurement() {

@@ -10,7 +10,7 @@ use super::grow::common_turn;
 use super::problem::Problem;
 use super::smooth::{Effort, Estimate, Smoother};
 use super::track::{CERTAIN, LONGEST_STEP, Rival, near};
-use crate::angle::wrapped;
+use crate::math::angle::wrapped;
 
 const EFFORT: Effort = Effort { iterations: 20, tolerance: 1e-7 };
 

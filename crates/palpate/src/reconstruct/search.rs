@@ -12,7 +12,7 @@ use super::problem::Problem;
 use super::smooth::{Effort, Estimate, Prior, Smoother};
 use super::start;
 use super::windows::{Window, joined, spans, windows};
-use crate::angle::wrapped;
+use crate::math::angle::wrapped;
 
 /// Samples that the search works on; a longer log is thinned to about this many.
 const SAMPLES: usize = 250;

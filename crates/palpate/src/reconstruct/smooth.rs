@@ -11,16 +11,18 @@
 mod block;
 mod near;
 mod sums;
-mod trigonometry;
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
-use block::{Block, LANES, Lanes, Waves, dots, loaded, turned_frames};
+use block::{Block, Waves, dots, turned_frames};
 use sums::OuterProducts;
 
 use super::problem::{Instant, Problem};
+use crate::math::lanes::{LANES, Lanes, Number};
+use crate::mechanics::force_model::ForceModel;
+use crate::mechanics::frictionless::Frictionless;
 
 /// Standard deviations of the measurements, metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -128,7 +130,8 @@ struct Taken {
 }
 
 /// Everything that defines the cost, for one number of harmonics.
-pub(super) struct Smoother<'a> {
+pub(super) struct Smoother<'a, F = Frictionless> {
+    force_model: F,
     pub problem: &'a Problem,
     pub order: usize,
     pub noise: Noise,
@@ -214,7 +217,20 @@ impl Convexity {
 
 impl<'a> Smoother<'a> {
     pub fn new(problem: &'a Problem, order: usize, noise: Noise, prior: Prior) -> Self {
+        Self::with_forces(Frictionless, problem, order, noise, prior)
+    }
+
+    /// The same over further samples, with the belief that others left of the shape (of the same order).
+    pub fn with_belief(problem: &'a Problem, order: usize, noise: Noise, prior: Prior, belief: &'a Belief) -> Self {
+        Self { belief: Some(belief), ..Self::new(problem, order, noise, prior) }
+    }
+}
+
+impl<'a, F: ForceModel> Smoother<'a, F> {
+    /// With a model of the forces of one's own.
+    pub fn with_forces(force_model: F, problem: &'a Problem, order: usize, noise: Noise, prior: Prior) -> Self {
         Self {
+            force_model,
             problem,
             order,
             noise,
@@ -229,11 +245,6 @@ impl<'a> Smoother<'a> {
     pub fn strictly_convex(mut self) -> Self {
         self.convexity = Convexity::new(self.order, self.prior.size_m, 24 * self.order + 24);
         self
-    }
-
-    /// The same over further samples, with the belief that others left of the shape (of the same order).
-    pub fn with_belief(problem: &'a Problem, order: usize, noise: Noise, prior: Prior, belief: &'a Belief) -> Self {
-        Self { belief: Some(belief), ..Self::new(problem, order, noise, prior) }
     }
 
     /// The same with convexity left out, for a first look.
@@ -290,7 +301,7 @@ impl<'a> Smoother<'a> {
         let shares = self.problem.instants.par_chunks(SHARE).zip(psi.par_chunks_mut(SHARE));
         let samples: Vec<f64> = shares
             .map(|(instants, psi)| {
-                Arch::new().dispatch(Settling { instants, noise: self.noise, coefficients, psi, rounds })
+                Arch::new().dispatch(Settling { force_model: self.force_model, instants, noise: self.noise, coefficients, psi, rounds })
             })
             .collect();
         self.shape_cost(coefficients) + samples.iter().sum::<f64>()
@@ -299,15 +310,15 @@ impl<'a> Smoother<'a> {
     /// The normal equations at an estimate, with every ψ eliminated.
     pub fn linearise(&self, coefficients: &[f64], psi: &[f64]) -> Normal {
         let unknowns = 2 * self.order + 1;
-        let mut psi_slope = vec![[0.0; LANES]; psi.len().div_ceil(LANES) * unknowns];
+        let mut psi_slope = vec![Lanes::ZERO; psi.len().div_ceil(LANES) * unknowns];
         let (mut psi_offset, mut psi_information) = (vec![0.0; psi.len()], vec![0.0; psi.len()]);
         let slopes = psi_slope.par_chunks_mut(SHARE / LANES * unknowns);
         let of_psi = psi_offset.par_chunks_mut(SHARE).zip(psi_information.par_chunks_mut(SHARE)).zip(slopes);
         let shares = self.problem.instants.par_chunks(SHARE).zip(psi.par_chunks(SHARE)).zip(of_psi);
         let parts: Vec<OuterProducts> = shares
             .map(|((instants, psi), ((offset, information), slopes))| {
-                let noise = self.noise;
-                Arch::new().dispatch(Linearising { instants, noise, coefficients, psi, offset, information, slopes })
+                let (force_model, noise) = (self.force_model, self.noise);
+                Arch::new().dispatch(Linearising { force_model, instants, noise, coefficients, psi, offset, information, slopes })
             })
             .collect();
         let mut parts = parts.into_iter();
@@ -423,19 +434,18 @@ impl WithSimd for Turning<'_> {
         let Self { psi, offset, slopes, step } = self;
         let blocks = slopes.chunks_exact(step.len().max(1));
         for ((psi, offset), slopes) in psi.chunks_mut(LANES).zip(offset.chunks(LANES)).zip(blocks) {
-            let mut turn = loaded(offset);
+            let mut turn = Lanes::loaded(offset);
             for (slopes, step) in slopes.iter().zip(step) {
-                for (turn, slope) in turn.iter_mut().zip(slopes) {
-                    *turn += slope * step;
-                }
+                turn = turn + *slopes * *step;
             }
-            psi.iter_mut().zip(turn).for_each(|(psi, turn)| *psi += turn.clamp(-0.3, 0.3));
+            psi.iter_mut().zip(turn.0).for_each(|(psi, turn)| *psi += turn.clamp(-0.3, 0.3));
         }
     }
 }
 
 /// [`Smoother::settle`] for the samples alone, compiled for several processors.
-struct Settling<'a> {
+struct Settling<'a, F> {
+    force_model: F,
     instants: &'a [Instant],
     noise: Noise,
     coefficients: &'a [f64],
@@ -443,24 +453,25 @@ struct Settling<'a> {
     rounds: usize,
 }
 
-impl WithSimd for Settling<'_> {
+impl<F: ForceModel> WithSimd for Settling<'_, F> {
     type Output = f64;
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> f64 {
-        let Self { instants, noise, coefficients, psi, rounds } = self;
+        let Self { force_model, instants, noise, coefficients, psi, rounds } = self;
         let mut cost = 0.0;
         for (instants, psi) in instants.chunks(LANES).zip(psi.chunks_mut(LANES)) {
-            let block = Block::new(instants, noise);
+            let block = Block::new(force_model, instants, noise);
             let settled = block.settle(coefficients, psi, rounds, None);
-            cost += settled.sums().0.iter().sum::<f64>();
+            cost += settled.sums().0.sum();
         }
         cost
     }
 }
 
 /// [`Smoother::linearise`] for the samples alone, compiled for several processors.
-struct Linearising<'a> {
+struct Linearising<'a, F> {
+    force_model: F,
     instants: &'a [Instant],
     noise: Noise,
     coefficients: &'a [f64],
@@ -470,20 +481,20 @@ struct Linearising<'a> {
     slopes: &'a mut [Lanes],
 }
 
-impl WithSimd for Linearising<'_> {
+impl<F: ForceModel> WithSimd for Linearising<'_, F> {
     type Output = OuterProducts;
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> OuterProducts {
-        let Self { instants, noise, coefficients, psi, offset, information, slopes } = self;
+        let Self { force_model, instants, noise, coefficients, psi, offset, information, slopes } = self;
         let unknowns = coefficients.len();
         let mut sums = OuterProducts::new(unknowns, 3 * psi.len());
         let mut waves = Waves::new(unknowns / 2);
         let of_psi = offset.chunks_mut(LANES).zip(information.chunks_mut(LANES)).zip(slopes.chunks_exact_mut(unknowns));
         let blocks = instants.chunks(LANES).zip(psi.chunks(LANES)).zip(of_psi);
         for ((instants, psi), ((psi_offset, psi_information), slopes)) in blocks {
-            let block = Block::new(instants, noise);
-            let at = block.at(coefficients, &loaded(psi), Some(&mut waves));
+            let block = Block::new(force_model, instants, noise);
+            let at = block.at(coefficients, &Lanes::loaded(psi), Some(&mut waves));
             let information = dots(&at.by_psi, &at.by_psi);
             let [first, second, along] = turned_frames(&at.by_psi);
             for share in [first, second] {
@@ -495,22 +506,16 @@ impl WithSimd for Linearising<'_> {
             let value = dots(&along, &at.value);
             let left = information.map(|information| (PSI_INFORMATION / (information + PSI_INFORMATION)).sqrt());
             let scale = information.map(|information| -information.sqrt() / (information + PSI_INFORMATION));
-            sums.push_block(unknowns, times(&left, &value), |index| {
+            sums.push_block(unknowns, left * value, |index| {
                 let element = mixture.element(&waves, index);
-                slopes[index] = times(&scale, &element);
-                times(&left, &element)
+                slopes[index] = scale * element;
+                left * element
             });
-            psi_offset.copy_from_slice(&times(&scale, &value)[..psi.len()]);
-            psi_information.copy_from_slice(&information[..psi.len()]);
+            psi_offset.copy_from_slice(&(scale * value).0[..psi.len()]);
+            psi_information.copy_from_slice(&information.0[..psi.len()]);
         }
         sums
     }
-}
-
-/// Products, lane by lane.
-#[inline(always)]
-fn times(a: &Lanes, b: &Lanes) -> Lanes {
-    std::array::from_fn(|lane| a[lane] * b[lane])
 }
 
 fn moved(coefficients: &[f64], step: &DVector<f64>) -> Vec<f64> {

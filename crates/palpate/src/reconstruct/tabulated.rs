@@ -3,7 +3,9 @@
 use std::f64::consts::TAU;
 
 use super::problem::Instant;
-use super::residuals::{Residuals, Support, combine, contact_angles, support};
+use super::residuals::{Residuals, combine, contact_angles, support};
+use crate::palms::Contacts;
+use crate::shape::ContactSupport;
 
 /// Entries over the circle. For 48 harmonics a_k of the size of 1/k², a third of the mean radius the largest, the cubics
 /// between them are right to h⁴ Σ k⁵ a_k/384: 1e-7 of the mean radius.
@@ -11,7 +13,7 @@ const ENTRIES: usize = 2048;
 
 /// r, d and v of one shape at equally spaced normal angles.
 pub(super) struct Tabulated {
-    entries: Vec<Support>,
+    entries: Vec<ContactSupport>,
 }
 
 impl Tabulated {
@@ -23,7 +25,7 @@ impl Tabulated {
 
     /// r, d and v at a normal angle: cubics through r with its slope −d and through d with its slope r − v; v between two
     /// entries is linear.
-    pub fn at(&self, theta: f64) -> Support {
+    pub fn at(&self, theta: f64) -> ContactSupport {
         let step = TAU / ENTRIES as f64;
         let place = theta.rem_euclid(TAU) / step;
         // `rem_euclid` may round up to 2π itself; the table has an entry there.
@@ -34,19 +36,23 @@ impl Tabulated {
             let y = 1.0 - x;
             from * y * y * (1.0 + 2.0 * x) + to * x * x * (1.0 + 2.0 * y) + step * x * y * (slope * y - end_slope * x)
         };
-        Support { r: cubic(a.r, b.r, -a.d, -b.d), d: cubic(a.d, b.d, a.r - a.v, b.r - b.v), v: a.v + x * (b.v - a.v) }
+        ContactSupport { r: cubic(a.r, b.r, -a.d, -b.d), d: cubic(a.d, b.d, a.r - a.v, b.r - b.v), v: a.v + x * (b.v - a.v) }
     }
 
     /// The residuals of one sample.
     pub fn residuals(&self, instant: &Instant, psi: f64) -> Residuals {
+        combine(instant, self.contacts(instant, psi))
+    }
+
+    fn contacts(&self, instant: &Instant, psi: f64) -> Contacts {
         let (theta1, theta2) = contact_angles(instant, psi);
-        combine(instant, [self.at(theta1), self.at(theta2)])
+        Contacts::from([self.at(theta1), self.at(theta2)])
     }
 
     /// Height of the centre of mass over the point where the palms meet, metres.
     pub fn height_m(&self, instant: &Instant, psi: f64) -> f64 {
-        let (theta1, theta2) = contact_angles(instant, psi);
-        (self.at(theta1).r * instant.sin12 + self.at(theta2).r * instant.sin1) / instant.sin2
+        let [_, height] = instant.palms.center(self.contacts(instant, psi).r);
+        height
     }
 }
 

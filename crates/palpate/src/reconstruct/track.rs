@@ -16,10 +16,11 @@ use super::noise::{correlation_time, median};
 use super::place::{Spread, candidates, minima};
 use super::problem::{Instant, Problem};
 use super::tabulated::Tabulated;
-use crate::angle::wrapped;
+use crate::math::angle::wrapped;
 use crate::palms::PalmPair;
 use crate::shape::SupportFunction;
-use crate::statics::{EnergyLandscape, followed};
+use crate::mechanics::EnergyLandscape;
+use crate::mechanics::frictionless::followed;
 
 /// Steps beyond this from one sample to the next need a reason, radians.
 pub(super) const LONGEST_STEP: f64 = 0.15;
@@ -314,7 +315,7 @@ fn steps(ahead: &Ahead, before: &Instant, from: &[Choice], to: &[Choice], blind:
 impl Ahead<'_> {
     /// Where an object that was at `psi` comes to rest.
     fn rest(&self, before: &Instant, psi: f64) -> f64 {
-        if self.instant.sin2 <= 0.0 || before.sin2 <= 0.0 {
+        if self.instant.palms.sin2 <= 0.0 || before.palms.sin2 <= 0.0 {
             return psi;
         }
         let [from, to] = [before, self.instant].map(|instant| PalmPair::hinged(instant.phi1, instant.phi2));

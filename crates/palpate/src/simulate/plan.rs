@@ -14,11 +14,12 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use thiserror::Error;
 
 use super::{SimulateOptions, coverage, simulate};
-use crate::angle::wrapped;
+use crate::math::angle::wrapped;
 use crate::palms::{MotionError, PalmMotion, PalmPair};
 use crate::sensor::Touchpad;
 use crate::shape::SupportFunction;
-use crate::statics::{EnergyLandscape, followed};
+use crate::mechanics::EnergyLandscape;
+use crate::mechanics::frictionless::followed;
 
 /// Spacing of the grid of palm angles, radians.
 const SPACING_RAD: f64 = 4.0 * PI / 180.0;

@@ -11,7 +11,8 @@ use crate::log::{Log, Sample};
 use crate::palms::{Palm, PalmPair, Stance};
 use crate::sensor::{PadContact, Touchpad};
 use crate::shape::SupportFunction;
-use crate::statics::{Pursuit, STANDARD_GRAVITY_M_PER_S2, contact_forces_n, forces_between_n};
+use crate::mechanics::frictionless::{Pursuit, forces_between_n};
+use crate::mechanics::{STANDARD_GRAVITY_M_PER_S2, contact_forces_n};
 use crate::truth::{TruePose, Truth};
 
 /// Points of the true support function that a [`Truth`] gets.
@@ -77,7 +78,7 @@ pub struct TimedJump {
 /// Simulates the palm log of `shape` while the palms run through `motion`, given as (time in seconds, palms).
 ///
 /// Between two samples the palms move evenly. Poses are exact to about 10⁻¹² of the size of the object; a pose is followed
-/// as long as it exists, and a jump ends in the next minimum of the energy downhill (see [`follow`](crate::statics::follow)).
+/// as long as it exists, and a jump ends in the next minimum of the energy downhill (see [`follow`](crate::mechanics::follow)).
 ///
 /// # Errors
 /// When the shape is not convex, the motion is faulty or closes or crosses the palms, or the object leaves a palm. The
@@ -102,9 +103,9 @@ pub fn simulate(
         let time_at = |fraction: f64| before_s + (time_s - before_s) * fraction;
         let mut stance = Stance::default();
         let mut forces_n = (0.0, 0.0);
-        let jumps = pursuit.go_on(&palms, &mut |fraction, palms, sines, psi| {
-            stance = palms.stance(sines, shape, psi);
-            forces_n = forces_between_n(sines, options.mass_kg);
+        let jumps = pursuit.go_on(&palms, &mut |fraction, palms, angles, psi| {
+            stance = palms.stance(angles, shape, psi);
+            forces_n = forces_between_n(angles, options.mass_kg);
             check_contact(&stance, time_at(fraction), pad.length_m)
         })?;
         simulation.jumps.extend(jumps.into_iter().map(|jump| TimedJump {

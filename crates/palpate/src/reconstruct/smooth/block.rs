@@ -1,33 +1,17 @@
 //! Eight samples in step, so that the processor takes them together: the residuals of [`super::super::residuals`], lane by lane.
 
 use super::Noise;
-use super::trigonometry::sin_cos;
+use crate::math::lanes::{LANES, Lanes, Number, sin_cos};
+use crate::mechanics::force_model::{ForceModel, MotionState};
+use crate::palms::{ContactRow, Contacts, PalmAngles};
 use crate::reconstruct::problem::Instant;
 use crate::reconstruct::residuals::supports;
 
-/// Samples that are taken together.
-pub(super) const LANES: usize = 8;
-
-/// One number for each of them.
-pub(super) type Lanes = [f64; LANES];
-
-/// Eight numbers, or as many as there are and then the first again.
-#[inline(always)]
-pub(super) fn loaded(values: &[f64]) -> Lanes {
-    match values.first_chunk() {
-        Some(lanes) => *lanes,
-        None => std::array::from_fn(|lane| values.get(lane).copied().unwrap_or(values[0])),
-    }
-}
-
 /// Eight samples; where the log ends before, the rest weigh nothing.
-pub(super) struct Block {
+pub(super) struct Block<F> {
+    force_model: F,
     phi1: Lanes,
-    sin1: Lanes,
-    sin12: Lanes,
-    cos2: Lanes,
-    sin2: Lanes,
-    inverse2: Lanes,
+    palms: PalmAngles<Lanes>,
     s1: Lanes,
     s2: Lanes,
     /// Of the three residuals, 1/m.
@@ -50,46 +34,38 @@ impl Waves {
     }
 }
 
-impl Block {
+impl<F: ForceModel> Block<F> {
     /// Of the first eight instants at the most.
     #[inline(always)]
-    pub fn new(instants: &[Instant], noise: Noise) -> Self {
-        let mut weights = [[0.0; LANES]; 3];
+    pub fn new(force_model: F, instants: &[Instant], noise: Noise) -> Self {
+        let mut weights = [Lanes::ZERO; 3];
         for (lane, instant) in instants.iter().take(LANES).enumerate() {
             for (weights, weight) in weights.iter_mut().zip(noise.weights(instant)) {
                 weights[lane] = weight;
             }
         }
         let gather = |field: fn(&Instant) -> f64| -> Lanes {
-            std::array::from_fn(|lane| field(instants.get(lane).unwrap_or(&instants[0])))
+            Lanes::from_fn(|lane| field(instants.get(lane).unwrap_or(&instants[0])))
         };
-        let sin2 = gather(|instant| instant.sin2);
-        Self {
-            phi1: gather(|instant| instant.phi1),
-            sin1: gather(|instant| instant.sin1),
-            sin12: gather(|instant| instant.sin12),
-            cos2: gather(|instant| instant.cos2),
-            sin2,
-            inverse2: sin2.map(|sin2| 1.0 / sin2),
-            s1: gather(|instant| instant.s1),
-            s2: gather(|instant| instant.s2),
-            weights,
-        }
+        let palms = PalmAngles {
+            sin1: gather(|instant| instant.palms.sin1),
+            cos1: gather(|instant| instant.palms.cos1),
+            sin12: gather(|instant| instant.palms.sin12),
+            cos12: gather(|instant| instant.palms.cos12),
+            sin2: gather(|instant| instant.palms.sin2),
+            cos2: gather(|instant| instant.palms.cos2),
+            inverse2: gather(|instant| instant.palms.inverse2),
+        };
+        let (phi1, s1, s2) = (gather(|instant| instant.phi1), gather(|instant| instant.s1), gather(|instant| instant.s2));
+        Self { force_model, phi1, palms, s1, s2, weights }
     }
 
     /// The residuals at orientations and a shape; `waves` keep cos kθ and sin kθ for k = 1 … K.
     #[inline(always)]
     pub fn at(&self, coefficients: &[f64], psi: &Lanes, waves: Option<&mut Waves>) -> Weighted {
-        let (mut cos, mut sin) = ([0.0; 2 * LANES], [0.0; 2 * LANES]);
-        // θ1 = φ1 − ψ − π/2, θ2 = θ1 + φ2 − π: one sine and cosine serve both.
-        let (sines, cosines) = sin_cos(&std::array::from_fn(|lane| self.phi1[lane] - psi[lane]));
-        for lane in 0..LANES {
-            (cos[lane], sin[lane]) = (sines[lane], -cosines[lane]);
-        }
-        for lane in 0..LANES {
-            cos[LANES + lane] = sin[lane] * self.sin2[lane] - cos[lane] * self.cos2[lane];
-            sin[LANES + lane] = -(sin[lane] * self.cos2[lane] + cos[lane] * self.sin2[lane]);
-        }
+        let (sines, cosines) = sin_cos(self.phi1 - *psi);
+        let (cos, sin) = self.palms.contact_directions(sines, cosines);
+        let (cos, sin) = (in_a_row(cos), in_a_row(sin));
         let both = match waves {
             Some(waves) => {
                 let kept = &mut waves.0[..coefficients.len() / 2];
@@ -97,40 +73,25 @@ impl Block {
             }
             None => supports(coefficients, cos, sin, |_, _, _| ()),
         };
-        let mut at = Weighted { value: [[0.0; LANES]; 3], by_psi: [[0.0; LANES]; 3] };
-        for lane in 0..LANES {
-            let (r1, r2) = (both.r[lane], both.r[LANES + lane]);
-            let (d1, d2) = (both.d[lane], both.d[LANES + lane]);
-            let (bent1, bent2) = (r1 - both.v[lane], r2 - both.v[LANES + lane]);
-            let (cos2, inverse) = (self.cos2[lane], self.inverse2[lane]);
-            let [w1, w2, w3] = [self.weights[0][lane], self.weights[1][lane], self.weights[2][lane]];
-            at.value[0][lane] = w1 * ((r1 * cos2 + r2) * inverse - d1 - self.s1[lane]);
-            at.value[1][lane] = w2 * ((r2 * cos2 + r1) * inverse + d2 - self.s2[lane]);
-            at.value[2][lane] = w3 * (d1 * self.sin12[lane] + d2 * self.sin1[lane]);
-            at.by_psi[0][lane] = w1 * ((d1 * cos2 + d2) * inverse + bent1);
-            at.by_psi[1][lane] = w2 * ((d2 * cos2 + d1) * inverse - bent2);
-            at.by_psi[2][lane] = w3 * (-bent1 * self.sin12[lane] - bent2 * self.sin1[lane]);
+        let at = Contacts { r: in_two(both.r), d: in_two(both.d), v: in_two(both.v) };
+        let (r_by_psi, d_by_psi) = at.by_psi();
+        let ([s1, s2], [s1_by_psi, s2_by_psi]) =
+            (self.palms.positions(at.r, at.d), self.palms.positions(r_by_psi, d_by_psi));
+        let forces = self.force_model.residual(&MotionState::at_rest(self.palms, at));
+        let [w1, w2, w3] = self.weights;
+        Weighted {
+            value: [w1 * (s1 - self.s1), w2 * (s2 - self.s2), w3 * forces.value],
+            by_psi: [w1 * s1_by_psi, w2 * s2_by_psi, w3 * forces.by_psi],
         }
-        at
     }
 
-    /// What the mixture `share` of the three residuals makes of r1, r2, d1 and d2.
+    /// The derivative by the contacts of the mixture `share` of the three residuals.
     #[inline(always)]
     pub fn mixture(&self, share: &[Lanes; 3]) -> Mixture {
-        let mut mixture = Mixture { r: [[0.0; LANES]; 2], d: [[0.0; LANES]; 2] };
-        let [first, second, third] = share;
-        for lane in 0..LANES {
-            let inverse = self.inverse2[lane];
-            let ratio = self.cos2[lane] * inverse;
-            let one = self.weights[0][lane] * first[lane];
-            let two = self.weights[1][lane] * second[lane];
-            let three = self.weights[2][lane] * third[lane];
-            mixture.r[0][lane] = one * ratio + two * inverse;
-            mixture.r[1][lane] = one * inverse + two * ratio;
-            mixture.d[0][lane] = three * self.sin12[lane] - one;
-            mixture.d[1][lane] = three * self.sin1[lane] + two;
-        }
-        mixture
+        let [one, two, three] = [0, 1, 2].map(|j| self.weights[j] * share[j]);
+        let none = Contacts { r: [Lanes::ZERO; 2], d: [Lanes::ZERO; 2], v: [Lanes::ZERO; 2] };
+        let of_forces = self.force_model.row(&MotionState::at_rest(self.palms, none));
+        Mixture(self.palms.positions_row([one, two]).plus(three, &of_forces))
     }
 
     /// Brings each ψ (as many as there are samples) to the minimum of its own sample by a few Newton steps; the residuals there.
@@ -142,7 +103,7 @@ impl Block {
         rounds: usize,
         mut waves: Option<&mut Waves>,
     ) -> Weighted {
-        let mut psi = loaded(samples);
+        let mut psi = Lanes::loaded(samples);
         let mut at = self.at(coefficients, &psi, waves.as_deref_mut());
         let mut open = [true; LANES];
         let mut taken_back = false;
@@ -175,7 +136,7 @@ impl Block {
         if taken_back && waves.is_some() {
             at = self.at(coefficients, &psi, waves);
         }
-        samples.copy_from_slice(&psi[..samples.len()]);
+        samples.copy_from_slice(&psi.0[..samples.len()]);
         at
     }
 }
@@ -191,23 +152,32 @@ impl Weighted {
 /// Inner products, lane by lane.
 #[inline(always)]
 pub(super) fn dots(a: &[Lanes; 3], b: &[Lanes; 3]) -> Lanes {
-    std::array::from_fn(|lane| a[0][lane] * b[0][lane] + a[1][lane] * b[1][lane] + a[2][lane] * b[2][lane])
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-/// Derivative of a mixture of residuals by the coefficients, in r1, r2 and d1, d2.
-pub(super) struct Mixture {
-    r: [Lanes; 2],
-    d: [Lanes; 2],
+/// The lanes of both contacts in a row, so that the processor takes sixteen together.
+#[inline(always)]
+fn in_a_row([one, two]: [Lanes; 2]) -> [f64; 2 * LANES] {
+    std::array::from_fn(|lane| if lane < LANES { one[lane] } else { two[lane - LANES] })
 }
+
+/// The same back again.
+#[inline(always)]
+fn in_two(row: [f64; 2 * LANES]) -> [Lanes; 2] {
+    [Lanes::from_fn(|lane| row[lane]), Lanes::from_fn(|lane| row[LANES + lane])]
+}
+
+/// Derivative of a mixture of residuals by the coefficients, as a row over the contacts.
+pub(super) struct Mixture(ContactRow<Lanes>);
 
 impl Mixture {
     /// One element of the derivative, for the coefficients (a0, a1 … aK, b1 … bK).
     #[inline(always)]
     pub fn element(&self, waves: &Waves, index: usize) -> Lanes {
-        let Self { r: [r1, r2], d: [d1, d2] } = self;
+        let ContactRow { r: [r1, r2], d: [d1, d2], .. } = &self.0;
         let order = waves.0.len();
         if index == 0 {
-            return std::array::from_fn(|lane| r1[lane] + r2[lane]);
+            return *r1 + *r2;
         }
         let (number, even, odd) = if index <= order {
             let [cos, sin] = &waves.0[index - 1];
@@ -216,7 +186,7 @@ impl Mixture {
             let [cos, sin] = &waves.0[index - order - 1];
             ((order as f64) - (index as f64), sin, cos)
         };
-        std::array::from_fn(|lane| {
+        Lanes::from_fn(|lane| {
             let (one, two) = (lane, LANES + lane);
             r1[lane] * even[one] + r2[lane] * even[two] + number * (d1[lane] * odd[one] + d2[lane] * odd[two])
         })
@@ -226,7 +196,7 @@ impl Mixture {
 /// Three orthonormal vectors for each sample, the last along `p` (any three, where p vanishes).
 #[inline(always)]
 pub(super) fn turned_frames(p: &[Lanes; 3]) -> [[Lanes; 3]; 3] {
-    let mut frames = [[[0.0; LANES]; 3]; 3];
+    let mut frames = [[Lanes::ZERO; 3]; 3];
     for lane in 0..LANES {
         let p = [p[0][lane], p[1][lane], p[2][lane]];
         let norm = (p[0] * p[0] + p[1] * p[1] + p[2] * p[2]).sqrt();

@@ -8,8 +8,10 @@ use nalgebra::DVector;
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
-use super::block::{Block, LANES, Lanes, Waves, Weighted, dots};
+use super::block::{Block, Waves, Weighted, dots};
 use super::{Effort, Estimate, Noise, PSI_INFORMATION, SHARE, Smoother, Taken, coefficients_to_order, moved};
+use crate::math::lanes::{LANES, Lanes, Number};
+use crate::mechanics::force_model::ForceModel;
 use crate::reconstruct::problem::Instant;
 
 /// The matrix is made anew as long as steps lower the cost by more than this share of it.
@@ -26,7 +28,7 @@ pub(super) struct Slope {
     pub psi_offset: Vec<f64>,
 }
 
-impl Smoother<'_> {
+impl<F: ForceModel> Smoother<'_, F> {
     /// Runs down to the minimum from a start that is near it.
     pub fn run_near(&self, mut coefficients: Vec<f64>, mut psi: Vec<f64>, effort: Effort) -> Estimate {
         coefficients_to_order(&mut coefficients, self.order);
@@ -83,7 +85,8 @@ impl Smoother<'_> {
         let shares = self.problem.instants.par_chunks(SHARE).zip(of_psi);
         let parts: Vec<(f64, Vec<f64>)> = shares
             .map(|(instants, (psi, offset))| {
-                Arch::new().dispatch(Sloping { instants, noise: self.noise, coefficients, psi, rounds, offset })
+                let (force_model, noise) = (self.force_model, self.noise);
+                Arch::new().dispatch(Sloping { force_model, instants, noise, coefficients, psi, rounds, offset })
             })
             .collect();
         let (mut cost, mut gradient) = (self.shape_cost(coefficients), self.shape_gradient(coefficients));
@@ -113,7 +116,8 @@ impl Smoother<'_> {
 }
 
 /// [`Smoother::settle_with_gradient`] for the samples alone, compiled for several processors.
-struct Sloping<'a> {
+struct Sloping<'a, F> {
+    force_model: F,
     instants: &'a [Instant],
     noise: Noise,
     coefficients: &'a [f64],
@@ -122,39 +126,31 @@ struct Sloping<'a> {
     offset: &'a mut [f64],
 }
 
-impl WithSimd for Sloping<'_> {
+impl<F: ForceModel> WithSimd for Sloping<'_, F> {
     /// Cost and half the gradient.
     type Output = (f64, Vec<f64>);
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> (f64, Vec<f64>) {
-        let Self { instants, noise, coefficients, psi, rounds, offset } = self;
+        let Self { force_model, instants, noise, coefficients, psi, rounds, offset } = self;
         let mut waves = Waves::new(coefficients.len() / 2);
-        let mut sums = vec![[0.0; LANES]; coefficients.len()];
+        let mut sums = vec![Lanes::ZERO; coefficients.len()];
         let mut cost = 0.0;
         let of_psi = psi.chunks_mut(LANES).zip(offset.chunks_mut(LANES));
         for (instants, (psi, psi_offset)) in instants.chunks(LANES).zip(of_psi) {
-            let block = Block::new(instants, noise);
+            let block = Block::new(force_model, instants, noise);
             let Weighted { value, by_psi } = block.settle(coefficients, psi, rounds, Some(&mut waves));
-            cost += dots(&value, &value).iter().sum::<f64>();
+            cost += dots(&value, &value).sum();
             // What ψ takes up is no gradient of the shape.
             let (overlap, information) = (dots(&by_psi, &value), dots(&by_psi, &by_psi));
-            let taken: Lanes = std::array::from_fn(|lane| overlap[lane] / (information[lane] + PSI_INFORMATION));
-            psi_offset.iter_mut().zip(taken).for_each(|(offset, taken)| *offset = -taken);
-            let mut share = value;
-            for (share, by_psi) in share.iter_mut().zip(&by_psi) {
-                for lane in 0..LANES {
-                    share[lane] -= taken[lane] * by_psi[lane];
-                }
-            }
+            let taken = Lanes::from_fn(|lane| overlap[lane] / (information[lane] + PSI_INFORMATION));
+            psi_offset.iter_mut().zip(taken.0).for_each(|(offset, taken)| *offset = -taken);
+            let share = [0, 1, 2].map(|j| value[j] - taken * by_psi[j]);
             let mixture = block.mixture(&share);
             for (index, sums) in sums.iter_mut().enumerate() {
-                let element = mixture.element(&waves, index);
-                for (sum, element) in sums.iter_mut().zip(element) {
-                    *sum += element;
-                }
+                *sums = *sums + mixture.element(&waves, index);
             }
         }
-        (cost, sums.iter().map(|lanes| lanes.iter().sum()).collect())
+        (cost, sums.iter().map(|lanes| lanes.sum()).collect())
     }
 }

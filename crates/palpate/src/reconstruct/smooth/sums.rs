@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 use pulp::{Arch, Simd, WithSimd};
 
-use super::block::{LANES, Lanes};
+use crate::math::lanes::{LANES, Lanes};
 
 /// The sum of outer products of rows, each with its residual as the last element: the normal matrix, and in its last row the
 /// gradient. Only the lower triangle (and a little above it) is kept.
@@ -37,9 +37,9 @@ impl OuterProducts {
     pub fn push_block(&mut self, unknowns: usize, residuals: Lanes, mut element: impl FnMut(usize) -> Lanes) {
         let (filled, room) = (self.filled, self.room);
         for (index, waiting) in self.waiting.chunks_exact_mut(room).take(unknowns).enumerate() {
-            waiting[filled..filled + LANES].copy_from_slice(&element(index));
+            waiting[filled..filled + LANES].copy_from_slice(&element(index).0);
         }
-        self.waiting[unknowns * room + filled..][..LANES].copy_from_slice(&residuals);
+        self.waiting[unknowns * room + filled..][..LANES].copy_from_slice(&residuals.0);
         self.filled += LANES;
         if self.filled == room {
             self.flush();
@@ -48,7 +48,7 @@ impl OuterProducts {
 
     /// Takes in one row and its residual.
     pub fn push(&mut self, row: &[f64], residual: f64) {
-        let alone = |value: f64| std::array::from_fn(|lane| if lane == 0 { value } else { 0.0 });
+        let alone = |value: f64| Lanes::from_fn(|lane| if lane == 0 { value } else { 0.0 });
         self.push_block(row.len(), alone(residual), |index| alone(row[index]));
     }
 

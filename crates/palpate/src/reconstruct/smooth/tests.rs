@@ -332,7 +332,7 @@ fn more_harmonics_are_padded_and_fewer_cut() {
 #[test]
 fn the_frame_is_orthonormal_and_ends_along_its_vector() {
     for p in [[1.0, -2.0, 0.5], [0.0, 0.0, 3.0], [0.0, 0.0, -1e-9], [5.0, 0.0, 0.0], [0.0; 3]] {
-        let frame = turned_frames(&p.map(|p| [p; LANES])).map(|vector| vector.map(|lanes| lanes[LANES - 1]));
+        let frame = turned_frames(&p.map(|p| Lanes([p; LANES]))).map(|vector| vector.map(|lanes| lanes[LANES - 1]));
         let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
         for i in 0..3 {
             for j in 0..3 {

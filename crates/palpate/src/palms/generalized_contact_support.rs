@@ -63,8 +63,8 @@ impl PalmPair {
     /// d₁ and d₂ from r₁, r₂ and the contact positions, all metres, by the contact constraint (eq. 3). Hinged palms only:
     /// d₁ = (r₁ cos φ₂ + r₂) / sin φ₂ − s₁ and d₂ = −(r₂ cos φ₂ + r₁) / sin φ₂ + s₂.
     pub fn foot_offsets_m(&self, r1_m: f64, r2_m: f64, s1_m: f64, s2_m: f64) -> (f64, f64) {
-        let (sin2, cos2) = self.phi2_rad.sin_cos();
-        ((r1_m * cos2 + r2_m) / sin2 - s1_m, -(r2_m * cos2 + r1_m) / sin2 + s2_m)
+        let [d1, d2] = self.angles().feet([r1_m, r2_m], [s1_m, s2_m]);
+        (d1, d2)
     }
 }
 

@@ -9,7 +9,7 @@
 use std::convert::Infallible;
 
 use super::EnergyLandscape;
-use crate::palms::{PalmPair, Sines};
+use crate::palms::{PalmAngles, PalmPair};
 use crate::shape::SupportFunction;
 
 /// Palm rotation to which a fold is located, radians.
@@ -85,23 +85,23 @@ impl<'a> Pursuit<'a> {
         self.psi
     }
 
-    /// Goes on while the palms move evenly to `to`, as [`follow`] does; `visit` is given the sines of the palms as well.
+    /// Goes on while the palms move evenly to `to`, as [`follow`] does; `visit` is given the angles of the palms as well.
     pub(crate) fn go_on<E>(
         &mut self,
         to: &PalmPair,
-        visit: &mut impl FnMut(f64, &PalmPair, &Sines, f64) -> Result<(), E>,
+        visit: &mut impl FnMut(f64, &PalmPair, &PalmAngles, f64) -> Result<(), E>,
     ) -> Result<Vec<Jump>, E> {
         let mut jumps = Vec::new();
         let from = std::mem::replace(&mut self.palms, *to);
         let turn = (to.phi1_rad - from.phi1_rad).abs().max((to.phi12_rad() - from.phi12_rad()).abs());
         if turn == 0.0 {
-            visit(1.0, to, &to.sines(), self.psi)?;
+            visit(1.0, to, &to.angles(), self.psi)?;
             return Ok(jumps);
         }
         if self.landscape.is_flat() || turn > LARGEST_TURN_RAD || !turn.is_finite() {
             self.landscape = EnergyLandscape::new(self.shape, to);
             self.psi = self.landscape.descend(self.psi);
-            visit(1.0, to, &to.sines(), self.psi)?;
+            visit(1.0, to, &to.angles(), self.psi)?;
             return Ok(jumps);
         }
         let largest = (LARGEST_STEP_RAD / turn).min(1.0);
@@ -111,14 +111,14 @@ impl<'a> Pursuit<'a> {
         while done < 1.0 {
             let next = if done + step >= 1.0 { 1.0 } else { done + step };
             let palms = from.towards(to, next);
-            let sines = palms.sines();
-            let ahead = EnergyLandscape::between(self.shape, &palms, &sines);
+            let angles = palms.angles();
+            let ahead = EnergyLandscape::between(self.shape, &palms, &angles);
             let same_branch = ahead.continued(self.psi).filter(|&new| self.landscape.continues_to(new, self.psi));
             if let Some(new) = same_branch {
                 (self.psi, self.landscape, done) = (new, ahead, next);
                 step = (2.0 * step).min(largest);
                 forced = smallest;
-                visit(done, &palms, &sines, self.psi)?;
+                visit(done, &palms, &angles, self.psi)?;
                 continue;
             }
             if step > forced {
@@ -128,8 +128,8 @@ impl<'a> Pursuit<'a> {
             // At a fold, or at a pose of hardly any stability: step over it and let the object go downhill.
             let over = (done + 10.0 * forced).min(1.0);
             let palms = from.towards(to, over);
-            let sines = palms.sines();
-            let beyond = EnergyLandscape::between(self.shape, &palms, &sines);
+            let angles = palms.angles();
+            let beyond = EnergyLandscape::between(self.shape, &palms, &angles);
             let landed = beyond.descend(self.psi);
             if (landed - self.psi).abs() > SMALLEST_JUMP_RAD {
                 jumps.push(Jump {
@@ -146,7 +146,7 @@ impl<'a> Pursuit<'a> {
             }
             (self.psi, self.landscape, done) = (landed, beyond, over);
             step = forced;
-            visit(done, &palms, &sines, self.psi)?;
+            visit(done, &palms, &angles, self.psi)?;
         }
         Ok(jumps)
     }

@@ -11,7 +11,7 @@
 
 use std::f64::consts::TAU;
 
-use crate::palms::{PalmPair, Sines};
+use crate::palms::{PalmAngles, PalmPair};
 use crate::shape::SupportFunction;
 
 /// Below this fraction of the mean radius, an energy landscape counts as flat (a disc about its centre of mass).
@@ -63,12 +63,12 @@ struct Basin {
 impl EnergyLandscape {
     /// The landscape of `shape` between `palms`, which must not be parallel (sin φ₂ > 0).
     pub fn new(shape: &SupportFunction, palms: &PalmPair) -> Self {
-        Self::between(shape, palms, &palms.sines())
+        Self::between(shape, palms, &palms.angles())
     }
 
-    /// The same, with the sines of the palms.
-    pub(crate) fn between(shape: &SupportFunction, palms: &PalmPair, sines: &Sines) -> Self {
-        let &Sines { sin1, cos1, sin12, cos12, sin2 } = sines;
+    /// The same, with the angles of the palms.
+    pub(crate) fn between(shape: &SupportFunction, palms: &PalmPair, angles: &PalmAngles) -> Self {
+        let &PalmAngles { sin1, cos1, sin12, cos12, sin2, .. } = angles;
         let ([x1, y1], [x2, y2]) = (palms.base1_m, palms.base2_m);
         // b_k · n̄_k
         let (offset1, offset2) = (y1 * cos1 - x1 * sin1, x2 * sin12 - y2 * cos12);

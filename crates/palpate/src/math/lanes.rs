@@ -1,9 +1,123 @@
-//! Sine and cosine of eight angles in step. (The standard library takes one at a time, which would be the better part of all that the
-//! smoother does.)
+//! Numbers that the kernel of physics computes with: one `f64`, or eight in step ([`Lanes`]), so that the processor takes them together.
+//! What is generic over [`Number`] is written once for both.
+//!
+//! Sine and cosine of eight angles are here too: the standard library takes one at a time, which would be most of the smoother's work.
 
 use std::f64::consts::FRAC_2_PI;
+use std::ops::{Add, Index, IndexMut, Mul, Neg, Sub};
 
-use super::block::{LANES, Lanes};
+/// What formulas are written in.
+pub(crate) trait Number:
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Mul<f64, Output = Self> + Neg<Output = Self>
+{
+    /// Zero.
+    const ZERO: Self;
+}
+
+impl Number for f64 {
+    const ZERO: Self = 0.0;
+}
+
+/// How many numbers go in step.
+pub(crate) const LANES: usize = 8;
+
+/// One number for each of eight samples.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Lanes(pub [f64; LANES]);
+
+impl Number for Lanes {
+    const ZERO: Self = Self([0.0; LANES]);
+}
+
+impl Lanes {
+    /// The first eight of `values`, or as many as there are and then the first again.
+    #[inline(always)]
+    pub fn loaded(values: &[f64]) -> Self {
+        match values.first_chunk() {
+            Some(lanes) => Self(*lanes),
+            None => Self::from_fn(|lane| values.get(lane).copied().unwrap_or(values[0])),
+        }
+    }
+
+    /// Lane by lane.
+    #[inline(always)]
+    pub fn from_fn(value: impl FnMut(usize) -> f64) -> Self {
+        Self(std::array::from_fn(value))
+    }
+
+    /// A function of each.
+    #[inline(always)]
+    pub fn map(self, mut function: impl FnMut(f64) -> f64) -> Self {
+        Self::from_fn(|lane| function(self[lane]))
+    }
+
+    /// The sum over all lanes, in their order.
+    #[inline(always)]
+    pub fn sum(self) -> f64 {
+        self.0.iter().sum()
+    }
+}
+
+impl Index<usize> for Lanes {
+    type Output = f64;
+
+    #[inline(always)]
+    fn index(&self, lane: usize) -> &f64 {
+        &self.0[lane]
+    }
+}
+
+impl IndexMut<usize> for Lanes {
+    #[inline(always)]
+    fn index_mut(&mut self, lane: usize) -> &mut f64 {
+        &mut self.0[lane]
+    }
+}
+
+impl Add for Lanes {
+    type Output = Self;
+
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        Self::from_fn(|lane| self[lane] + other[lane])
+    }
+}
+
+impl Sub for Lanes {
+    type Output = Self;
+
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        Self::from_fn(|lane| self[lane] - other[lane])
+    }
+}
+
+impl Mul for Lanes {
+    type Output = Self;
+
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        Self::from_fn(|lane| self[lane] * other[lane])
+    }
+}
+
+impl Mul<f64> for Lanes {
+    type Output = Self;
+
+    #[inline(always)]
+    fn mul(self, factor: f64) -> Self {
+        Self::from_fn(|lane| self[lane] * factor)
+    }
+}
+
+impl Neg for Lanes {
+    type Output = Self;
+
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Self::from_fn(|lane| -self[lane])
+    }
+}
 
 /// Angles up to this are reduced to the first quadrant without loss, radians.
 const MOST: f64 = 1e6;
@@ -38,9 +152,9 @@ const COSINE: [f64; 8] = [
 
 /// (sin, cos), to the last digit or two.
 #[inline(always)]
-pub(super) fn sin_cos(angles: &Lanes) -> (Lanes, Lanes) {
-    let (mut sines, mut cosines) = ([0.0; LANES], [0.0; LANES]);
-    if !angles.iter().all(|angle| angle.abs() <= MOST) {
+pub(crate) fn sin_cos(angles: Lanes) -> (Lanes, Lanes) {
+    let (mut sines, mut cosines) = (Lanes::ZERO, Lanes::ZERO);
+    if !angles.0.iter().all(|angle| angle.abs() <= MOST) {
         for lane in 0..LANES {
             (sines[lane], cosines[lane]) = angles[lane].sin_cos();
         }
@@ -71,7 +185,7 @@ mod tests {
         let quarters = (-400..400).map(|i| f64::from(i) * std::f64::consts::FRAC_PI_2);
         let near = quarters.flat_map(|x| [x - 1e-9, x, x + 0.1, x + std::f64::consts::FRAC_PI_4]);
         for x in near.chain((0..700).map(|i| (1.37 * f64::from(i)).exp2() % MOST)).chain([0.0, -0.0, MOST, -MOST]) {
-            let (sine, cosine) = sin_cos(&[x; LANES]);
+            let (sine, cosine) = sin_cos(Lanes([x; LANES]));
             let (expected, other) = x.sin_cos();
             assert!((sine[3] - expected).abs() <= 2.3e-16, "sin {x}: {} {expected}", sine[3]);
             assert!((cosine[3] - other).abs() <= 2.3e-16, "cos {x}: {} {other}", cosine[3]);
@@ -81,7 +195,7 @@ mod tests {
     #[test]
     fn what_cannot_be_reduced_is_left_to_the_standard_library() {
         let angles = [0.5, 1e9, -1e300, f64::NAN, f64::INFINITY, 1.0, 2.0, 3.0];
-        let (sines, cosines) = sin_cos(&angles);
+        let (sines, cosines) = sin_cos(Lanes(angles));
         for (lane, angle) in angles.into_iter().enumerate() {
             assert!(sines[lane] == angle.sin() || angle.sin().is_nan() && sines[lane].is_nan());
             assert!(cosines[lane] == angle.cos() || angle.cos().is_nan() && cosines[lane].is_nan());

@@ -1,0 +1,4 @@
+//! Mathematics that knows nothing of palms or objects.
+
+pub(crate) mod angle;
+pub(crate) mod lanes;

@@ -1,0 +1,14 @@
+//! Slow palms without friction (section 3 of Moll & Erdmann 2001): force/torque balance ([`balance`]), the potential energy and its
+//! minima ([`landscape`]), how a resting pose moves with the palms and where it jumps to ([`branch`]), and the normal forces ([`weight`]).
+
+mod balance;
+mod branch;
+mod landscape;
+mod weight;
+
+pub(crate) use balance::Frictionless;
+pub use branch::{Jump, follow};
+pub(crate) use branch::{Pursuit, followed};
+pub use landscape::{EnergyLandscape, RestPose};
+pub(crate) use weight::forces_between_n;
+pub use weight::{STANDARD_GRAVITY_M_PER_S2, contact_forces_n};
