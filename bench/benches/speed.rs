@@ -2,9 +2,9 @@
 //! are made of, and for reading and writing logs, on one thread.
 
 use divan::{Bencher, black_box};
+use palpate::mechanics::EnergyLandscape;
 use palpate::palms::PalmPair;
 use palpate::shape::NamedShape;
-use palpate::mechanics::EnergyLandscape;
 use palpate_bench::{
     Failure, Scene, equations, from_nothing, from_truth, normal_equations, on_one_thread, with_harmonics,
 };

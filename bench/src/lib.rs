@@ -4,10 +4,9 @@
 
 use std::error::Error;
 
+use palpate::information::cramer_rao_bound_m;
 use palpate::palms::{PalmMotion, PalmPair};
-use palpate::reconstruct::{
-    PaperEquations, ReconstructOptions, Reconstruction, cramer_rao_bound_m, reconstruct, reconstruct_from,
-};
+use palpate::reconstruct::{PaperEquations, ReconstructOptions, Reconstruction, reconstruct, reconstruct_from};
 use palpate::sensor::Touchpad;
 use palpate::shape::{NamedShape, RandomShape, SupportFunction, random_shape};
 use palpate::simulate::{PalmLimits, SimulateOptions, Simulation, plan_turn, simulate};

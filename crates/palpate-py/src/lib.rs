@@ -34,6 +34,8 @@ mod _palpate {
     #[pymodule_export]
     use crate::log::LogData;
     #[pymodule_export]
+    use crate::mechanics::{Landscape, PoseJump, Rest, follow};
+    #[pymodule_export]
     use crate::motion::{Motion, Move};
     #[pymodule_export]
     use crate::palms::{Palms, radii_of_curvature_m};
@@ -49,8 +51,6 @@ mod _palpate {
     use crate::shape::Shape;
     #[pymodule_export]
     use crate::simulate::{Simulated, SimulatedJump, simulate};
-    #[pymodule_export]
-    use crate::mechanics::{Landscape, PoseJump, Rest, follow};
     #[pymodule_export]
     use crate::sweep::{FolderData, JobData, run_sweep_jobs, sweep_jobs};
     #[pymodule_export]

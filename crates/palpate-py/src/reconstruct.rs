@@ -193,5 +193,5 @@ pub fn cramer_rao_bound_m(
     sensor_sd_m: f64,
 ) -> PyResult<Option<f64>> {
     let (file, shape, psi) = (Arc::clone(&log.get().file), shape.0.clone(), arrays::values(&psi_rad));
-    work::run(py, None, None, move |_| palpate::reconstruct::cramer_rao_bound_m(&file.log, &shape, &psi, sensor_sd_m))
+    work::run(py, None, None, move |_| palpate::information::cramer_rao_bound_m(&file.log, &shape, &psi, sensor_sd_m))
 }

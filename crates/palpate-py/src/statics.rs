@@ -3,9 +3,9 @@
 use std::convert::Infallible;
 use std::f64::consts::PI;
 
+use palpate::mechanics::{EnergyLandscape, Jump, RestPose};
 use palpate::palms::{PalmPair, SMALLEST_OPENING_RAD};
 use palpate::simulate::SimulateError as RustSimulateError;
-use palpate::mechanics::{EnergyLandscape, Jump, RestPose};
 use pyo3::prelude::*;
 
 use crate::arrays::{self, Numbers};

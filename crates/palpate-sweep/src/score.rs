@@ -6,8 +6,9 @@
 use std::time::Instant;
 
 use palpate::compare::{TruthError, compare, true_support};
+use palpate::information::cramer_rao_bound_m;
 use palpate::reconstruct::{
-    Method, OutlinePoint, Pose, ReconstructOptions, Reconstruction, cramer_rao_bound_m, reconstruct, reconstruct_from,
+    Method, OutlinePoint, Pose, ReconstructOptions, Reconstruction, reconstruct, reconstruct_from,
 };
 use palpate::shape::SupportFunction;
 use palpate::{Log, Truth};

@@ -76,15 +76,17 @@
 //! of mass first ([`Reconstruction::com_certified`]). What cannot be certified is said to be so, with the reason.
 #![forbid(unsafe_code)]
 
-mod math;
 pub mod compare;
+mod estimate;
+pub mod information;
 pub mod log;
+mod math;
+pub mod mechanics;
 pub mod palms;
 pub mod reconstruct;
 pub mod sensor;
 pub mod shape;
 pub mod simulate;
-pub mod mechanics;
 pub mod truth;
 
 pub use log::{Log, Sample};

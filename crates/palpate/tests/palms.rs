@@ -2,11 +2,11 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
+use palpate::mechanics::EnergyLandscape;
 use palpate::palms::{
     ContactRates, GeneralizedContactSupport, MotionError, Palm, PalmMotion, PalmMove, PalmPair, radii_of_curvature_m,
 };
 use palpate::shape::{RandomShape, SupportFunction, random_shape};
-use palpate::mechanics::EnergyLandscape;
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 

@@ -5,10 +5,10 @@ mod reconstruct_support;
 use std::f64::consts::TAU;
 
 use palpate::Log;
+use palpate::mechanics::EnergyLandscape;
 use palpate::reconstruct::{ReconstructOptions, Reconstruction, cramer_rao_bound_m, reconstruct_from};
 use palpate::shape::{RandomShape, SupportFunction, random_shape};
 use palpate::simulate::Simulation;
-use palpate::mechanics::EnergyLandscape;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;

@@ -3,9 +3,9 @@
 use std::convert::Infallible;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI, TAU};
 
+use palpate::mechanics::{EnergyLandscape, contact_forces_n, follow};
 use palpate::palms::PalmPair;
 use palpate::shape::{RandomShape, SupportFunction, ellipse, random_shape};
-use palpate::mechanics::{EnergyLandscape, contact_forces_n, follow};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 

@@ -2,3 +2,5 @@
 
 pub(crate) mod angle;
 pub(crate) mod lanes;
+pub(crate) mod local_polynomial;
+pub(crate) mod statistics;

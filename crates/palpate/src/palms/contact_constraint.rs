@@ -279,8 +279,7 @@ mod tests {
         };
         let pair = |value: fn(&Contacts) -> [f64; 2]| [0, 1].map(|k| gather(&|(_, c)| value(c)[k]));
         let contacts = Contacts { r: pair(|c| c.r), d: pair(|c| c.d), v: pair(|c| c.v) };
-        let (positions, by_palms) =
-            (angles.positions(contacts.r, contacts.d), angles.positions_by_palms(&contacts));
+        let (positions, by_palms) = (angles.positions(contacts.r, contacts.d), angles.positions_by_palms(&contacts));
         for (lane, (angles, contacts)) in each.iter().enumerate() {
             let alone = (angles.positions(contacts.r, contacts.d), angles.positions_by_palms(contacts));
             for k in 0..2 {

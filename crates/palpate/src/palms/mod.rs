@@ -10,5 +10,5 @@ pub(crate) use contact_constraint::{ContactRow, Contacts, PalmAngles, contact_an
 pub use curvature::{ContactRates, radii_of_curvature_m};
 pub use generalized_contact_support::GeneralizedContactSupport;
 pub use motion::{MotionError, PalmMotion, PalmMove, SMALLEST_OPENING_RAD};
-pub use pair::{Palm, PalmPair};
 pub(crate) use pair::Stance;
+pub use pair::{Palm, PalmPair};

@@ -1,10 +1,10 @@
 //! What a log, a start and options must be before any work is begun.
 
-use super::options::{ReconstructError, ReconstructOptions};
 use super::{FEWEST_SAMPLES, MOST_HARMONICS};
 use crate::log::Log;
+use crate::reconstruct::options::{ReconstructError, ReconstructOptions};
 
-pub(super) fn check_log(log: &Log, options: &ReconstructOptions) -> Result<(), ReconstructError> {
+pub(crate) fn check_log(log: &Log, options: &ReconstructOptions) -> Result<(), ReconstructError> {
     if let Some(order) = options.harmonics {
         check_harmonics(order)?;
     }
@@ -17,7 +17,7 @@ pub(super) fn check_log(log: &Log, options: &ReconstructOptions) -> Result<(), R
     check_samples(log)
 }
 
-pub(super) fn check_harmonics(order: usize) -> Result<(), ReconstructError> {
+pub(crate) fn check_harmonics(order: usize) -> Result<(), ReconstructError> {
     if (2..=MOST_HARMONICS).contains(&order) {
         return Ok(());
     }
@@ -25,7 +25,7 @@ pub(super) fn check_harmonics(order: usize) -> Result<(), ReconstructError> {
     Err(ReconstructError::BadOption(text))
 }
 
-pub(super) fn check_start(log: &Log, psi_rad: &[f64]) -> Result<(), ReconstructError> {
+pub(crate) fn check_start(log: &Log, psi_rad: &[f64]) -> Result<(), ReconstructError> {
     if psi_rad.len() == log.samples.len() {
         return Ok(());
     }
@@ -33,7 +33,7 @@ pub(super) fn check_start(log: &Log, psi_rad: &[f64]) -> Result<(), ReconstructE
     Err(ReconstructError::BadOption(text))
 }
 
-pub(super) fn check_samples(log: &Log) -> Result<(), ReconstructError> {
+pub(crate) fn check_samples(log: &Log) -> Result<(), ReconstructError> {
     for (index, sample) in log.samples.iter().enumerate() {
         let palms = &sample.palms;
         let numbers = [sample.time_s, palms.phi1_rad, palms.phi2_rad]

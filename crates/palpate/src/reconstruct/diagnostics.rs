@@ -2,10 +2,10 @@
 //! (eq. 8 of Moll & Erdmann 2001) and the radii of curvature (eq. 9); and by how much outline and readings differ in the distance
 //! between the contacts.
 
-use super::reconstruction::Reconstruction;
-use super::smoothing::Smoothing;
 use crate::log::Log;
+use crate::math::local_polynomial::Smoothing;
 use crate::palms::{ContactRates, GeneralizedContactSupport, radii_of_curvature_m};
+use crate::reconstruct::reconstruction::Reconstruction;
 
 /// A contact whose normal angle changes more slowly than this tells nothing of the curvature, radians per second.
 const SLOWEST_ROLL: f64 = 1e-3;

@@ -15,55 +15,34 @@
 //! That is [`Method::Likelihood`]. `given` is the fifth stage alone, with everything else given. `integral` holds the methods that
 //! integrate instead: `ode`, the paper's own (on rates from `smoothing`), and `quadrature`.
 
-mod assemble;
-mod bound;
-mod brief;
-mod certificate;
 mod check;
 mod diagnostics;
-mod evidence;
-mod felt;
-mod given;
-mod grow;
-mod integral;
-mod judge;
-mod jumps;
-mod known;
-mod noise;
-mod ode;
 mod options;
-mod pieces;
-mod place;
-mod posterior;
-mod problem;
-mod quadrature;
+mod paper;
 mod reconstruction;
-mod residuals;
-mod rivals;
+mod refine;
 mod search;
-mod smooth;
-mod smoothing;
-mod start;
-mod tabulated;
-mod task;
-mod track;
-mod valley;
-mod windows;
+mod selection;
+mod smooth_from;
+mod verdict;
 
-pub use bound::cramer_rao_bound_m;
 pub use diagnostics::{ContactDiagnostics, diagnostics};
-pub use given::{SmoothOptions, Smoothed, smooth_from};
-pub use integral::{Integrated, PaperEquations};
 pub use options::{Method, Progress, ReconstructError, ReconstructOptions};
+pub use paper::given_start::{Integrated, PaperEquations};
 pub use reconstruction::{Jump, OutlinePoint, Pose, Reconstruction};
+pub use smooth_from::{SmoothOptions, Smoothed, smooth_from};
 
+use crate::estimate::model::layout::coefficients_to_order;
+use crate::estimate::solver::gauss_newton::Estimate;
 use crate::log::Log;
 use crate::shape::SupportFunction;
 
-use assemble::Judged;
 use check::{check_log, check_start};
-use smooth::Estimate;
-use task::Task;
+use paper::initial_conditions as integral;
+use refine::job::Task;
+use search::schedule::{self, Found};
+use search::segments::pieces;
+use verdict::assemble::Judged;
 
 /// Fewest samples with both contacts seen that are tried.
 pub const FEWEST_SAMPLES: usize = 12;
@@ -92,7 +71,7 @@ pub fn reconstruct(
     let mut best: Option<Judged> = None;
     let mut explanations = 0;
     let mut failure = None;
-    search::search(
+    schedule::search(
         &task.problem,
         task.scatter_m,
         task.prior,
@@ -136,11 +115,11 @@ pub fn reconstruct_from(
         return integral::reconstruct_from(log, shape, psi_rad, options);
     }
     let task = Task::new(log, options);
-    let ranges = pieces::pieces(&task.problem, task.scatter_m);
+    let ranges = pieces(&task.problem, task.scatter_m);
     let mut coefficients = shape.coefficients();
-    smooth::coefficients_to_order(&mut coefficients, START_ORDER);
+    coefficients_to_order(&mut coefficients, START_ORDER);
     let estimate = Estimate { coefficients, psi: psi_rad.to_vec(), cost: 0.0 };
-    let found = search::Found { thin: task.problem.clone(), ranges, estimates: vec![estimate] };
+    let found = Found { thin: task.problem.clone(), ranges, estimates: vec![estimate] };
     let refined = task.refine(&found, 0)?;
     Ok(task.assemble(refined)?.result)
 }

@@ -15,11 +15,11 @@ use thiserror::Error;
 
 use super::{SimulateOptions, coverage, simulate};
 use crate::math::angle::wrapped;
+use crate::mechanics::EnergyLandscape;
+use crate::mechanics::frictionless::followed;
 use crate::palms::{MotionError, PalmMotion, PalmPair};
 use crate::sensor::Touchpad;
 use crate::shape::SupportFunction;
-use crate::mechanics::EnergyLandscape;
-use crate::mechanics::frictionless::followed;
 
 /// Spacing of the grid of palm angles, radians.
 const SPACING_RAD: f64 = 4.0 * PI / 180.0;

@@ -8,11 +8,11 @@ use rand_chacha::ChaCha8Rng;
 
 use super::SimulateError;
 use crate::log::{Log, Sample};
+use crate::mechanics::frictionless::{Pursuit, forces_between_n};
+use crate::mechanics::{STANDARD_GRAVITY_M_PER_S2, contact_forces_n};
 use crate::palms::{Palm, PalmPair, Stance};
 use crate::sensor::{PadContact, Touchpad};
 use crate::shape::SupportFunction;
-use crate::mechanics::frictionless::{Pursuit, forces_between_n};
-use crate::mechanics::{STANDARD_GRAVITY_M_PER_S2, contact_forces_n};
 use crate::truth::{TruePose, Truth};
 
 /// Points of the true support function that a [`Truth`] gets.

@@ -1,0 +1,67 @@
+//! A shape known to within a Gaussian, and how surprising a sample is at an orientation: for boundary that was hardly felt.
+
+use crate::estimate::association::candidates::minima;
+use crate::estimate::association::transitions::near;
+use crate::estimate::measurements::{Instant, Problem};
+use crate::estimate::model::contact::Linearised;
+use crate::estimate::model::noise::Noise;
+use crate::estimate::solver::gauss_newton::Fit;
+use crate::estimate::solver::gauss_newton::Smoother;
+use nalgebra::{DMatrix, Matrix3, Vector3};
+
+/// The shape that some samples leave.
+pub(crate) struct Known {
+    coefficients: Vec<f64>,
+    covariance: DMatrix<f64>,
+    noise: Noise,
+}
+
+impl Known {
+    /// What the samples of a problem tell of the shape that was fitted. `None` when that is nothing.
+    pub fn from(problem: &Problem, fit: &Fit) -> Option<Self> {
+        let belief = Smoother::new(problem, fit.order, fit.noise, fit.prior).belief(&fit.estimate)?;
+        let covariance = belief.covariance()?;
+        Some(Self { coefficients: belief.mean.as_slice().to_vec(), covariance, noise: fit.noise })
+    }
+
+    /// −2 log of the probability of a sample at an orientation, the shape integrated out, but for a constant.
+    pub fn surprise(&self, instant: &Instant, psi: f64) -> f64 {
+        let mut linearised = Linearised::new(self.coefficients.len() / 2);
+        let value = linearised.at(instant, &self.coefficients, psi).value;
+        let weights = self.noise.weights(&Instant { balance_weight: 1.0, ..*instant });
+        let mut rows = DMatrix::zeros(self.coefficients.len(), 3);
+        for (j, weight) in weights.into_iter().enumerate() {
+            let share = std::array::from_fn(|i| if i == j { weight } else { 0.0 });
+            linearised.mixed_row(instant, share, rows.column_mut(j).as_mut_slice());
+        }
+        let spread = rows.tr_mul(&(&self.covariance * &rows));
+        // In units of the noise; a contact that was not seen has rows of zeros and tells nothing.
+        let covariance = Matrix3::from_fn(|i, j| spread[(i, j)] + if i == j { 1.0 } else { 0.0 });
+        let missed = Vector3::from_fn(|j, _| weights[j] * value[j]);
+        let Some(factor) = covariance.cholesky() else { return f64::INFINITY };
+        let Some(independent) = factor.l().solve_lower_triangular(&missed) else { return f64::INFINITY };
+        let [first, second, balance] = [independent[0], independent[1], independent[2]];
+        let spread = 2.0 * factor.l_dirty().diagonal().iter().map(|l| l.ln()).sum::<f64>();
+        // What the contacts leave of the balance follows Student's t, as everywhere.
+        first * first + second * second + 4.0 * (balance * balance / 3.0).ln_1p() + spread
+    }
+
+    /// How much less likely the most likely other orientation of a sample is than the one near `psi`, and the likeliest others, the
+    /// first of them first.
+    pub fn elsewhere(&self, instant: &Instant, psi: f64) -> (f64, Vec<f64>) {
+        const OTHERS: usize = 4;
+        let mut here = self.surprise(instant, psi);
+        let mut others = Vec::new();
+        for (other, surprise) in minima(psi, &|psi| self.surprise(instant, psi)) {
+            if near(psi, other) {
+                here = here.min(surprise);
+            } else {
+                others.push((other, surprise));
+            }
+        }
+        others.sort_by(|a, b| a.1.total_cmp(&b.1));
+        others.truncate(OTHERS);
+        let margin = others.first().map_or(f64::INFINITY, |(_, surprise)| surprise - here);
+        (margin, others.into_iter().map(|(psi, _)| psi).collect())
+    }
+}

@@ -1,0 +1,123 @@
+//! A palm log made ready for estimation: one `Instant` per sample, with the trigonometry of its palms.
+//!
+//! Palms whose base points lie apart are brought back to a hinge: their lines meet in one point, and measured from there the
+//! contact equations and the balance are those of the hinged pair. Only the constant that carries s to that point changes.
+
+use crate::log::{Log, Sample};
+use crate::math::statistics::median;
+use crate::palms::PalmAngles;
+
+/// One sample, measured from the point where the lines of both palms meet.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Instant {
+    /// Index of the sample in the log, or the mean of it where instants were thinned.
+    pub position: f64,
+    pub phi1: f64,
+    pub phi2: f64,
+    pub palms: PalmAngles,
+    /// Contact positions from the meeting point, metres; 0 where not seen.
+    pub s1: f64,
+    pub s2: f64,
+    /// Weight of each contact: 1 / (its standard deviation relative to the common one), 0 where not seen.
+    pub weight1: f64,
+    pub weight2: f64,
+    /// Weight of the balance: 1, or less where it is missed by far more than elsewhere (see [`super::evidence`]).
+    pub balance_weight: f64,
+}
+
+impl Instant {
+    fn new(index: usize, sample: &Sample, sd_scale_m: Option<f64>) -> Self {
+        let (angles, palms) = (sample.palms.angles(), &sample.palms);
+        let [shift1, shift2] = palms.base_shifts_m(&angles);
+        let weight = |s: Option<f64>, sd: Option<f64>| match (s, sd, sd_scale_m) {
+            (None, _, _) => 0.0,
+            (Some(_), Some(sd), Some(scale)) => scale / sd,
+            (Some(_), _, _) => 1.0,
+        };
+        Self {
+            position: index as f64,
+            phi1: palms.phi1_rad,
+            phi2: palms.phi2_rad,
+            palms: angles,
+            s1: sample.s1_m.map_or(0.0, |s| s + shift1),
+            s2: sample.s2_m.map_or(0.0, |s| s + shift2),
+            weight1: weight(sample.s1_m, sample.s1_sd_m),
+            weight2: weight(sample.s2_m, sample.s2_sd_m),
+            balance_weight: 1.0,
+        }
+    }
+
+    /// The same readings had the palms been turned by these angles more, radians (each against the horizontal).
+    pub fn turned(&self, palm1: f64, palm2: f64) -> Self {
+        let (phi1, phi2) = (self.phi1 + palm1, self.phi2 + palm2 - palm1);
+        Self { phi1, phi2, palms: PalmAngles::new(phi1, phi2), ..*self }
+    }
+
+    /// Lets the sample say nothing any more.
+    pub fn set_aside(&mut self) {
+        (self.weight1, self.weight2, self.balance_weight) = (0.0, 0.0, 0.0);
+    }
+
+    pub fn both_seen(&self) -> bool {
+        self.weight1 > 0.0 && self.weight2 > 0.0
+    }
+
+    /// X of the centre of mass, straight from the sensors (the three force lines meet in one point).
+    pub fn balance_x(&self) -> f64 {
+        self.palms.balance_x(self.s1, self.s2)
+    }
+}
+
+/// All instants of a log, in order of time.
+#[derive(Clone, Debug)]
+pub(crate) struct Problem {
+    pub instants: Vec<Instant>,
+}
+
+impl Problem {
+    /// From a log; `sd_scale_m` is the common standard deviation that stated ones are relative to.
+    pub fn new(log: &Log, sd_scale_m: Option<f64>) -> Self {
+        let instants =
+            log.samples.iter().enumerate().map(|(index, sample)| Instant::new(index, sample, sd_scale_m)).collect();
+        Self { instants }
+    }
+
+    pub fn len(&self) -> usize {
+        self.instants.len()
+    }
+
+    /// Typical distance of the contacts from each other: the size of the object to within a factor of two, metres.
+    pub fn size_m(&self) -> f64 {
+        let mut chords: Vec<f64> = self
+            .instants
+            .iter()
+            .filter(|instant| instant.both_seen())
+            .map(|i| (i.s1 * i.s1 + i.s2 * i.s2 - 2.0 * i.s1 * i.s2 * i.palms.cos2).max(0.0).sqrt())
+            .collect();
+        0.5 * median(&mut chords)
+    }
+
+    /// The same motion at fewer instants: means over runs of `run` neighbours that saw both contacts.
+    pub fn thinned_by(&self, run: usize) -> Self {
+        let seen: Vec<&Instant> = self.instants.iter().filter(|instant| instant.both_seen()).collect();
+        let instants = seen
+            .chunks(run)
+            .filter(|chunk| chunk.len() == run)
+            .map(|chunk| {
+                let mean = |f: fn(&Instant) -> f64| chunk.iter().map(|i| f(i)).sum::<f64>() / run as f64;
+                let (phi1, phi2) = (mean(|i| i.phi1), mean(|i| i.phi2));
+                let middle = chunk[run / 2];
+                Instant {
+                    position: mean(|i| i.position),
+                    s1: mean(|i| i.s1),
+                    s2: mean(|i| i.s2),
+                    weight1: 1.0,
+                    weight2: 1.0,
+                    balance_weight: 1.0,
+                    ..middle.turned(phi1 - middle.phi1, phi1 + phi2 - middle.phi1 - middle.phi2)
+                }
+            })
+            .collect();
+        Self { instants }
+    }
+}

@@ -1,0 +1,222 @@
+//! Eight samples in step, so that the processor takes them together: the residuals of [`super::super::residuals`], lane by lane.
+
+use crate::estimate::measurements::Instant;
+use crate::estimate::model::contact::supports;
+use crate::estimate::model::noise::Noise;
+use crate::math::lanes::Number;
+use crate::math::lanes::{LANES, Lanes, sin_cos};
+use crate::mechanics::force_model::{ForceModel, MotionState};
+use crate::palms::{ContactRow, Contacts, PalmAngles};
+
+/// Eight samples; where the log ends before, the rest weigh nothing.
+pub(crate) struct Block<F> {
+    force_model: F,
+    phi1: Lanes,
+    palms: PalmAngles<Lanes>,
+    s1: Lanes,
+    s2: Lanes,
+    /// Of the three residuals, 1/m.
+    weights: [Lanes; 3],
+}
+
+/// Weighted residuals of eight samples, and their derivatives by ψ.
+#[derive(Clone, Copy)]
+pub(crate) struct Weighted {
+    pub value: [Lanes; 3],
+    pub by_psi: [Lanes; 3],
+}
+
+/// cos kθ and sin kθ at both contacts, for k = 1 … K: those of contact 1 in the first lanes, of contact 2 in the last.
+pub(crate) struct Waves(Vec<[[f64; 2 * LANES]; 2]>);
+
+impl Waves {
+    pub fn new(order: usize) -> Self {
+        Self(vec![[[0.0; 2 * LANES]; 2]; order])
+    }
+}
+
+impl<F: ForceModel> Block<F> {
+    /// Of the first eight instants at the most.
+    #[inline(always)]
+    pub fn new(force_model: F, instants: &[Instant], noise: Noise) -> Self {
+        let mut weights = [Lanes::ZERO; 3];
+        for (lane, instant) in instants.iter().take(LANES).enumerate() {
+            for (weights, weight) in weights.iter_mut().zip(noise.weights(instant)) {
+                weights[lane] = weight;
+            }
+        }
+        let gather = |field: fn(&Instant) -> f64| -> Lanes {
+            Lanes::from_fn(|lane| field(instants.get(lane).unwrap_or(&instants[0])))
+        };
+        let palms = PalmAngles {
+            sin1: gather(|instant| instant.palms.sin1),
+            cos1: gather(|instant| instant.palms.cos1),
+            sin12: gather(|instant| instant.palms.sin12),
+            cos12: gather(|instant| instant.palms.cos12),
+            sin2: gather(|instant| instant.palms.sin2),
+            cos2: gather(|instant| instant.palms.cos2),
+            inverse2: gather(|instant| instant.palms.inverse2),
+        };
+        let (phi1, s1, s2) =
+            (gather(|instant| instant.phi1), gather(|instant| instant.s1), gather(|instant| instant.s2));
+        Self { force_model, phi1, palms, s1, s2, weights }
+    }
+
+    /// The residuals at orientations and a shape; `waves` keep cos kθ and sin kθ for k = 1 … K.
+    #[inline(always)]
+    pub fn at(&self, coefficients: &[f64], psi: &Lanes, waves: Option<&mut Waves>) -> Weighted {
+        let (sines, cosines) = sin_cos(self.phi1 - *psi);
+        let (cos, sin) = self.palms.contact_directions(sines, cosines);
+        let (cos, sin) = (in_a_row(cos), in_a_row(sin));
+        let both = match waves {
+            Some(waves) => {
+                let kept = &mut waves.0[..coefficients.len() / 2];
+                supports(coefficients, cos, sin, |index, cos, sin| kept[index] = [cos, sin])
+            }
+            None => supports(coefficients, cos, sin, |_, _, _| ()),
+        };
+        let at = Contacts { r: in_two(both.r), d: in_two(both.d), v: in_two(both.v) };
+        let (r_by_psi, d_by_psi) = at.by_psi();
+        let ([s1, s2], [s1_by_psi, s2_by_psi]) =
+            (self.palms.positions(at.r, at.d), self.palms.positions(r_by_psi, d_by_psi));
+        let forces = self.force_model.residual(&MotionState::at_rest(self.palms, at));
+        let [w1, w2, w3] = self.weights;
+        Weighted {
+            value: [w1 * (s1 - self.s1), w2 * (s2 - self.s2), w3 * forces.value],
+            by_psi: [w1 * s1_by_psi, w2 * s2_by_psi, w3 * forces.by_psi],
+        }
+    }
+
+    /// The derivative by the contacts of the mixture `share` of the three residuals.
+    #[inline(always)]
+    pub fn mixture(&self, share: &[Lanes; 3]) -> Mixture {
+        let [one, two, three] = [0, 1, 2].map(|j| self.weights[j] * share[j]);
+        let none = Contacts { r: [Lanes::ZERO; 2], d: [Lanes::ZERO; 2], v: [Lanes::ZERO; 2] };
+        let of_forces = self.force_model.row(&MotionState::at_rest(self.palms, none));
+        Mixture(self.palms.positions_row([one, two]).plus(three, &of_forces))
+    }
+
+    /// Brings each ψ (as many as there are samples) to the minimum of its own sample by a few Newton steps; the residuals there.
+    #[inline(always)]
+    pub fn settle(
+        &self,
+        coefficients: &[f64],
+        samples: &mut [f64],
+        rounds: usize,
+        mut waves: Option<&mut Waves>,
+    ) -> Weighted {
+        let mut psi = Lanes::loaded(samples);
+        let mut at = self.at(coefficients, &psi, waves.as_deref_mut());
+        let mut open = [true; LANES];
+        let mut taken_back = false;
+        for _ in 0..rounds {
+            let (square, slope, curvature) = at.sums();
+            let mut moved = psi;
+            for lane in 0..LANES {
+                // Worth less than 1e-6 of a squared standard deviation: settled.
+                open[lane] &= slope[lane] * slope[lane] > 1e-6 * curvature[lane] && curvature[lane] > 0.0;
+                let step = (slope[lane] / curvature[lane]).clamp(-0.1, 0.1);
+                moved[lane] -= if open[lane] { step } else { 0.0 };
+            }
+            if open == [false; LANES] {
+                break;
+            }
+            let there = self.at(coefficients, &moved, waves.as_deref_mut());
+            let (next, _, _) = there.sums();
+            for lane in 0..LANES {
+                let better = open[lane] && next[lane] < square[lane];
+                taken_back |= open[lane] && !better;
+                open[lane] = better;
+                psi[lane] = if better { moved[lane] } else { psi[lane] };
+                for j in 0..3 {
+                    let (value, by_psi) = (&mut at.value[j][lane], &mut at.by_psi[j][lane]);
+                    *value = if better { there.value[j][lane] } else { *value };
+                    *by_psi = if better { there.by_psi[j][lane] } else { *by_psi };
+                }
+            }
+        }
+        if taken_back && waves.is_some() {
+            at = self.at(coefficients, &psi, waves);
+        }
+        samples.copy_from_slice(&psi.0[..samples.len()]);
+        at
+    }
+}
+
+impl Weighted {
+    /// Σ e², Σ e p and Σ p² over the three residuals e with the derivatives p.
+    #[inline(always)]
+    pub fn sums(&self) -> (Lanes, Lanes, Lanes) {
+        (dots(&self.value, &self.value), dots(&self.value, &self.by_psi), dots(&self.by_psi, &self.by_psi))
+    }
+}
+
+/// Inner products, lane by lane.
+#[inline(always)]
+pub(crate) fn dots(a: &[Lanes; 3], b: &[Lanes; 3]) -> Lanes {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// The lanes of both contacts in a row, so that the processor takes sixteen together.
+#[inline(always)]
+fn in_a_row([one, two]: [Lanes; 2]) -> [f64; 2 * LANES] {
+    std::array::from_fn(|lane| if lane < LANES { one[lane] } else { two[lane - LANES] })
+}
+
+/// The same back again.
+#[inline(always)]
+fn in_two(row: [f64; 2 * LANES]) -> [Lanes; 2] {
+    [Lanes::from_fn(|lane| row[lane]), Lanes::from_fn(|lane| row[LANES + lane])]
+}
+
+/// Derivative of a mixture of residuals by the coefficients, as a row over the contacts.
+pub(crate) struct Mixture(ContactRow<Lanes>);
+
+impl Mixture {
+    /// One element of the derivative, for the coefficients (a0, a1 … aK, b1 … bK).
+    #[inline(always)]
+    pub fn element(&self, waves: &Waves, index: usize) -> Lanes {
+        let ContactRow { r: [r1, r2], d: [d1, d2], .. } = &self.0;
+        let order = waves.0.len();
+        if index == 0 {
+            return *r1 + *r2;
+        }
+        let (number, even, odd) = if index <= order {
+            let [cos, sin] = &waves.0[index - 1];
+            (index as f64, cos, sin)
+        } else {
+            let [cos, sin] = &waves.0[index - order - 1];
+            ((order as f64) - (index as f64), sin, cos)
+        };
+        Lanes::from_fn(|lane| {
+            let (one, two) = (lane, LANES + lane);
+            r1[lane] * even[one] + r2[lane] * even[two] + number * (d1[lane] * odd[one] + d2[lane] * odd[two])
+        })
+    }
+}
+
+/// Three orthonormal vectors for each sample, the last along `p` (any three, where p vanishes).
+#[inline(always)]
+pub(crate) fn turned_frames(p: &[Lanes; 3]) -> [[Lanes; 3]; 3] {
+    let mut frames = [[Lanes::ZERO; 3]; 3];
+    for lane in 0..LANES {
+        let p = [p[0][lane], p[1][lane], p[2][lane]];
+        let norm = (p[0] * p[0] + p[1] * p[1] + p[2] * p[2]).sqrt();
+        let inverse = if norm > 0.0 { 1.0 / norm } else { 0.0 };
+        let along = [p[0] * inverse, p[1] * inverse, if norm > 0.0 { p[2] * inverse } else { 1.0 }];
+        // Householder reflection that carries p to the third axis; its other two columns span the complement.
+        let sign = if p[2] < 0.0 { -1.0 } else { 1.0 };
+        let u = [along[0], along[1], along[2] + sign];
+        let beta = 2.0 / (u[0] * u[0] + u[1] * u[1] + u[2] * u[2]);
+        frames[0][0][lane] = 1.0 - beta * u[0] * u[0];
+        frames[0][1][lane] = -beta * u[0] * u[1];
+        frames[0][2][lane] = -beta * u[0] * u[2];
+        frames[1][0][lane] = -beta * u[0] * u[1];
+        frames[1][1][lane] = 1.0 - beta * u[1] * u[1];
+        frames[1][2][lane] = -beta * u[1] * u[2];
+        for (frame, along) in frames[2].iter_mut().zip(along) {
+            frame[lane] = along;
+        }
+    }
+    frames
+}

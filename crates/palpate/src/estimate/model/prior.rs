@@ -1,0 +1,112 @@
+//! What is believed of the shape before anything is felt: harmonics that fall with the square of their number, and convexity.
+
+use pulp::{Arch, Simd, WithSimd};
+
+/// What is believed of the shape before anything is felt: a_k, b_k ~ N(0, (c/k²)²) for k ≥ 2, and a wide prior on the mean
+/// radius and on the first harmonic (where the centre of mass is).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Prior {
+    /// Rough size of the object, metres.
+    pub size_m: f64,
+    /// c above, metres.
+    pub scale_m: f64,
+}
+
+impl Prior {
+    /// Prior standard deviations of the coefficient vector (a0, a1 … aK, b1 … bK).
+    pub fn standard_deviations(&self, order: usize) -> Vec<f64> {
+        let harmonic = |k: usize| if k == 1 { self.size_m } else { self.scale_m / (k * k) as f64 };
+        let mut sd = vec![10.0 * self.size_m];
+        sd.extend((1..=order).map(harmonic));
+        sd.extend((1..=order).map(harmonic));
+        sd
+    }
+}
+
+/// Keeps the radius of curvature positive: rows max(0, ε − v(θⱼ))/σ_v at nodes fine enough for K harmonics.
+pub(crate) struct Convexity {
+    margin_m: f64,
+    sd_m: f64,
+    order: usize,
+    nodes: usize,
+    /// (1 − k²) cos kθ for k = 1 … K at the nodes of half a turn, 0 to π; those of the other half mirror them.
+    cosines: Vec<f64>,
+    /// (1 − k²) sin kθ at the same.
+    sines: Vec<f64>,
+}
+
+impl Convexity {
+    /// At an even number of nodes.
+    pub fn new(order: usize, size_m: f64, nodes: usize) -> Self {
+        let circle: Vec<(f64, f64)> =
+            (0..nodes).map(|node| (std::f64::consts::TAU * node as f64 / nodes as f64).sin_cos()).collect();
+        let half = nodes / 2 + 1;
+        let (mut cosines, mut sines) = (Vec::with_capacity(order * half), Vec::with_capacity(order * half));
+        for k in 1..=order {
+            let bending = 1.0 - (k * k) as f64;
+            for node in 0..half {
+                let (sin, cos) = circle[k * node % nodes];
+                cosines.push(bending * cos);
+                sines.push(bending * sin);
+            }
+        }
+        Self { margin_m: 8e-3 * size_m, sd_m: 5e-4 * size_m, order, nodes, cosines, sines }
+    }
+
+    pub fn none() -> Self {
+        Self { margin_m: 0.0, sd_m: 1.0, order: 0, nodes: 0, cosines: Vec::new(), sines: Vec::new() }
+    }
+
+    /// The violated nodes and their residuals.
+    pub fn violations(&self, coefficients: &[f64]) -> impl Iterator<Item = (usize, f64)> {
+        // What v has in common at θ and −θ, and what it has opposite.
+        let half = if self.nodes == 0 { 0 } else { self.nodes / 2 + 1 };
+        let (mut common, mut opposite) = (vec![coefficients[0]; half], vec![0.0; half]);
+        let (a, b) = coefficients[1..].split_at(coefficients.len() / 2);
+        Arch::new().dispatch(Summing { factors: a, columns: &self.cosines, sums: &mut common });
+        Arch::new().dispatch(Summing { factors: b, columns: &self.sines, sums: &mut opposite });
+        (0..self.nodes).filter_map(move |node| {
+            let (mirrored, sign) = self.mirrored(node);
+            let v = common[mirrored] + sign * opposite[mirrored];
+            (v < self.margin_m).then(|| (node, (self.margin_m - v) / self.sd_m))
+        })
+    }
+
+    /// The node of the first half that a node is or mirrors, and the sign of its sines.
+    fn mirrored(&self, node: usize) -> (usize, f64) {
+        if 2 * node <= self.nodes { (node, 1.0) } else { (self.nodes - node, -1.0) }
+    }
+
+    /// Writes the derivative of the residual of a node by the coefficients.
+    pub fn row(&self, node: usize, row: &mut [f64]) {
+        let (mirrored, sign) = self.mirrored(node);
+        let half = self.nodes / 2 + 1;
+        let scale = -1.0 / self.sd_m;
+        row[0] = scale;
+        for k in 0..self.order {
+            row[1 + k] = scale * self.cosines[k * half + mirrored];
+            row[1 + self.order + k] = scale * sign * self.sines[k * half + mirrored];
+        }
+    }
+}
+
+/// Adds columns, each times its factor, compiled for several processors.
+struct Summing<'a> {
+    factors: &'a [f64],
+    columns: &'a [f64],
+    sums: &'a mut [f64],
+}
+
+impl WithSimd for Summing<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { factors, columns, sums } = self;
+        for (factor, column) in factors.iter().zip(columns.chunks_exact(sums.len().max(1))) {
+            for (sum, value) in sums.iter_mut().zip(column) {
+                *sum += factor * value;
+            }
+        }
+    }
+}

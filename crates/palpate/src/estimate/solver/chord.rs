@@ -1,0 +1,159 @@
+//! The smoother from a start that is near the optimum, where shape and motion are both believed: the orientations are not brought to
+//! the minima of their samples before the first step, for at a shape that is a little wrong some of these minima are wrong ones.
+//!
+//! Near the optimum the normal matrix hardly changes any more. It is kept then, and only gradients are made anew (Shamanskii's
+//! variant of Newton's method, *Ukrainian Mathematical Journal* 19, 1967): such a step costs O(M) for each sample, not O(M²).
+
+use crate::estimate::measurements::Instant;
+use crate::estimate::model::contact_lanes::{Block, Waves, Weighted, dots};
+use crate::estimate::model::layout::coefficients_to_order;
+use crate::estimate::model::noise::Noise;
+use crate::estimate::solver::gauss_newton::{Effort, Estimate, Smoother, Taken, moved};
+use crate::estimate::solver::normal_equations::{PSI_INFORMATION, SHARE};
+use crate::math::lanes::Number;
+use crate::math::lanes::{LANES, Lanes};
+use crate::mechanics::force_model::ForceModel;
+use nalgebra::DVector;
+use pulp::{Arch, Simd, WithSimd};
+use rayon::prelude::*;
+
+/// The matrix is made anew as long as steps lower the cost by more than this share of it.
+const FAR: f64 = 0.5;
+
+/// A kept matrix serves as long as each step gains less than this share of what the one before gained.
+const SHRINKING: f64 = 0.1;
+
+/// The normal equations without their matrix, at one estimate.
+pub(crate) struct Slope {
+    pub cost: f64,
+    pub gradient: DVector<f64>,
+    /// As in [`super::Normal`].
+    pub psi_offset: Vec<f64>,
+}
+
+impl<F: ForceModel> Smoother<'_, F> {
+    /// Runs down to the minimum from a start that is near it.
+    pub fn run_near(&self, mut coefficients: Vec<f64>, mut psi: Vec<f64>, effort: Effort) -> Estimate {
+        coefficients_to_order(&mut coefficients, self.order);
+        let cost = self.settle(&coefficients, &mut psi, 0);
+        let mut estimate = Estimate { coefficients, psi, cost };
+        let mut damping = 1e-4;
+        for _ in 0..effort.iterations {
+            let before = estimate.cost;
+            let Some(taken) = self.step(&mut estimate, &mut damping) else { break };
+            let fall = before - estimate.cost;
+            if fall <= effort.tolerance * estimate.cost {
+                break;
+            }
+            if fall < FAR * estimate.cost && self.coast(&mut estimate, &taken, fall, effort.tolerance) {
+                break;
+            }
+        }
+        estimate
+    }
+
+    /// Takes further steps with the matrix of one that lowered the cost by `fall`; whether the minimum is reached.
+    fn coast(&self, estimate: &mut Estimate, taken: &Taken, mut fall: f64, tolerance: f64) -> bool {
+        let mut slope = self.settle_with_gradient(&estimate.coefficients, &mut estimate.psi, 0);
+        loop {
+            let step = -taken.factor.solve(&slope.gradient);
+            let coefficients = moved(&estimate.coefficients, &step);
+            let mut psi = taken.normal.turned(&estimate.psi, &slope.psi_offset, &step);
+            let there = self.settle_with_gradient(&coefficients, &mut psi, 2);
+            let cost = there.cost;
+            let next = estimate.cost - cost;
+            // No orientation is settled to its last digit: a gain that small may come out as a loss.
+            let worth = tolerance * cost;
+            if next.is_nan() || next <= -worth {
+                return false;
+            }
+            if next > 0.0 {
+                *estimate = Estimate { coefficients, psi, cost };
+            }
+            if next <= worth {
+                return true;
+            }
+            if next > SHRINKING * fall {
+                return false;
+            }
+            (slope, fall) = (there, next);
+        }
+    }
+
+    /// Brings each ψ to the minimum of its own sample, and returns what [`Smoother::linearise`] would find there, but for the
+    /// matrix.
+    pub(crate) fn settle_with_gradient(&self, coefficients: &[f64], psi: &mut [f64], rounds: usize) -> Slope {
+        let mut psi_offset = vec![0.0; psi.len()];
+        let of_psi = psi.par_chunks_mut(SHARE).zip(psi_offset.par_chunks_mut(SHARE));
+        let shares = self.problem.instants.par_chunks(SHARE).zip(of_psi);
+        let parts: Vec<(f64, Vec<f64>)> = shares
+            .map(|(instants, (psi, offset))| {
+                let (force_model, noise) = (self.force_model, self.noise);
+                Arch::new().dispatch(Sloping { force_model, instants, noise, coefficients, psi, rounds, offset })
+            })
+            .collect();
+        let (mut cost, mut gradient) = (self.shape_cost(coefficients), self.shape_gradient(coefficients));
+        for (of_share, slope) in parts {
+            cost += of_share;
+            gradient.iter_mut().zip(slope).for_each(|(sum, slope)| *sum += slope);
+        }
+        Slope { cost, gradient, psi_offset }
+    }
+
+    /// Half the gradient of the prior and of convexity.
+    fn shape_gradient(&self, coefficients: &[f64]) -> DVector<f64> {
+        let mut gradient = match self.belief {
+            Some(belief) => belief.gradient(coefficients),
+            None => DVector::from_iterator(
+                coefficients.len(),
+                self.precision.iter().zip(coefficients).map(|(precision, value)| precision * value),
+            ),
+        };
+        let mut row = vec![0.0; coefficients.len()];
+        for (node, residual) in self.convexity.violations(coefficients) {
+            self.convexity.row(node, &mut row);
+            gradient.iter_mut().zip(&row).for_each(|(sum, value)| *sum += residual * value);
+        }
+        gradient
+    }
+}
+
+/// [`Smoother::settle_with_gradient`] for the samples alone, compiled for several processors.
+struct Sloping<'a, F> {
+    force_model: F,
+    instants: &'a [Instant],
+    noise: Noise,
+    coefficients: &'a [f64],
+    psi: &'a mut [f64],
+    rounds: usize,
+    offset: &'a mut [f64],
+}
+
+impl<F: ForceModel> WithSimd for Sloping<'_, F> {
+    /// Cost and half the gradient.
+    type Output = (f64, Vec<f64>);
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> (f64, Vec<f64>) {
+        let Self { force_model, instants, noise, coefficients, psi, rounds, offset } = self;
+        let mut waves = Waves::new(coefficients.len() / 2);
+        let mut sums = vec![Lanes::ZERO; coefficients.len()];
+        let mut cost = 0.0;
+        let of_psi = psi.chunks_mut(LANES).zip(offset.chunks_mut(LANES));
+        for (instants, (psi, psi_offset)) in instants.chunks(LANES).zip(of_psi) {
+            let block = Block::new(force_model, instants, noise);
+            let Weighted { value, by_psi } = block.settle(coefficients, psi, rounds, Some(&mut waves));
+            cost += dots(&value, &value).sum();
+            // What ψ takes up is no gradient of the shape.
+            let (overlap, information) = (dots(&by_psi, &value), dots(&by_psi, &by_psi));
+            let taken = Lanes::from_fn(|lane| overlap[lane] / (information[lane] + PSI_INFORMATION));
+            psi_offset.iter_mut().zip(taken.0).for_each(|(offset, taken)| *offset = -taken);
+            let share = [0, 1, 2].map(|j| value[j] - taken * by_psi[j]);
+            let mixture = block.mixture(&share);
+            for (index, sums) in sums.iter_mut().enumerate() {
+                *sums = *sums + mixture.element(&waves, index);
+            }
+        }
+        (cost, sums.iter().map(|lanes| lanes.sum()).collect())
+    }
+}

@@ -1,0 +1,297 @@
+//! Maximum likelihood over all samples at once (`docs/theory.md`, maximum likelihood; none of it is in the paper).
+//!
+//! Unknown are the coefficients a of the support function and one orientation ψ per sample. Each ψ stands in the three
+//! residuals of its own sample only, so a Gauss-Newton step eliminates it exactly: the rows of a sample are projected on the
+//! complement of their derivative by ψ, which leaves two rows in a alone. The cost is O(N M²) with M = 2K + 1, and the
+//! inverse of the reduced matrix is the posterior covariance of the shape.
+//!
+//! The whole problem in one line:
+//! minimise Σᵢ [(ŝ1 − s1)² + (ŝ2 − s2)²]/σ² + g²/σ_b² + Σₖ k⁴(aₖ² + bₖ²)/c² + Σⱼ max(0, ε − v(θⱼ))²/σ_v².
+
+use crate::estimate::measurements::{Instant, Problem};
+use crate::estimate::model::contact_lanes::Block;
+use crate::estimate::model::layout::{Layout, coefficients_to_order};
+use crate::estimate::model::noise::Noise;
+use crate::estimate::model::prior::{Convexity, Prior};
+use crate::estimate::solver::normal_equations::{Linearising, Normal, SHARE};
+use crate::estimate::solver::outer_products::OuterProducts;
+use crate::estimate::solver::posterior::Posterior;
+use crate::math::lanes::Number;
+use crate::math::lanes::{LANES, Lanes};
+use crate::mechanics::force_model::ForceModel;
+use crate::mechanics::frictionless::Frictionless;
+use nalgebra::{Cholesky, DVector, Dyn};
+use pulp::{Arch, Simd, WithSimd};
+use rayon::prelude::*;
+
+/// A shape and a motion.
+#[derive(Clone, Debug)]
+pub(crate) struct Estimate {
+    /// (a0, a1 … aK, b1 … bK), metres.
+    pub coefficients: Vec<f64>,
+    /// One orientation per instant of the problem, radians.
+    pub psi: Vec<f64>,
+    /// The minimised sum of squares.
+    pub cost: f64,
+}
+
+/// The optimum for one number of harmonics, with the noise and the prior that go with it.
+#[derive(Clone, Debug)]
+pub(crate) struct Fit {
+    pub estimate: Estimate,
+    pub order: usize,
+    pub noise: Noise,
+    pub prior: Prior,
+    pub log_evidence: f64,
+}
+
+/// When to stop.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Effort {
+    pub iterations: usize,
+    /// Relative fall of the cost below which the optimum counts as reached.
+    pub tolerance: f64,
+}
+
+/// A step that was taken: with these equations, and this factor of their matrix, damped.
+pub(crate) struct Taken {
+    pub normal: Normal,
+    pub factor: Cholesky<f64, Dyn>,
+}
+
+/// Everything that defines the cost, for one number of harmonics.
+pub(crate) struct Smoother<'a, F = Frictionless> {
+    pub force_model: F,
+    pub problem: &'a Problem,
+    pub order: usize,
+    pub noise: Noise,
+    pub prior: Prior,
+    pub convexity: Convexity,
+    /// 1/(prior standard deviation)² of each coefficient.
+    pub precision: Vec<f64>,
+    pub belief: Option<&'a Posterior>,
+}
+
+impl<'a> Smoother<'a> {
+    pub fn new(problem: &'a Problem, order: usize, noise: Noise, prior: Prior) -> Self {
+        Self::with_forces(Frictionless, problem, order, noise, prior)
+    }
+
+    /// The same over further samples, with the belief that others left of the shape (of the same order).
+    pub fn with_belief(problem: &'a Problem, order: usize, noise: Noise, prior: Prior, belief: &'a Posterior) -> Self {
+        Self { belief: Some(belief), ..Self::new(problem, order, noise, prior) }
+    }
+}
+
+impl<'a, F: ForceModel> Smoother<'a, F> {
+    /// With a model of the forces of one's own.
+    pub fn with_forces(force_model: F, problem: &'a Problem, order: usize, noise: Noise, prior: Prior) -> Self {
+        Self {
+            force_model,
+            problem,
+            order,
+            noise,
+            prior,
+            convexity: Convexity::new(order, prior.size_m, 6 * order + 12),
+            precision: prior.standard_deviations(order).iter().map(|sd| 1.0 / (sd * sd)).collect(),
+            belief: None,
+        }
+    }
+
+    /// The same with convexity watched so closely that nothing dips between the nodes.
+    pub fn strictly_convex(mut self) -> Self {
+        self.convexity = Convexity::new(self.order, self.prior.size_m, 24 * self.order + 24);
+        self
+    }
+
+    /// The same with convexity left out, for a first look.
+    pub fn without_convexity(mut self) -> Self {
+        self.convexity = Convexity::none();
+        self
+    }
+
+    /// Whether convexity keeps the shape from going where the samples would have it.
+    pub fn holds_convex(&self, coefficients: &[f64]) -> bool {
+        self.convexity.violations(coefficients).next().is_some()
+    }
+
+    pub fn shape_cost(&self, coefficients: &[f64]) -> f64 {
+        let prior: f64 = match self.belief {
+            Some(belief) => belief.squared_distance(coefficients),
+            None => self.precision.iter().zip(coefficients).map(|(precision, value)| precision * value * value).sum(),
+        };
+        let convexity: f64 = self.convexity.violations(coefficients).map(|(_, residual)| residual * residual).sum();
+        prior + convexity
+    }
+
+    /// What the samples tell of the shape: the Gaussian at an estimate, with its rotation held fast (turning the shape would
+    /// turn the samples with it). `None` when they tell nothing.
+    pub fn belief(&self, estimate: &Estimate) -> Option<Posterior> {
+        let information = self.linearise(&estimate.coefficients, &estimate.psi).matrix;
+        let mut coefficients = estimate.coefficients.clone();
+        coefficients_to_order(&mut coefficients, self.order);
+        let posterior = Posterior { layout: self.layout(), mean: DVector::from_vec(coefficients), information };
+        posterior.holding_rotation()
+    }
+
+    /// Where the unknowns stand.
+    pub fn layout(&self) -> Layout {
+        Layout::of_shape(self.order)
+    }
+
+    /// An estimate after a step of the shape, with every ψ turned along.
+    pub fn moved(&self, estimate: &Estimate, step: &DVector<f64>) -> Estimate {
+        let normal = self.linearise(&estimate.coefficients, &estimate.psi);
+        let psi = normal.turned(&estimate.psi, &vec![0.0; estimate.psi.len()], step);
+        Estimate { coefficients: moved(&estimate.coefficients, step), psi, cost: f64::INFINITY }
+    }
+
+    /// Brings each ψ to the minimum of its own sample by a few Newton steps, and returns the cost there.
+    pub fn settle(&self, coefficients: &[f64], psi: &mut [f64], rounds: usize) -> f64 {
+        let shares = self.problem.instants.par_chunks(SHARE).zip(psi.par_chunks_mut(SHARE));
+        let samples: Vec<f64> = shares
+            .map(|(instants, psi)| {
+                Arch::new().dispatch(Settling {
+                    force_model: self.force_model,
+                    instants,
+                    noise: self.noise,
+                    coefficients,
+                    psi,
+                    rounds,
+                })
+            })
+            .collect();
+        self.shape_cost(coefficients) + samples.iter().sum::<f64>()
+    }
+
+    /// The normal equations at an estimate, with every ψ eliminated.
+    pub fn linearise(&self, coefficients: &[f64], psi: &[f64]) -> Normal {
+        let unknowns = self.layout().unknowns();
+        let mut psi_slope = vec![Lanes::ZERO; psi.len().div_ceil(LANES) * unknowns];
+        let (mut psi_offset, mut psi_information) = (vec![0.0; psi.len()], vec![0.0; psi.len()]);
+        let slopes = psi_slope.par_chunks_mut(SHARE / LANES * unknowns);
+        let of_psi = psi_offset.par_chunks_mut(SHARE).zip(psi_information.par_chunks_mut(SHARE)).zip(slopes);
+        let shares = self.problem.instants.par_chunks(SHARE).zip(psi.par_chunks(SHARE)).zip(of_psi);
+        let parts: Vec<OuterProducts> = shares
+            .map(|((instants, psi), ((offset, information), slopes))| {
+                let (force_model, noise) = (self.force_model, self.noise);
+                Arch::new().dispatch(Linearising {
+                    force_model,
+                    instants,
+                    noise,
+                    coefficients,
+                    psi,
+                    offset,
+                    information,
+                    slopes,
+                })
+            })
+            .collect();
+        let mut parts = parts.into_iter();
+        let mut sums = parts.next().unwrap_or_else(|| OuterProducts::new(unknowns, 0));
+        parts.for_each(|part| sums.add(part));
+        let mut row = vec![0.0; unknowns];
+        for (node, residual) in self.convexity.violations(coefficients) {
+            self.convexity.row(node, &mut row);
+            sums.push(&row, residual);
+        }
+        let (mut matrix, mut gradient) = sums.finish(unknowns);
+        match self.belief {
+            Some(belief) => {
+                gradient += belief.gradient(coefficients);
+                matrix += &belief.information;
+            }
+            None => {
+                for (index, precision) in self.precision.iter().enumerate() {
+                    matrix[(index, index)] += precision;
+                    gradient[index] += precision * coefficients[index];
+                }
+            }
+        }
+        Normal { matrix, gradient, psi_offset, psi_slope, psi_information }
+    }
+
+    /// Runs Gauss-Newton with Levenberg-Marquardt damping down to a minimum.
+    pub fn run(&self, mut coefficients: Vec<f64>, mut psi: Vec<f64>, effort: Effort) -> Estimate {
+        coefficients_to_order(&mut coefficients, self.order);
+        let cost = self.settle(&coefficients, &mut psi, 2);
+        let mut estimate = Estimate { coefficients, psi, cost };
+        let mut damping = 1e-4;
+        for _ in 0..effort.iterations {
+            let before = estimate.cost;
+            if self.step(&mut estimate, &mut damping).is_none()
+                || before - estimate.cost <= effort.tolerance * estimate.cost
+            {
+                break;
+            }
+        }
+        estimate
+    }
+
+    /// One step, damped until it lowers the cost. `None` when nothing lowers it.
+    pub fn step(&self, estimate: &mut Estimate, damping: &mut f64) -> Option<Taken> {
+        let normal = self.linearise(&estimate.coefficients, &estimate.psi);
+        for _ in 0..12 {
+            let mut damped = normal.matrix.clone();
+            for i in 0..damped.nrows() {
+                damped[(i, i)] *= 1.0 + *damping;
+            }
+            let Some(factor) = Cholesky::new(damped) else {
+                *damping = (*damping * 10.0).max(1e-8);
+                continue;
+            };
+            let step = -factor.solve(&normal.gradient);
+            let coefficients = moved(&estimate.coefficients, &step);
+            let mut psi = normal.turned(&estimate.psi, &normal.psi_offset, &step);
+            let cost = self.settle(&coefficients, &mut psi, 2);
+            if cost < estimate.cost {
+                *estimate = Estimate { coefficients, psi, cost };
+                *damping = (*damping * 0.2).max(1e-12);
+                return Some(Taken { normal, factor });
+            }
+            *damping *= 5.0;
+            if !cost.is_finite() && *damping > 1e8 {
+                break;
+            }
+        }
+        None
+    }
+
+    /// Cholesky factor of the posterior information of the shape, at an optimum.
+    pub fn factor(&self, normal: &Normal) -> Option<Cholesky<f64, Dyn>> {
+        Cholesky::new(normal.matrix.clone())
+    }
+}
+
+/// [`Smoother::settle`] for the samples alone, compiled for several processors.
+struct Settling<'a, F> {
+    force_model: F,
+    instants: &'a [Instant],
+    noise: Noise,
+    coefficients: &'a [f64],
+    psi: &'a mut [f64],
+    rounds: usize,
+}
+
+impl<F: ForceModel> WithSimd for Settling<'_, F> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> f64 {
+        let Self { force_model, instants, noise, coefficients, psi, rounds } = self;
+        let mut cost = 0.0;
+        for (instants, psi) in instants.chunks(LANES).zip(psi.chunks_mut(LANES)) {
+            let block = Block::new(force_model, instants, noise);
+            let settled = block.settle(coefficients, psi, rounds, None);
+            cost += settled.sums().0.sum();
+        }
+        cost
+    }
+}
+
+pub(crate) fn moved(coefficients: &[f64], step: &DVector<f64>) -> Vec<f64> {
+    coefficients.iter().zip(step.iter()).map(|(a, b)| a + b).collect()
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,131 @@
+//! What samples leave of everything that all instants share: a Gaussian.
+//!
+//! A common rotation of shape and motion cannot be known and is no error. It is either held fast, where one Gaussian serves as the prior
+//! of further samples, or taken out (in geodesy: inner constraints): what is left after the best rotation over the felt boundary is the
+//! projection P = 1 − ρ(ρᵀG)/(ρᵀGρ), where ρ are the coefficients of r' and G is the Gram matrix of the basis over the felt boundary.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::estimate::model::layout::Layout;
+
+/// A Gaussian over the shared unknowns, by its mean and its information (the inverse of the covariance).
+#[derive(Clone, Debug)]
+pub(crate) struct Posterior {
+    pub layout: Layout,
+    pub mean: DVector<f64>,
+    pub information: DMatrix<f64>,
+}
+
+/// Information on the rotation of a shape that is held fast, over the squared length of its generator.
+const HELD: f64 = 1e6;
+
+impl Posterior {
+    /// The same, the rotation of the shape held where it is. `None` where something is not finite.
+    pub fn holding_rotation(mut self) -> Option<Self> {
+        let rotation = self.layout.rotation(self.mean.as_slice());
+        let length = rotation.norm_squared();
+        if length > 0.0 {
+            self.information += &rotation * rotation.transpose() * (HELD / (length * length));
+        }
+        self.information.iter().all(|value| value.is_finite()).then_some(self)
+    }
+
+    /// −2 ln of the density at some coefficients, but for a constant.
+    pub fn squared_distance(&self, coefficients: &[f64]) -> f64 {
+        let off = DVector::from_row_slice(coefficients) - &self.mean;
+        (&self.information * &off).dot(&off)
+    }
+
+    /// Half the derivative of [`Self::squared_distance`].
+    pub fn gradient(&self, coefficients: &[f64]) -> DVector<f64> {
+        &self.information * (DVector::from_row_slice(coefficients) - &self.mean)
+    }
+
+    /// The covariance. `None` where the information does not determine every unknown.
+    pub fn covariance(&self) -> Option<DMatrix<f64>> {
+        Some(self.information.clone().cholesky()?.inverse())
+    }
+
+    /// The covariance after the best rotation over the boundary at the normal angles `felt`.
+    pub fn covariance_over(&self, felt: &[f64]) -> Option<DMatrix<f64>> {
+        let inverse = self.covariance()?;
+        let rotation = self.layout.rotation(self.mean.as_slice());
+        let unknowns = self.layout.unknowns();
+        let mut weights = DVector::zeros(unknowns);
+        for &theta in felt {
+            let row = self.layout.support_row(theta);
+            weights += row.dot(&rotation) * row;
+        }
+        let scale = weights.dot(&rotation);
+        let mut projection = DMatrix::identity(unknowns, unknowns);
+        if scale > 0.0 {
+            projection -= &rotation * weights.transpose() / scale;
+        }
+        Some(&projection * inverse * projection.transpose())
+    }
+
+    /// The direction of which least is known, of unit length, with the standard deviation along it. `None` without a finite one.
+    pub fn weakest_direction(&self) -> Option<(f64, DVector<f64>)> {
+        let eigen = self.information.clone().symmetric_eigen();
+        let (index, least) = eigen.eigenvalues.iter().copied().enumerate().min_by(|a, b| a.1.total_cmp(&b.1))?;
+        let sd = 1.0 / least.max(0.0).sqrt();
+        sd.is_finite().then(|| (sd, eigen.eigenvectors.column(index).into_owned()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn posterior() -> Posterior {
+        let layout = Layout::of_shape(2);
+        let mean = DVector::from_vec(vec![0.03, 2e-3, 1e-3, -1e-3, 5e-4]);
+        let root =
+            DMatrix::from_fn(5, 5, |i, j| (1.3 * i as f64 + 0.7 * (j * j) as f64).sin() + f64::from(i == j) * 3.0);
+        Posterior { layout, mean, information: &root * root.transpose() }
+    }
+
+    #[test]
+    fn the_distance_is_least_at_the_mean_and_its_gradient_matches_differences() {
+        let posterior = posterior();
+        let at = [0.5, -0.2, 0.3, 0.1, -0.4];
+        assert_eq!(posterior.squared_distance(posterior.mean.as_slice()), 0.0);
+        let gradient = posterior.gradient(&at);
+        for index in 0..5 {
+            let moved = |step: f64| {
+                let mut there = at;
+                there[index] += step;
+                posterior.squared_distance(&there)
+            };
+            let slope = (moved(1e-5) - moved(-1e-5)) / 2e-5;
+            assert!((slope - 2.0 * gradient[index]).abs() < 1e-6 * slope.abs().max(1.0));
+        }
+    }
+
+    #[test]
+    fn the_weakest_direction_is_an_eigenvector_with_the_largest_variance() {
+        let posterior = posterior();
+        let (sd, direction) = posterior.weakest_direction().expect("determined");
+        let covariance = posterior.covariance().expect("determined");
+        assert!((&covariance * &direction - &direction * (sd * sd)).amax() < 1e-9 * sd * sd);
+        let largest = covariance.symmetric_eigen().eigenvalues.max();
+        assert!((largest / (sd * sd) - 1.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_rotation_is_known_once_it_is_held_and_no_error_once_it_is_taken_out() {
+        let free = posterior();
+        let rotation = free.layout.rotation(free.mean.as_slice());
+        let unit = &rotation / rotation.norm();
+        let along = |covariance: &DMatrix<f64>| (covariance * &unit).dot(&unit);
+        let held = free.clone().holding_rotation().expect("finite");
+        let before = along(&free.covariance().expect("determined"));
+        assert!(along(&held.covariance().expect("determined")) < 1e-3 * before);
+        // Over the whole circle the projection is orthogonal in the Gram matrix, which weighs all harmonics alike.
+        let felt: Vec<f64> = (0..64).map(|node| std::f64::consts::TAU * f64::from(node) / 64.0).collect();
+        assert!(along(&free.covariance_over(&felt).expect("determined")) < 1e-12 * before);
+        let mut undetermined = free;
+        undetermined.information.fill(0.0);
+        assert!(undetermined.covariance().is_none() && undetermined.weakest_direction().is_none());
+    }
+}

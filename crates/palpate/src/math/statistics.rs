@@ -1,0 +1,82 @@
+//! Median and autocorrelation.
+
+/// Median; 0 for an empty list.
+pub(crate) fn median(values: &mut [f64]) -> f64 {
+    if values.is_empty() {
+        return 0.0;
+    }
+    let middle = values.len() / 2;
+    *values.select_nth_unstable_by(middle, f64::total_cmp).1
+}
+
+/// By how much the errors of neighbouring samples hang together: the integrated autocorrelation time of the residuals of
+/// one sensor, in samples; 1 for white noise. `N` correlated samples tell as much as `N`/τ independent ones.
+pub(crate) fn correlation_time(residuals: &[f64]) -> f64 {
+    let count = residuals.len();
+    let variance: f64 = residuals.iter().map(|e| e * e).sum();
+    if count < 16 || variance <= 0.0 {
+        return 1.0;
+    }
+    let mut tau = 1.0;
+    for lag in 1..count / 4 {
+        let products: f64 = residuals.iter().zip(&residuals[lag..]).map(|(a, b)| a * b).sum();
+        tau += 2.0 * products / variance;
+        // Sokal's window: stop once the lag is well beyond the time found so far.
+        if lag as f64 >= 5.0 * tau {
+            break;
+        }
+    }
+    tau.max(1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::StandardNormal;
+
+    fn normal(seed: u64, count: usize) -> Vec<f64> {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        (0..count).map(|_| rng.sample(StandardNormal)).collect()
+    }
+
+    #[test]
+    fn white_noise_is_uncorrelated() {
+        let times: Vec<f64> = (0..20).map(|seed| correlation_time(&normal(seed, 2000))).collect();
+        let mean = times.iter().sum::<f64>() / times.len() as f64;
+        assert!((0.97..1.1).contains(&mean) && times.iter().all(|time| *time < 1.4), "{times:?}");
+    }
+
+    #[test]
+    fn the_memory_of_an_autoregressive_process_is_found() {
+        // e_i = ρ e_{i−1} + white noise has the integrated correlation time (1 + ρ)/(1 − ρ).
+        for rho in [0.5, 0.8] {
+            let times: Vec<f64> = (0..20)
+                .map(|seed| {
+                    let mut state = 0.0;
+                    let process = normal(100 + seed, 6000).into_iter().map(|white| {
+                        state = rho * state + white;
+                        state
+                    });
+                    correlation_time(&process.collect::<Vec<f64>>())
+                })
+                .collect();
+            let mean = times.iter().sum::<f64>() / times.len() as f64;
+            let expected = (1.0 + rho) / (1.0 - rho);
+            assert!((mean / expected - 1.0).abs() < 0.1, "{mean} for {expected}");
+        }
+    }
+
+    #[test]
+    fn too_few_residuals_or_none_left_count_as_white() {
+        assert_eq!(correlation_time(&[1.0; 10]), 1.0);
+        assert_eq!(correlation_time(&[0.0; 100]), 1.0);
+    }
+
+    #[test]
+    fn the_median_of_nothing_is_nothing() {
+        assert_eq!(median(&mut []), 0.0);
+        assert_eq!(median(&mut [3.0, 1.0, 2.0]), 2.0);
+    }
+}

@@ -1,0 +1,162 @@
+//! The paper's own method: equations 19 to 21 of Moll & Erdmann 2001, integrated over one piece of a log between jumps
+//! (`docs/theory.md`, the paper's method; a printed copy of the equations drops the tildes).
+//!
+//! With the generalised contact support functions r̃₂ = −s₁ sin φ₂ and d̃₂ = s₁ cos φ₂ − s₂ (eq. 8), and d₁, d₂ from the
+//! contact constraint (eq. 3),
+//!
+//! r₁' = −d₁ (φ₁' − ψ'),  r₂' = −d₂ (φ₁₂' − ψ'),
+//!
+//! ψ' = [r̃₂' cos φ₁ − d̃₂' sin φ₁ + d̃₂ φ₂' sin φ₁₂ / sin φ₂] / [r₁ sin φ₁₂ + (r₂ + r̃₂) sin φ₁ + d̃₂ cos φ₁].
+//!
+//! Sensor values and their rates come from [`super::smoothing`], the steps from [`adams`]. The denominator of ψ' is 0 where
+//! the lines of force meet in the centre of mass, and noise in the numerator is without bound there. So the quotient n/q is
+//! damped towards the last rate, (n q + λ² ψ'₋)/(q² + λ²), with a λ that grows with the noise; exact readings are not damped.
+
+use super::adams::{self, STARTING_STEPS};
+use crate::estimate::measurements::Instant;
+use crate::math::local_polynomial::Smoothing;
+use crate::palms::PalmAngles;
+use crate::reconstruct::search::closed_form::Contact;
+
+/// Where the denominator of ψ' is smaller than this share of the size of the object, ψ' keeps its last value.
+const SINGULAR: f64 = 0.02;
+
+/// Damping λ of very noisy readings, as a share of the size of the object; the value that served best in
+/// `cargo xtask methods`.
+const DAMPING: f64 = 0.1;
+
+/// Noise, as a share of the size of the object, that calls for half of that.
+const NOISY: f64 = 1e-3;
+
+/// Palms and readings at one time, with their rates per second.
+#[derive(Clone, Copy, Debug)]
+struct Felt {
+    phi1: f64,
+    phi2: f64,
+    s1: f64,
+    s2: f64,
+    phi1_rate: f64,
+    phi2_rate: f64,
+    s1_rate: f64,
+    s2_rate: f64,
+}
+
+/// A piece of a log made ready for integration: smoothed, on a grid of even steps.
+#[derive(Clone, Debug)]
+pub(crate) struct Signals {
+    times_s: Vec<f64>,
+    step_s: f64,
+    /// At the nodes of the grid.
+    nodes: Vec<Felt>,
+    /// In the middle of the first few steps.
+    middles: Vec<Felt>,
+    guard: Guard,
+}
+
+/// What is done about the places where the denominator of ψ' is next to nothing, metres.
+#[derive(Clone, Copy, Debug)]
+struct Guard {
+    singular_m: f64,
+    damping_m: f64,
+}
+
+impl Signals {
+    /// From the instants of a piece, their times (which increase), the size of the object and the noise of the contacts in metres. `None`
+    /// when there are too few.
+    pub fn new(instants: &[Instant], times_s: &[f64], size_m: f64, noise_m: f64) -> Option<Self> {
+        let channel = |value: fn(&Instant) -> f64| -> Vec<f64> { instants.iter().map(value).collect() };
+        let channels = [channel(|i| i.phi1), channel(|i| i.phi2), channel(|i| i.s1), channel(|i| i.s2)];
+        let [phi1, phi2, s1, s2] = [0, 1, 2, 3].map(|index| Smoothing::new(times_s, &channels[index]));
+        let (phi1, phi2, s1, s2) = (phi1?, phi2?, s1?, s2?);
+        let felt = |time_s: f64| {
+            let ((phi1, phi1_rate), (phi2, phi2_rate)) = (phi1.at(time_s), phi2.at(time_s));
+            let ((s1, s1_rate), (s2, s2_rate)) = (s1.at(time_s), s2.at(time_s));
+            Felt { phi1, phi2, s1, s2, phi1_rate, phi2_rate, s1_rate, s2_rate }
+        };
+        let (first, last) = (*times_s.first()?, *times_s.last()?);
+        let steps = times_s.len() - 1;
+        let step_s = (last - first) / steps as f64;
+        Some(Self {
+            times_s: times_s.to_vec(),
+            step_s,
+            nodes: (0..=steps).map(|node| felt(first + step_s * node as f64)).collect(),
+            middles: (0..STARTING_STEPS.min(steps)).map(|step| felt(first + step_s * (step as f64 + 0.5))).collect(),
+            guard: Guard {
+                singular_m: SINGULAR * size_m,
+                damping_m: DAMPING * size_m * noise_m / (noise_m + NOISY * size_m).max(f64::MIN_POSITIVE),
+            },
+        })
+    }
+
+    /// r₁ and r₂ at the first instant if the centre of mass is `height_m` above the point where the palms meet, and below or
+    /// above the point where the normals meet.
+    pub fn start(&self, height_m: f64) -> (f64, f64) {
+        let felt = &self.nodes[0];
+        let palms = PalmAngles::new(felt.phi1, felt.phi2);
+        palms.supports_of_center([palms.balance_x(felt.s1, felt.s2), height_m]).into()
+    }
+
+    /// Integrates from (r₁, r₂) at the first instant, where ψ = 0, and returns what the contacts are then at every sample.
+    pub fn integrate(&self, start: (f64, f64)) -> Vec<Contact> {
+        let mut last_rate = 0.0;
+        let steps = self.nodes.len() - 1;
+        let nodes = adams::integrate([start.0, start.1, 0.0], steps, self.step_s, |half, state| {
+            let felt = if half % 2 == 0 { &self.nodes[half / 2] } else { &self.middles[half / 2] };
+            let slope = slope(felt, state, self.guard, last_rate);
+            last_rate = slope[2];
+            slope
+        });
+        let first = self.times_s[0];
+        self.times_s
+            .iter()
+            .map(|time_s| {
+                let place = ((time_s - first) / self.step_s).clamp(0.0, steps as f64);
+                let (node, part) = if place.fract() < 1e-6 || place.fract() > 1.0 - 1e-6 {
+                    (place.round() as usize, 0.0)
+                } else {
+                    (place as usize, place.fract())
+                };
+                let [r1, r2, psi] = between(&nodes[node], &nodes[(node + 1).min(steps)], self.step_s, part);
+                let felt = |value: fn(&Felt) -> f64| {
+                    let (a, b) = (value(&self.nodes[node]), value(&self.nodes[(node + 1).min(steps)]));
+                    a + (b - a) * part
+                };
+                let palms = PalmAngles::new(felt(|f| f.phi1), felt(|f| f.phi2));
+                let [d1, d2] = palms.feet([r1, r2], [felt(|f| f.s1), felt(|f| f.s2)]);
+                Contact { psi, r1, d1, r2, d2 }
+            })
+            .collect()
+    }
+}
+
+/// Equations 19 to 21: the rates of (r₁, r₂, ψ).
+fn slope(felt: &Felt, &[r1, r2, _]: &[f64; 3], guard: Guard, last_rate: f64) -> [f64; 3] {
+    let palms = PalmAngles::new(felt.phi1, felt.phi2);
+    let PalmAngles { sin1, cos1, sin12, sin2, cos2, .. } = palms;
+    let general_r2 = -felt.s1 * sin2;
+    let general_d2 = felt.s1 * cos2 - felt.s2;
+    let general_r2_rate = -felt.s1_rate * sin2 - felt.s1 * cos2 * felt.phi2_rate;
+    let general_d2_rate = felt.s1_rate * cos2 - felt.s1 * sin2 * felt.phi2_rate - felt.s2_rate;
+    let numerator = general_r2_rate * cos1 - general_d2_rate * sin1 + general_d2 * felt.phi2_rate * sin12 / sin2;
+    let denominator = r1 * sin12 + (r2 + general_r2) * sin1 + general_d2 * cos1;
+    let damping = guard.damping_m * guard.damping_m;
+    let psi_rate = if denominator.abs() < guard.singular_m {
+        last_rate
+    } else {
+        (numerator * denominator + damping * last_rate) / (denominator * denominator + damping)
+    };
+    let [d1, d2] = palms.feet([r1, r2], [felt.s1, felt.s2]);
+    [-d1 * (felt.phi1_rate - psi_rate), -d2 * (felt.phi1_rate + felt.phi2_rate - psi_rate), psi_rate]
+}
+
+/// Cubic Hermite interpolation between two nodes; `part` from 0 to 1.
+fn between<const N: usize>(from: &adams::Node<N>, to: &adams::Node<N>, step: f64, part: f64) -> [f64; N] {
+    let (u, u2) = (part, part * part);
+    let u3 = u2 * u;
+    std::array::from_fn(|i| {
+        (2.0 * u3 - 3.0 * u2 + 1.0) * from.0[i]
+            + (u3 - 2.0 * u2 + u) * step * from.1[i]
+            + (3.0 * u2 - 2.0 * u3) * to.0[i]
+            + (u3 - u2) * step * to.1[i]
+    })
+}

@@ -1,0 +1,381 @@
+//! The methods that integrate: [`Method::Ode`], the paper's equations 19 to 21 ([`super::ode`]), and [`Method::Quadrature`],
+//! the closed forms ([`super::quadrature`]).
+//!
+//! Each piece between two jumps has initial conditions of its own: the height of its centre of mass (balance leaves one
+//! unknown of r₁ and r₂) and its orientation, of which one is free. They are searched for as in section 3 of Moll & Erdmann 2001: those
+//! are best that minimise the sum of the errors that can be seen in the log itself,
+//!
+//! 1. the X coordinate of the centre of mass: where the integrated r₁ and r₂ put it, against where the sensors do;
+//! 2. the contact points: where the integration puts them on the object, against the one outline that all of them describe.
+//!
+//! The most telling piece comes first; each further piece is laid against the outline that the ones before it describe.
+//! An error that has entered an integral stays there, so nothing is certified.
+
+use crate::estimate::coverage::{NODES, touches};
+use crate::estimate::measurements::Problem;
+use crate::estimate::model::contact::{contact_angles, residuals};
+use crate::estimate::model::noise_from_log::{contact_scatter_m, stated_noise_m};
+use crate::estimate::model::prior::Prior;
+use crate::estimate::motion::unwrap;
+use crate::log::{Log, Sample};
+use crate::mechanics::EnergyLandscape;
+use crate::reconstruct::MOST_HARMONICS;
+use crate::reconstruct::options::{Method, ReconstructError, ReconstructOptions};
+use crate::reconstruct::paper::arrangement::Segment;
+use crate::reconstruct::paper::piece::Piece;
+use crate::reconstruct::reconstruction::{Jump, OutlinePoint, Pose, Reconstruction};
+use crate::reconstruct::search::closed_form::{Contact, feasible_heights};
+use crate::reconstruct::search::segments::pieces;
+use crate::shape::SupportFunction;
+use rayon::prelude::*;
+use std::f64::consts::TAU;
+
+/// Harmonics of the outline where the user does not choose.
+const ORDER: usize = 12;
+
+/// Trial heights of the first piece, and of the others.
+const HEIGHTS: [usize; 2] = [160, 48];
+
+/// Trial orientations of a piece.
+const TURNS: usize = 72;
+
+/// Steps of a golden section search.
+const REFINEMENTS: usize = 24;
+
+/// Best trials that are refined.
+const REFINED: usize = 3;
+
+/// Times that each piece is laid anew against all others.
+const SWEEPS: usize = 2;
+
+/// Most pieces that are integrated; the samples of the others are placed one by one.
+const MOST_PIECES: usize = 48;
+
+/// Integration is not trusted to better than this share of the size of the object.
+const TRUST: f64 = 2e-3;
+
+/// Reconstructs by integration with initial conditions that are searched for; tells the share of the work that is done.
+pub(crate) fn reconstruct(
+    log: &Log,
+    options: &ReconstructOptions,
+    done: &dyn Fn(f64),
+) -> Result<Reconstruction, ReconstructError> {
+    let task = Task::new(log, options);
+    let mut placed: Vec<Option<Placed>> = vec![None; task.pieces.len()];
+    for sweep in 0..=SWEEPS {
+        for index in 0..task.pieces.len() {
+            let searched = (sweep * task.pieces.len() + index) as f64;
+            done(searched / ((SWEEPS + 1) * task.pieces.len()) as f64);
+            // A piece alone has nobody to be laid against.
+            if sweep > 0 && task.pieces.len() == 1 {
+                continue;
+            }
+            let others = placed.iter().enumerate().filter(|(other, _)| *other != index);
+            let mut known = task.prior.clone();
+            let mut alone = true;
+            for (_, other) in others {
+                if let Some(other) = other {
+                    known = known.and(&other.segment);
+                    alone = false;
+                }
+            }
+            let found = task.search(&task.pieces[index], &known, alone);
+            if found.is_some() {
+                placed[index] = found;
+            }
+        }
+    }
+    task.finish(placed)
+}
+
+/// Reconstructs by integration from known initial conditions: those of a shape and a motion at the start of each piece.
+pub(crate) fn reconstruct_from(
+    log: &Log,
+    shape: &SupportFunction,
+    psi_rad: &[f64],
+    options: &ReconstructOptions,
+) -> Result<Reconstruction, ReconstructError> {
+    let task = Task::new(log, options);
+    let placed = task
+        .pieces
+        .iter()
+        .map(|piece| {
+            let first = *piece.samples.first()?;
+            let psi = *psi_rad.get(first)?;
+            let (theta1, theta2) = contact_angles(piece.problem.instants.first()?, psi);
+            let contacts = piece.integrate((shape.at(theta1).r, shape.at(theta2).r))?;
+            Some(task.place(piece, contacts, psi))
+        })
+        .collect();
+    task.finish(placed)
+}
+
+/// A piece with initial conditions.
+#[derive(Clone)]
+struct Placed {
+    contacts: Vec<Contact>,
+    /// What it says of the shape, at that orientation.
+    segment: Segment,
+}
+
+struct Task<'a> {
+    log: &'a Log,
+    method: Method,
+    problem: Problem,
+    pieces: Vec<Piece>,
+    order: usize,
+    size_m: f64,
+    /// Standard deviation that r and d are trusted with.
+    trust_m: f64,
+    expected_m: f64,
+    prior: Segment,
+}
+
+impl<'a> Task<'a> {
+    fn new(log: &'a Log, options: &ReconstructOptions) -> Self {
+        let stated_m = options.sensor_sd_m.or_else(|| stated_noise_m(log));
+        let problem = Problem::new(log, stated_m);
+        let scatter_m = contact_scatter_m(&problem);
+        let size_m = problem.size_m().max(1e-9);
+        let expected_m = stated_m.unwrap_or(scatter_m).max(1e-9 * size_m);
+        let mut found: Vec<Piece> = pieces(&problem, scatter_m)
+            .into_iter()
+            .filter_map(|range| Piece::new(log, &problem, range, options.method, expected_m))
+            .collect();
+        found.sort_by(|a, b| b.telling_m().total_cmp(&a.telling_m()));
+        found.truncate(MOST_PIECES);
+        let order = options.harmonics.unwrap_or(ORDER).clamp(1, MOST_HARMONICS);
+        Self {
+            log,
+            method: options.method,
+            problem,
+            pieces: found,
+            order,
+            size_m,
+            trust_m: expected_m.hypot(TRUST * size_m),
+            expected_m,
+            prior: Segment::prior(order, Prior { size_m, scale_m: 0.5 * size_m }),
+        }
+    }
+
+    /// The piece at the orientation `turn` more than it was integrated with.
+    fn place(&self, piece: &Piece, mut contacts: Vec<Contact>, turn: f64) -> Placed {
+        contacts.iter_mut().for_each(|contact| contact.psi += turn);
+        let segment = Segment::new(&piece.problem, &contacts, self.order, self.trust_m);
+        Placed { contacts, segment }
+    }
+
+    /// The initial conditions of a piece with the smallest errors, laid against what is `known` of the outline.
+    fn search(&self, piece: &Piece, known: &Segment, alone: bool) -> Option<Placed> {
+        let (low, high) =
+            feasible_heights(&piece.problem, &piece.relative, self.size_m).unwrap_or((0.0, 8.0 * self.size_m));
+        let count = if alone { HEIGHTS[0] } else { HEIGHTS[1] };
+        let cell = (high - low) / count as f64;
+        let height = |index: usize| low + cell * (index as f64 + 0.5);
+        // Errors and orientation for a trial height, near an orientation or anywhere.
+        let trial = |height_m: f64, near: Option<f64>| -> (f64, f64) {
+            let Some(contacts) = piece.integrate(piece.start(height_m)) else { return (f64::INFINITY, 0.0) };
+            let drift = piece.x_error_m2(&contacts) * contacts.len() as f64 / (self.trust_m * self.trust_m);
+            let segment = Segment::new(&piece.problem, &contacts, self.order, self.trust_m);
+            let misfit = |turn: f64| known.and(&segment.turned(turn)).misfit();
+            if alone {
+                return (drift + misfit(0.0), 0.0);
+            }
+            let step = TAU / TURNS as f64;
+            let best = near.unwrap_or_else(|| {
+                let turns = (0..TURNS).map(|index| step * index as f64);
+                turns.map(|turn| (misfit(turn), turn)).min_by(|a, b| a.0.total_cmp(&b.0)).map_or(0.0, |best| best.1)
+            });
+            let (turn, cost) = golden_section(best - step, best + step, misfit);
+            (drift + cost, turn)
+        };
+        let trials: Vec<(f64, f64)> = (0..count).into_par_iter().map(|index| trial(height(index), None)).collect();
+        let cost = |index: usize| trials.get(index).map_or(f64::INFINITY, |trial| trial.0);
+        let mut minima: Vec<usize> = (0..count)
+            .filter(|&i| cost(i).is_finite() && cost(i) <= cost(i.wrapping_sub(1)) && cost(i) <= cost(i + 1))
+            .collect();
+        minima.sort_by(|a, b| cost(*a).total_cmp(&cost(*b)));
+        minima.truncate(REFINED);
+        let refined: Vec<(f64, f64)> = minima
+            .into_par_iter()
+            .map(|index| {
+                let (middle, turn) = (height(index), trials[index].1);
+                golden_section(middle - cell, middle + cell, |height_m| trial(height_m, Some(turn)).0)
+            })
+            .collect();
+        let (height_m, _) = refined.into_iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
+        let (_, turn) = trial(height_m, None);
+        let contacts = piece.integrate(piece.start(height_m))?;
+        Some(self.place(piece, contacts, turn))
+    }
+
+    /// The result that people see.
+    fn finish(&self, placed: Vec<Option<Placed>>) -> Result<Reconstruction, ReconstructError> {
+        let mut all = self.prior.clone();
+        let mut psi: Vec<Option<f64>> = vec![None; self.problem.len()];
+        let mut starts: Vec<usize> = Vec::new();
+        let mut tracks = Vec::new();
+        for (piece, placed) in self.pieces.iter().zip(&placed) {
+            let Some(placed) = placed else { continue };
+            all = all.and(&placed.segment);
+            starts.extend(piece.samples.first());
+            for (&sample, contact) in piece.samples.iter().zip(&placed.contacts) {
+                psi[sample] = Some(contact.psi);
+            }
+        }
+        if starts.is_empty() {
+            return Err(ReconstructError::NotSolvable);
+        }
+        let (coefficients, _) = all.solve().ok_or(ReconstructError::NotSolvable)?;
+        let mut psi = self.placed_alone(&coefficients, psi);
+        unwrap(&mut psi);
+        // The gauge: ψ = 0 at the first sample.
+        let turned = psi[0];
+        psi.iter_mut().for_each(|psi| *psi -= turned);
+        let shape = SupportFunction::from_coefficients(&coefficients).rotated(turned);
+        if shape.has_nonfinite() || psi.iter().any(|psi| !psi.is_finite()) {
+            return Err(ReconstructError::NotSolvable);
+        }
+        let coefficients = shape.coefficients();
+        for (piece, placed) in self.pieces.iter().zip(&placed).filter(|(_, placed)| placed.is_some()) {
+            let contacts = placed.iter().flat_map(|placed| &placed.contacts);
+            let angles = piece.problem.instants.iter().zip(contacts).map(|(i, c)| contact_angles(i, c.psi - turned));
+            let (one, two): (Vec<f64>, Vec<f64>) = angles.unzip();
+            tracks.extend([one, two]);
+        }
+        let counts = touches(&tracks);
+        starts.sort_unstable();
+        let leaps: Vec<usize> =
+            starts[1..].iter().copied().filter(|&at| (psi[at] - psi[at - 1]).abs() > LEAP).collect();
+        let motion: Vec<Pose> = (0..self.problem.len())
+            .map(|index| {
+                let (sample, instant) = (&self.log.samples[index], &self.problem.instants[index]);
+                let (theta1_rad, theta2_rad) = contact_angles(instant, psi[index]);
+                let [com_x_m, com_y_m] = sample.palms.center_of_mass_m(shape.at(theta1_rad), shape.at(theta2_rad));
+                let left = residuals(instant, &coefficients, psi[index]).value;
+                Pose {
+                    time_s: sample.time_s,
+                    psi_rad: psi[index],
+                    psi_sd_rad: f64::NAN,
+                    com_x_m,
+                    com_y_m,
+                    com_sd_m: f64::NAN,
+                    theta1_rad,
+                    theta2_rad,
+                    piece: leaps.iter().filter(|leap| **leap <= index).count() as u32,
+                    residual1_m: (instant.weight1 > 0.0).then_some(-left[0]),
+                    residual2_m: (instant.weight2 > 0.0).then_some(-left[1]),
+                }
+            })
+            .collect();
+        let outline: Vec<OutlinePoint> = (0..NODES)
+            .map(|node| {
+                let theta_rad = TAU * node as f64 / NODES as f64;
+                let (contact, point) = (shape.at(theta_rad), shape.boundary_point(theta_rad));
+                OutlinePoint {
+                    theta_rad,
+                    r_m: contact.r,
+                    r_sd_m: f64::NAN,
+                    x_m: point.x_m,
+                    y_m: point.y_m,
+                    curvature_radius_m: contact.v,
+                    touches: counts[node],
+                }
+            })
+            .collect();
+        let squares: Vec<f64> = motion
+            .iter()
+            .zip(&self.problem.instants)
+            .flat_map(|(pose, i)| {
+                [pose.residual1_m.map(|left| left * i.weight1), pose.residual2_m.map(|left| left * i.weight2)]
+            })
+            .flatten()
+            .map(|left| (left / self.expected_m).powi(2))
+            .collect();
+        let dof = squares.len().saturating_sub(2 * self.order + 1).max(1) as f64;
+        let balance: Vec<f64> = self
+            .problem
+            .instants
+            .iter()
+            .zip(&psi)
+            .filter(|(instant, _)| instant.both_seen())
+            .map(|(instant, psi)| residuals(instant, &coefficients, *psi).value[2].powi(2))
+            .collect();
+        Ok(Reconstruction {
+            jumps: leaps.into_iter().map(|at| jump(&shape, &self.log.samples[at], [psi[at - 1], psi[at]])).collect(),
+            shape,
+            coverage: counts.iter().filter(|count| **count > 0).count() as f64 / NODES as f64,
+            outline,
+            motion,
+            certified: false,
+            com_certified: false,
+            reason: format!(
+                "the method {} integrates and has neither error bars nor a certificate (the method {} has both)",
+                self.method,
+                Method::Likelihood
+            ),
+            chi2_per_dof: squares.iter().sum::<f64>() / dof,
+            alternatives: 1,
+            others: Vec::new(),
+            sensor_sd_m: self.expected_m,
+            balance_sd_m: (balance.iter().sum::<f64>() / balance.len().max(1) as f64).sqrt(),
+        })
+    }
+
+    /// ψ of every sample: as integrated; else the one that explains its contacts best; else that of a neighbour.
+    fn placed_alone(&self, coefficients: &[f64], psi: Vec<Option<f64>>) -> Vec<f64> {
+        let mut last = psi.iter().flatten().next().copied().unwrap_or(0.0);
+        psi.into_iter()
+            .zip(&self.problem.instants)
+            .map(|(psi, instant)| {
+                let misfit = |psi: f64| residuals(instant, coefficients, psi).value.iter().map(|e| e * e).sum::<f64>();
+                last = psi.unwrap_or_else(|| {
+                    if !instant.both_seen() {
+                        return last;
+                    }
+                    let step = TAU / 180.0;
+                    let trials = (0..180).map(|index| last + step * f64::from(index));
+                    let best = trials.map(|psi| (misfit(psi), psi)).min_by(|a, b| a.0.total_cmp(&b.0));
+                    best.map_or(last, |(_, psi)| golden_section(psi - step, psi + step, misfit).0)
+                });
+                last
+            })
+            .collect()
+    }
+}
+
+/// A turn by less than this between two pieces is no jump: the log was cut once too often. Radians.
+const LEAP: f64 = 0.05;
+
+/// The jump before a sample.
+fn jump(shape: &SupportFunction, sample: &Sample, [before, after]: [f64; 2]) -> Jump {
+    let landscape = EnergyLandscape::new(shape, &sample.palms);
+    let (height_before_m, height_after_m) = (landscape.height_m(before), landscape.height_m(after));
+    Jump {
+        time_s: sample.time_s,
+        psi_before_rad: before,
+        psi_after_rad: after,
+        height_before_m,
+        height_after_m,
+        physical: height_after_m < height_before_m,
+    }
+}
+
+/// The place of a minimum between `low` and `high`, and the value there.
+fn golden_section(mut low: f64, mut high: f64, value: impl Fn(f64) -> f64) -> (f64, f64) {
+    const GOLDEN: f64 = 0.618_033_988_749_894_9;
+    let (mut left, mut right) = (high - GOLDEN * (high - low), low + GOLDEN * (high - low));
+    let (mut at_left, mut at_right) = (value(left), value(right));
+    for _ in 0..REFINEMENTS {
+        if at_left < at_right {
+            (high, right, at_right) = (right, left, at_left);
+            left = high - GOLDEN * (high - low);
+            at_left = value(left);
+        } else {
+            (low, left, at_left) = (left, right, at_right);
+            right = low + GOLDEN * (high - low);
+            at_right = value(right);
+        }
+    }
+    if at_left < at_right { (left, at_left) } else { (right, at_right) }
+}

@@ -1,0 +1,246 @@
+//! One arrangement of the search taken to the optimum over all samples, and what came of it put together.
+
+use super::resample::{carry_over, thinned_in_ranges};
+use super::restarts::both_ways;
+use crate::estimate::association::alternatives::Doubts;
+use crate::estimate::association::alternatives::weigh;
+use crate::estimate::association::decode::{Aside, Track, track};
+use crate::estimate::association::predictive::Known;
+use crate::estimate::association::short_segments::placed_anew;
+use crate::estimate::evidence::fit::{ROUNDS, fit};
+use crate::estimate::evidence::order::choose_order;
+use crate::estimate::evidence::variance_components::Freedom;
+use crate::estimate::measurements::Problem;
+use crate::estimate::model::force::balance_limit_m;
+use crate::estimate::model::force::missed;
+use crate::estimate::model::noise::Noise;
+use crate::estimate::model::noise_from_log::{contact_scatter_m, stated_noise_m, with_noisy_angles};
+use crate::estimate::model::prior::Prior;
+use crate::estimate::motion::{moved, unwrap};
+use crate::estimate::solver::gauss_newton::Estimate;
+use crate::estimate::solver::gauss_newton::Fit;
+use crate::log::Log;
+use crate::palms::PalmPair;
+use crate::reconstruct::options::{ReconstructError, ReconstructOptions};
+use crate::reconstruct::search::schedule::Found;
+use crate::reconstruct::verdict::assemble::{Expected, Judged, assemble};
+use crate::reconstruct::verdict::jumps::leaps;
+use crate::shape::SupportFunction;
+use std::ops::Range;
+
+/// Times that badly placed samples are placed anew.
+const REPAIRS: usize = 3;
+
+/// Standard deviation of the balance that a fit begins with, as shares of that of the contacts.
+const BALANCE_SHARES: [f64; 2] = [1.0, 0.1];
+
+/// An estimate elsewhere whose log evidence on the thinned log is larger by this is taken to its optimum.
+const WORTH_A_LOOK: f64 = 1.0;
+
+/// Samples beside a doubtful one that are set aside with it, and how many at the most.
+const BESIDE: usize = 5;
+
+const MOST_ASIDE: usize = 240;
+
+/// Samples at each end of the log that are set aside when the balance is missed by more than this share of the sensor noise.
+const END: usize = 60;
+
+/// Samples that the choice of the number of harmonics works on.
+const ORDER_SAMPLES: usize = 450;
+
+/// A log made ready, with what is known of its noise.
+pub(crate) struct Task<'a> {
+    log: &'a Log,
+    options: &'a ReconstructOptions,
+    pub problem: Problem,
+    stated_m: Option<f64>,
+    pub scatter_m: f64,
+    pub prior: Prior,
+}
+
+/// An arrangement smoothed to the end.
+pub(crate) struct Refined {
+    /// On the thinned log, where the number of harmonics was chosen.
+    pub coarse: Fit,
+    /// On all samples.
+    fine: Fit,
+    /// All samples, with the weight that the balance has at each.
+    problem: Problem,
+    /// For each sample, how far from its pose another is that explains it about as well, radians.
+    astray: Vec<f64>,
+}
+
+impl<'a> Task<'a> {
+    pub(crate) fn new(log: &'a Log, options: &'a ReconstructOptions) -> Self {
+        let stated_m = options.sensor_sd_m.or_else(|| stated_noise_m(log));
+        let problem = Problem::new(log, stated_m);
+        let scatter_m = contact_scatter_m(&problem);
+        let size_m = problem.size_m();
+        Self { log, options, problem, stated_m, scatter_m, prior: Prior { size_m, scale_m: 0.5 * size_m } }
+    }
+
+    /// Takes one arrangement of the search to the optimum over all samples.
+    pub(crate) fn refine(&self, found: &Found, arrangement: usize) -> Result<Refined, ReconstructError> {
+        let start = found.estimates.get(arrangement).ok_or(ReconstructError::NotSolvable)?;
+        let medium = thinned_in_ranges(&self.problem, &found.ranges, ORDER_SAMPLES);
+        let psi = carry_over(&found.thin, &start.psi, &start.coefficients, &medium, &found.ranges);
+        let start = Estimate { coefficients: start.coefficients.clone(), psi, cost: f64::INFINITY };
+        let rough = self.rough(&medium, start).ok_or(ReconstructError::NotSolvable)?;
+        let psi = track(&medium, &rough, self.floor_m(), None).psi;
+        let rough = Fit { estimate: Estimate { psi, ..rough.estimate }, ..rough };
+        let settled = self.settle(medium.clone(), &found.ranges, rough)?;
+        Ok(self.down_the_valley(&medium, &found.ranges, settled))
+    }
+
+    /// The best of an optimum and of those that lie along the valley of its cost.
+    fn down_the_valley(&self, medium: &Problem, ranges: &[Range<usize>], mut best: Refined) -> Refined {
+        for start in both_ways(medium, &best.coarse).into_iter().flatten() {
+            let Fit { order, noise, prior, log_evidence, .. } = best.coarse;
+            // As exact as statics has the balance: what is missed tells on which side the centre of mass is.
+            let noise = Noise { balance_m: BALANCE_SHARES[1] * noise.sensor_m, ..noise };
+            let there = fit(&mut medium.clone(), order, start, noise, prior, self.freedom(), ROUNDS);
+            let Some(there) = there.filter(|there| there.log_evidence > log_evidence + WORTH_A_LOOK) else { continue };
+            match self.settle(medium.clone(), ranges, there) {
+                Ok(other) if other.fine.log_evidence > best.fine.log_evidence => best = other,
+                _ => {}
+            }
+        }
+        best
+    }
+
+    /// A few samples at a wrong pose would ask for harmonics that the object has not, so the first fit has none to give. Balance
+    /// as exact as statics has it is tried, and balance that friction or pace spoil.
+    fn rough(&self, medium: &Problem, start: Estimate) -> Option<Fit> {
+        let sd = self.scatter_m.max(1e-3 * self.prior.size_m);
+        let order = start.coefficients.len() / 2;
+        let with_share = |share: f64| {
+            let noise = Noise { sensor_m: sd, balance_m: share * sd };
+            fit(&mut medium.clone(), order, start.clone(), noise, self.prior, self.freedom(), ROUNDS)
+        };
+        BALANCE_SHARES.into_iter().filter_map(with_share).max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence))
+    }
+
+    /// Chooses the number of harmonics and fits all samples, until the way of the shape through the log leaves every sample where
+    /// it is. `rough` is a fit to the thinned log.
+    fn settle(&self, mut medium: Problem, ranges: &[Range<usize>], rough: Fit) -> Result<Refined, ReconstructError> {
+        let Fit { estimate: mut start, noise, prior, .. } = rough;
+        let mut tracked: Option<Vec<f64>> = None;
+        let (mut attempt, mut unsettled) = (0, self.problem.len() / 4);
+        loop {
+            let coarse = match self.options.harmonics {
+                Some(order) => fit(&mut medium, order, start, noise, prior, self.freedom(), ROUNDS),
+                None => choose_order(&mut medium, start, noise, prior, self.freedom()),
+            }
+            .ok_or(ReconstructError::NotSolvable)?;
+            let mut problem = self.problem.clone();
+            let coefficients = coarse.estimate.coefficients.clone();
+            let psi =
+                tracked.unwrap_or_else(|| carry_over(&medium, &coarse.estimate.psi, &coefficients, &problem, ranges));
+            let all = Estimate { coefficients, psi, cost: f64::INFINITY };
+            let noise = Noise { sensor_m: self.stated_m.unwrap_or(coarse.noise.sensor_m), ..coarse.noise };
+            let fine = fit(&mut problem, coarse.order, all, noise, coarse.prior, self.freedom_of_all(), ROUNDS)
+                .ok_or(ReconstructError::NotSolvable)?;
+            let Estimate { coefficients, psi, .. } = &fine.estimate;
+            let weighted = with_noisy_angles(&self.problem, coefficients, psi, self.scatter_m);
+            let of_all = track(&weighted, &fine, self.floor_m(), None);
+            let (mut track, passed_over) = match self.without_doubtful(&weighted, &fine, &of_all) {
+                Some(again) => (again, Some(of_all.psi)),
+                None => (of_all, None),
+            };
+            // Where the way does not settle, the arrangement is wrong, or it is a matter of a few samples.
+            let last = attempt == REPAIRS || 2 * track.moved > unsettled;
+            if track.moved == 0 || last {
+                let mut doubts = Doubts::new(std::mem::take(&mut track.margin));
+                let mut rivals = std::mem::take(&mut track.rivals);
+                let ways = passed_over.iter().chain([&track.psi]);
+                rivals.extend(ways.filter_map(|way| doubts.unsettled(&fine.estimate.psi, way)));
+                rivals.extend(placed_anew(&problem, &fine, &self.starts(&fine), &mut doubts));
+                match weigh(&problem, &fine, &rivals, &mut doubts) {
+                    Some(better) if !last => {
+                        track.moved = moved(&fine.estimate.psi, &better.psi);
+                        track.psi = better.psi;
+                    }
+                    _ => return Ok(Refined { coarse, fine, problem, astray: doubts.astray() }),
+                }
+            }
+            attempt += 1;
+            unsettled = track.moved;
+            let coefficients = fine.estimate.coefficients;
+            let psi = carry_over(&self.problem, &track.psi, &coefficients, &medium, ranges);
+            start = Estimate { coefficients, psi, cost: f64::INFINITY };
+            tracked = Some(track.psi);
+        }
+    }
+
+    /// What may be learnt of the noise from the thinned log.
+    fn freedom(&self) -> Freedom {
+        Freedom { sensor: true, floor_m: 1e-6 * self.prior.size_m }
+    }
+
+    /// The same from all samples.
+    fn freedom_of_all(&self) -> Freedom {
+        Freedom { sensor: self.stated_m.is_none(), ..self.freedom() }
+    }
+
+    /// No contact is believed to be more exact than this on the way through the log, metres.
+    fn floor_m(&self) -> f64 {
+        0.3 * self.scatter_m
+    }
+
+    /// The way through the log of the shape that the samples have without some of them. `None` when too little is left.
+    fn with_aside(
+        &self,
+        weighted: &Problem,
+        fine: &Fit,
+        aside: &[usize],
+        doubtful: &(dyn Fn(usize) -> bool + Sync),
+    ) -> Option<Track> {
+        let mut problem = self.problem.clone();
+        aside.iter().for_each(|&index| problem.instants[index].set_aside());
+        let estimate = fine.estimate.clone();
+        let others = fit(&mut problem, fine.order, estimate, fine.noise, fine.prior, self.freedom_of_all(), ROUNDS)?;
+        let known = Known::from(&problem, &others)?;
+        let aside = Aside { samples: aside, doubtful, known: &known };
+        Some(track(weighted, &others, self.floor_m(), Some(aside)))
+    }
+
+    /// The way through the log of the shape that the samples beyond doubt have without the others, which bend the shape towards
+    /// the poses that they were given. `None` when there are none, or too many.
+    fn without_doubtful(&self, weighted: &Problem, fine: &Fit, of_all: &Track) -> Option<Track> {
+        let count = of_all.psi.len();
+        let doubtful: Vec<usize> = (0..count).filter(|&sample| of_all.doubts(sample)).collect();
+        let beside = |index: usize| {
+            let first = doubtful.partition_point(|&other| other + BESIDE < index);
+            doubtful.get(first).is_some_and(|&other| other <= index + BESIDE)
+        };
+        // A pose at an end of the log hangs on one side only; that it is wrong may show in nothing but the balance, when the
+        // contacts are noisy.
+        let Noise { sensor_m, balance_m } = fine.noise;
+        let mean_radius_m = fine.estimate.coefficients[0].abs();
+        let inexact =
+            missed(sensor_m, balance_m, mean_radius_m) && balance_m < balance_limit_m(sensor_m, mean_radius_m);
+        let end = |index: usize| inexact && (index < END || index + END >= count);
+        let aside: Vec<usize> = (0..count).filter(|&index| beside(index) || end(index)).collect();
+        if aside.is_empty() || aside.len() > MOST_ASIDE {
+            return None;
+        }
+        let mut again = self.with_aside(weighted, fine, &aside, &beside)?;
+        again.moved = moved(&fine.estimate.psi, &again.psi);
+        Some(again)
+    }
+
+    /// The samples at which the object of a fit has just leapt.
+    fn starts(&self, fine: &Fit) -> Vec<usize> {
+        let mut psi = fine.estimate.psi.clone();
+        unwrap(&mut psi);
+        let shape = SupportFunction::from_coefficients(&fine.estimate.coefficients);
+        let palms: Vec<PalmPair> = self.log.samples.iter().map(|sample| sample.palms).collect();
+        leaps(&shape, &palms, &psi).iter().map(|leap| leap.sample).collect()
+    }
+
+    pub(crate) fn assemble(&self, refined: Refined) -> Result<Judged, ReconstructError> {
+        let expected = Expected { stated_m: self.stated_m, scatter_m: self.scatter_m };
+        assemble(self.log, &refined.problem, refined.fine, &refined.astray, expected)
+            .ok_or(ReconstructError::NotSolvable)
+    }
+}

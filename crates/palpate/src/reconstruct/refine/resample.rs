@@ -1,0 +1,56 @@
+//! An arrangement of a thinned log carried over to more of its samples.
+
+use crate::estimate::association::candidates::best_orientation;
+use crate::estimate::measurements::Problem;
+use crate::math::angle::wrapped;
+use std::ops::Range;
+
+/// The instants of a problem thinned to about `count`, never over the edge of a range.
+pub(crate) fn thinned_in_ranges(problem: &Problem, ranges: &[Range<usize>], count: usize) -> Problem {
+    let total: usize = ranges.iter().map(|range| range.len()).sum();
+    let run = (total / count.max(1)).max(1);
+    let mut instants = Vec::new();
+    for range in ranges {
+        let piece = Problem { instants: problem.instants[range.clone()].to_vec() };
+        instants.extend(piece.thinned_by(run).instants);
+    }
+    Problem { instants }
+}
+
+/// Orientations at the instants of `to`, from those known at the instants `from` (in order of time): interpolated inside the
+/// arranged ranges, searched for everywhere else.
+pub(crate) fn carry_over(
+    from: &Problem,
+    psi: &[f64],
+    coefficients: &[f64],
+    to: &Problem,
+    ranges: &[Range<usize>],
+) -> Vec<f64> {
+    let places: Vec<f64> = from.instants.iter().map(|instant| instant.position).collect();
+    let tolerance = (1e-3 * coefficients[0]).powi(2);
+    let mut carried = Vec::with_capacity(to.len());
+    for instant in &to.instants {
+        let range = ranges.iter().find(|range| range.contains(&(instant.position.round() as usize)));
+        let known = range.and_then(|range| {
+            let low = places.partition_point(|place| *place < range.start as f64 - 0.5);
+            let high = places.partition_point(|place| *place < range.end as f64 - 0.5);
+            (high > low).then(|| between(&places[low..high], &psi[low..high], instant.position))
+        });
+        let nearest = carried.last().copied().unwrap_or_else(|| psi.first().copied().unwrap_or(0.0));
+        carried.push(known.unwrap_or_else(|| best_orientation(instant, coefficients, nearest, tolerance)));
+    }
+    carried
+}
+
+/// Linear interpolation, level beyond the ends.
+fn between(places: &[f64], psi: &[f64], place: f64) -> f64 {
+    let after = places.partition_point(|other| *other < place);
+    if after == 0 {
+        psi[0]
+    } else if after == places.len() {
+        psi[after - 1]
+    } else {
+        let share = (place - places[after - 1]) / (places[after] - places[after - 1]);
+        psi[after - 1] + share * wrapped(psi[after] - psi[after - 1])
+    }
+}

@@ -1,0 +1,38 @@
+//! Starts for the smoother where nothing is known but the log: a search over the height of the centre of mass at the first
+//! sample, the one unknown that the closed forms of [`super::quadrature`] leave.
+
+use crate::estimate::measurements::Problem;
+use crate::estimate::model::noise::Noise;
+use crate::estimate::model::prior::Prior;
+use crate::estimate::solver::gauss_newton::{Effort, Estimate, Smoother};
+use crate::reconstruct::search::closed_form::{feasible_heights, integrate, relative_height};
+use rayon::prelude::*;
+
+/// Trial heights of the centre of mass at the first sample.
+const HEIGHTS: usize = 160;
+
+/// Candidates from the search over h0, best first: the local minima of the cost along h0, on a thinned log.
+pub(crate) fn from_heights(thin: &Problem, noise: Noise, prior: Prior, order: usize) -> Vec<Estimate> {
+    let relative = relative_height(thin);
+    let Some((low, high)) = feasible_heights(thin, &relative, prior.size_m) else { return Vec::new() };
+    let costs: Vec<Option<Estimate>> = (0..HEIGHTS)
+        .into_par_iter()
+        .map(|index| {
+            let h0 = low + (high - low) * (index as f64 + 0.5) / HEIGHTS as f64;
+            let smoother = Smoother::new(thin, order, noise, prior);
+            let guess = integrate(thin, &relative, h0, noise.sensor_m, 0.01);
+            let estimate = smoother.run(vec![guess.mean_r_m], guess.psi, Effort { iterations: 8, tolerance: 1e-3 });
+            estimate.cost.is_finite().then_some(estimate)
+        })
+        .collect();
+    let cost = |index: usize| costs.get(index).and_then(|e| e.as_ref()).map_or(f64::INFINITY, |e| e.cost);
+    let mut minima: Vec<Estimate> = (0..HEIGHTS)
+        .filter(|&index| {
+            let here = cost(index);
+            here.is_finite() && here <= cost(index.wrapping_sub(1)) && here <= cost(index + 1)
+        })
+        .filter_map(|index| costs[index].clone())
+        .collect();
+    minima.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    minima
+}

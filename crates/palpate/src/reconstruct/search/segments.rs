@@ -1,0 +1,117 @@
+//! Where the log falls into pieces: places where a contact leaps further between two samples than the noise, its own pace
+//! and the motion of the palms explain. Nothing of shape or orientation is needed. A cut too many costs a little work, a cut
+//! too few spoils a piece, so the test is a keen one.
+
+use crate::estimate::measurements::Problem;
+use crate::math::statistics::median;
+use std::ops::Range;
+
+/// A contact that leaps by less than this many standard deviations of the noise is not believed to have leapt.
+const NOISE_FACTOR: f64 = 8.0;
+
+/// Leaps are at least this many times longer than the steps around them.
+const PACE_FACTOR: f64 = 4.0;
+
+/// Runs of neighbouring instants (index ranges) that saw both contacts, with no leap inside.
+pub(crate) fn pieces(problem: &Problem, scatter_m: f64) -> Vec<Range<usize>> {
+    let seen: Vec<usize> = (0..problem.len()).filter(|&index| problem.instants[index].both_seen()).collect();
+    let size_m = problem.size_m();
+    let steps: Vec<[f64; 2]> = seen
+        .windows(2)
+        .map(|pair| {
+            let (a, b) = (&problem.instants[pair[0]], &problem.instants[pair[1]]);
+            [b.s1 - a.s1, b.s2 - a.s2]
+        })
+        .collect();
+    let leaps = |index: usize| {
+        let (a, b) = (&problem.instants[seen[index]], &problem.instants[seen[index + 1]]);
+        let turn = (b.phi1 - a.phi1).abs() + (b.phi1 + b.phi2 - a.phi1 - a.phi2).abs();
+        let around = index.saturating_sub(6)..(index + 7).min(steps.len());
+        (0..2).any(|sensor| {
+            let mut others: Vec<f64> =
+                around.clone().filter(|&other| other != index).map(|other| steps[other][sensor]).collect();
+            let usual = median(&mut others);
+            others.iter_mut().for_each(|step| *step = step.abs());
+            let pace = median(&mut others);
+            (steps[index][sensor] - usual).abs() > NOISE_FACTOR * scatter_m + PACE_FACTOR * pace + 2.0 * size_m * turn
+        })
+    };
+    let mut pieces = Vec::new();
+    let mut start = 0;
+    for index in 0..steps.len() {
+        if leaps(index) {
+            pieces.push(seen[start]..seen[index] + 1);
+            start = index + 1;
+        }
+    }
+    if let (Some(&first), Some(&last)) = (seen.get(start), seen.last()) {
+        pieces.push(first..last + 1);
+    }
+    pieces
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::estimate::model::noise_from_log::contact_scatter_m;
+    use crate::palms::PalmMotion;
+    use crate::sensor::Touchpad;
+    use crate::shape::NamedShape;
+    use crate::simulate::{SimulateOptions, Simulation, simulate};
+
+    fn run(seed: u64, touchpad: Touchpad) -> Simulation {
+        let shape = NamedShape::Stone.shape(0.03).expect("a positive size");
+        let motion = PalmMotion::random(seed, 20.0, 1.0).and_then(|motion| motion.sample(100.0)).expect("possible");
+        simulate(&shape, &motion, &SimulateOptions { touchpad, ..SimulateOptions::default() }).expect("possible")
+    }
+
+    #[test]
+    fn a_log_is_cut_where_the_object_jumps_and_nowhere_else() {
+        let mut jumps = 0;
+        for seed in 0..8 {
+            for noise_sd_m in [0.0, 5e-5] {
+                let run = run(seed, Touchpad { noise_sd_m, ..Touchpad::ideal() });
+                let problem = Problem::new(&run.log, None);
+                let pieces = pieces(&problem, contact_scatter_m(&problem));
+                // Cuts and pieces make up the log.
+                assert_eq!(pieces.iter().map(|piece| piece.len()).sum::<usize>(), problem.len());
+                assert!(pieces.windows(2).all(|pair| pair[0].end == pair[1].start));
+                let cuts: Vec<usize> = pieces[1..].iter().map(|piece| piece.start).collect();
+                let after = |time_s: f64| run.log.samples.partition_point(|sample| sample.time_s < time_s);
+                for jump in &run.jumps {
+                    let at = after(jump.time_s);
+                    let leap = |s: fn(&crate::Sample) -> Option<f64>| {
+                        let value = |index: usize| s(&run.log.samples[index]).expect("seen");
+                        (value(at) - value(at - 1)).abs()
+                    };
+                    // A jump that moves a contact by 4 mm or more is not overlooked.
+                    if f64::max(leap(|sample| sample.s1_m), leap(|sample| sample.s2_m)) > 4e-3 {
+                        jumps += 1;
+                        assert!(cuts.contains(&at), "seed {seed}: the jump before sample {at}, cuts {cuts:?}");
+                    }
+                }
+                assert!(cuts.len() <= run.jumps.len() + 2, "seed {seed}: {cuts:?} for {} jumps", run.jumps.len());
+            }
+        }
+        assert!(jumps > 12, "{jumps}");
+    }
+
+    #[test]
+    fn a_piece_ends_with_the_contacts() {
+        let mut log = run(1, Touchpad::ideal()).log;
+        log.samples[..5].iter_mut().for_each(|sample| sample.s1_m = None);
+        let last = log.samples.len();
+        log.samples[last - 7..].iter_mut().for_each(|sample| sample.s2_m = None);
+        let problem = Problem::new(&log, None);
+        let pieces = pieces(&problem, 1e-6);
+        assert_eq!((pieces[0].start, pieces[pieces.len() - 1].end), (5, last - 7));
+    }
+
+    #[test]
+    fn no_contacts_no_pieces() {
+        let mut log = run(1, Touchpad::ideal()).log;
+        log.samples.iter_mut().for_each(|sample| sample.s1_m = None);
+        assert!(pieces(&Problem::new(&log, None), 1e-6).is_empty());
+        assert!(pieces(&Problem { instants: Vec::new() }, 1e-6).is_empty());
+    }
+}

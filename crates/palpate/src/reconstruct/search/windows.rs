@@ -1,0 +1,173 @@
+//! The log cut into windows short enough that a trial shape can follow the object through each of them.
+
+use crate::estimate::measurements::Problem;
+use crate::reconstruct::search::closed_form::{feasible_heights, relative_height};
+use std::ops::Range;
+
+/// Thinned instants of one window, about.
+const LENGTH: usize = 24;
+
+/// Fewest thinned instants of a window; shorter pieces wait until the shape is known.
+const SHORTEST: usize = 6;
+
+/// A short run of thinned instants with no leap of a contact inside.
+#[derive(Clone)]
+pub(crate) struct Window {
+    /// Instants of the whole problem that it covers.
+    pub range: Range<usize>,
+    /// Means over neighbouring instants.
+    pub thin: Problem,
+    /// Nothing leaps between the window before and this one.
+    pub joined: bool,
+    /// Path length of the contacts in metres: how much there is to learn from the window.
+    pub telling_m: f64,
+    /// Samples per thinned instant.
+    run: usize,
+}
+
+impl Window {
+    /// `None` when the range is too short.
+    fn new(problem: &Problem, range: Range<usize>, run: usize, joined: bool) -> Option<Self> {
+        let whole = Problem { instants: problem.instants[range.clone()].to_vec() };
+        let thin = whole.thinned_by(run);
+        let telling_m = thin.instants.windows(2).map(|p| (p[1].s1 - p[0].s1).hypot(p[1].s2 - p[0].s2)).sum();
+        (thin.len() >= SHORTEST).then_some(Self { range, thin, joined, telling_m, run })
+    }
+
+    /// The window cut in two, each looked at more closely; fewer where there is too little to look at.
+    pub fn halves(&self, problem: &Problem) -> Vec<Self> {
+        let Range { start, end } = self.range;
+        let middle = start + (end - start) / 2;
+        let run = (self.run / 2).max(1);
+        let parts = [(start..middle, self.joined), (middle..end, true)];
+        parts.into_iter().filter_map(|(range, joined)| Self::new(problem, range, run, joined)).collect()
+    }
+}
+
+/// Windows of all pieces, in order of time; about `count` thinned instants in all.
+pub(crate) fn windows(problem: &Problem, pieces: &[Range<usize>], count: usize) -> Vec<Window> {
+    let total: usize = pieces.iter().map(|range| range.len()).sum();
+    let run = (total / count.max(1)).max(1);
+    let mut windows = Vec::new();
+    for piece in pieces {
+        let run = run.min((piece.len() / SHORTEST).max(1));
+        let share = (piece.len() / run).div_ceil(LENGTH).max(1);
+        for part in 0..share {
+            let range = piece.start + piece.len() * part / share..piece.start + piece.len() * (part + 1) / share;
+            windows.extend(Window::new(problem, range, run, part > 0));
+        }
+    }
+    windows
+}
+
+/// A run of joined windows that a start may begin with: whole pieces, their halves, quarters and so on.
+pub(crate) fn spans(windows: &[Window]) -> Vec<Range<usize>> {
+    let mut whole = Vec::new();
+    let mut start = 0;
+    for index in 1..=windows.len() {
+        if index == windows.len() || !windows[index].joined {
+            whole.push(start..index);
+            start = index;
+        }
+    }
+    let mut spans = whole.clone();
+    let mut parts = 2;
+    while whole.iter().any(|piece| piece.len() >= parts) && parts <= 16 {
+        for piece in whole.iter().filter(|piece| piece.len() >= parts) {
+            spans.extend(
+                (0..parts).map(|part| {
+                    piece.start + piece.len() * part / parts..piece.start + piece.len() * (part + 1) / parts
+                }),
+            );
+        }
+        parts *= 2;
+    }
+    let telling = |span: &Range<usize>| windows[span.clone()].iter().map(|w| w.telling_m).sum::<f64>();
+    spans.sort_by(|a, b| telling(b).total_cmp(&telling(a)));
+    spans
+}
+
+/// The thinned instants of a run of windows.
+pub(crate) fn joined(windows: &[Window]) -> Problem {
+    Problem { instants: windows.iter().flat_map(|window| window.thin.instants.iter().copied()).collect() }
+}
+
+/// Rise of the centre of mass along a run of instants and the heights at its first that are possible.
+pub(crate) fn heights(thin: &Problem, size_m: f64) -> Option<(Vec<f64>, (f64, f64))> {
+    let relative = relative_height(thin);
+    let range = feasible_heights(thin, &relative, size_m)?;
+    Some((relative, range))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::palms::PalmMotion;
+    use crate::shape::NamedShape;
+    use crate::simulate::{SimulateOptions, simulate};
+
+    fn problem() -> Problem {
+        let shape = NamedShape::Egg.shape(0.03).expect("a positive size");
+        let motion = PalmMotion::random(3, 20.0, 0.5).and_then(|motion| motion.sample(50.0)).expect("possible");
+        let run = simulate(&shape, &motion, &SimulateOptions::default()).expect("possible");
+        Problem::new(&run.log, None)
+    }
+
+    #[test]
+    fn windows_cover_their_pieces_and_never_cross_a_leap() {
+        let problem = problem();
+        let pieces = [0..400, 400..430, 430..problem.len()];
+        let windows = windows(&problem, &pieces, 250);
+        for piece in pieces {
+            let of: Vec<&Window> =
+                windows.iter().filter(|w| piece.start <= w.range.start && w.range.end <= piece.end).collect();
+            assert_eq!((of[0].range.start, of[of.len() - 1].range.end), (piece.start, piece.end));
+            assert!(of.windows(2).all(|pair| pair[0].range.end == pair[1].range.start));
+            // The first of a piece stands behind a leap; the others carry on.
+            assert!(!of[0].joined && of[1..].iter().all(|window| window.joined));
+        }
+        let crossing =
+            |w: &&Window| (w.range.start < 400 && w.range.end > 400) || (w.range.start < 430 && w.range.end > 430);
+        assert_eq!(windows.iter().filter(crossing).count(), 0);
+    }
+
+    #[test]
+    fn thinning_keeps_about_as_many_instants_as_asked_for() {
+        let problem = problem();
+        for count in [100, 250] {
+            let windows = windows(&problem, std::slice::from_ref(&(0..problem.len())), count);
+            let instants: usize = windows.iter().map(|window| window.thin.len()).sum();
+            assert!(instants >= count * 4 / 5 && instants <= count * 3 / 2, "{instants} of {count}");
+            assert!(windows.iter().all(|window| window.thin.len() >= SHORTEST));
+        }
+    }
+
+    #[test]
+    fn halves_are_looked_at_more_closely() {
+        let problem = problem();
+        let window = Window::new(&problem, 100..196, 4, false).expect("long enough");
+        let halves = window.halves(&problem);
+        assert_eq!(halves.iter().map(|half| half.range.clone()).collect::<Vec<_>>(), [100..148, 148..196]);
+        assert_eq!(halves.iter().map(|half| half.joined).collect::<Vec<_>>(), [false, true]);
+        assert!(halves.iter().all(|half| half.thin.len() == 24), "as many instants in each half as in the whole");
+        let short = Window::new(&problem, 0..SHORTEST, 1, false).expect("just long enough");
+        assert!(short.halves(&problem).is_empty());
+        assert!(Window::new(&problem, 0..SHORTEST - 1, 1, false).is_none());
+    }
+
+    #[test]
+    fn spans_begin_with_what_tells_most_and_stay_within_pieces() {
+        let problem = problem();
+        let windows = windows(&problem, &[0..300, 300..problem.len()], 250);
+        let spans = spans(&windows);
+        let telling = |span: &Range<usize>| windows[span.clone()].iter().map(|w| w.telling_m).sum::<f64>();
+        assert!(spans.windows(2).all(|pair| telling(&pair[0]) >= telling(&pair[1])));
+        for span in &spans {
+            assert!(!span.is_empty());
+            assert!(windows[span.start + 1..span.end].iter().all(|window| window.joined));
+        }
+        // Both pieces as wholes are among them.
+        let second = windows.iter().position(|window| window.range.start == 300).expect("a second piece");
+        assert!(spans.contains(&(0..second)) && spans.contains(&(second..windows.len())));
+    }
+}

@@ -1,0 +1,168 @@
+//! Where the object jumped to another pose, and whether it would: at a jump the potential energy falls, and the new pose is
+//! the one that the object reaches downhill from the old one.
+
+use crate::estimate::motion::{SMALLEST_STEP, standing_out};
+use crate::mechanics::EnergyLandscape;
+use crate::mechanics::frictionless::followed;
+use crate::palms::PalmPair;
+use crate::shape::SupportFunction;
+
+/// Orientations closer than this are one pose, radians.
+const SAME_POSE: f64 = 0.06;
+
+/// A rise of the centre of mass on the way down that errors of the shape may feign, as a share of the mean radius.
+const FEIGNED_RISE: f64 = 3e-3;
+
+/// Longest ringing after a jump, samples; and how far an object turns between two samples that was only shaken,
+/// radians.
+const LONGEST_RINGING: usize = 60;
+
+const LONGEST_SWING: f64 = 0.5;
+
+/// The object went from one pose to another between two samples.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Leap {
+    /// First sample after it.
+    pub sample: usize,
+    pub psi_before: f64,
+    pub psi_after: f64,
+    /// Heights of the centre of mass over the same palms, metres.
+    pub height_before_m: f64,
+    pub height_after_m: f64,
+    /// Whether an object at rest would have gone this way.
+    pub physical: bool,
+    /// Whether statics foretells it to the letter: no hill had to be laid to errors of the shape.
+    pub foretold: bool,
+}
+
+impl Leap {
+    fn turn(&self) -> f64 {
+        self.psi_after - self.psi_before
+    }
+
+    /// Whether a step from one sample to the next may be part of the ringing about this leap: not much longer than it.
+    fn rings_with(&self, step: &Self) -> bool {
+        step.turn().abs() < self.turn().abs() + LONGEST_SWING
+    }
+}
+
+/// The jumps in an unwrapped motion of `shape`; a fast slide along one branch of poses is none.
+pub(crate) fn leaps(shape: &SupportFunction, palms: &[PalmPair], psi: &[f64]) -> Vec<Leap> {
+    let mut leaps = Vec::new();
+    let mut settled = 0;
+    for sample in standing_out(psi) {
+        if sample < settled {
+            continue;
+        }
+        let direct = passage(shape, palms, (sample - 1, psi[sample - 1]), (sample, psi[sample]));
+        if direct.physical {
+            leaps.extend(direct.jumped.then_some(direct.leap));
+            continue;
+        }
+        // Not from one rest to another: perhaps from before the unrest to after it.
+        let calm_before = (sample.saturating_sub(LONGEST_RINGING)..sample)
+            .rev()
+            .find(|&i| i == 0 || (psi[i] - psi[i - 1]).abs() < SMALLEST_STEP)
+            .unwrap_or(sample - 1);
+        let last = (sample + LONGEST_RINGING).min(psi.len() - 1);
+        let quiet = |i: usize| (i + 1..(i + 5).min(psi.len())).all(|j| (psi[j] - psi[j - 1]).abs() < SMALLEST_STEP);
+        let calm_after = (sample..last).find(|&i| quiet(i)).unwrap_or(last);
+        let whole = passage(shape, palms, (calm_before, psi[calm_before]), (calm_after, psi[calm_after]));
+        settled = calm_after + 1;
+        if whole.physical && whole.leap.rings_with(&direct.leap) {
+            // In the unrest the jump is its longest step.
+            let step = |i: &usize| (psi[*i] - psi[*i - 1]).abs();
+            let longest = (calm_before + 1..=calm_after).max_by(|a, b| step(a).total_cmp(&step(b))).unwrap_or(sample);
+            leaps.extend(whole.jumped.then_some(Leap { sample: longest, ..whole.leap }));
+        } else {
+            leaps.push(direct.leap);
+        }
+    }
+    leaps
+}
+
+/// Leaps that are undone at once, though statics foretells neither to the letter: an object that goes to and fro between poses is
+/// too round for hills to part them, and seems to be wherever the noise has it.
+pub(crate) fn to_and_fro(leaps: &[Leap]) -> usize {
+    leaps
+        .windows(2)
+        .filter(|pair| {
+            let [one, two] = [pair[0], pair[1]];
+            let at_once = two.sample - one.sample <= LONGEST_RINGING;
+            let undone = (two.psi_after - one.psi_before).abs() < 0.5 * one.turn().abs();
+            at_once && undone && !(one.foretold && two.foretold)
+        })
+        .count()
+}
+
+struct Passage {
+    leap: Leap,
+    jumped: bool,
+    physical: bool,
+}
+
+/// What statics says of the way from the pose at sample `from` to that at sample `to`.
+fn passage(shape: &SupportFunction, palms: &[PalmPair], from: (usize, f64), to: (usize, f64)) -> Passage {
+    let ((from, before), (to, after)) = (from, to);
+    let landscape = EnergyLandscape::new(shape, &palms[to]);
+    let height = |psi: f64| landscape.height_m(psi);
+    let mut path = Vec::with_capacity(to - from);
+    let mut jumped = false;
+    let mut end = before;
+    for index in from..to {
+        let (next, jumps) = followed(shape, &palms[index], &palms[index + 1], end);
+        jumped |= !jumps.is_empty();
+        end = next;
+        path.push(next);
+    }
+    let same = |a: f64, b: f64| (0.5 * (a - b)).sin().abs() < 0.5 * SAME_POSE;
+    let foretold = same(end, after);
+    let rise = FEIGNED_RISE * shape.mean_radius_m();
+    // Where the shape, not quite right, would still hold the old pose: the hill in between must be next to nothing.
+    let over_a_feigned_hill = !foretold && {
+        let steps = 48;
+        let top = (0..=steps)
+            .map(|step| height(before + (after - before) * f64::from(step) / f64::from(steps)))
+            .fold(f64::NEG_INFINITY, f64::max);
+        top <= height(before) + rise
+            && (same(landscape.descend(after), after) || height(after) <= height(landscape.descend(after)) + rise)
+    };
+    let physical = foretold || over_a_feigned_hill;
+    let leap = Leap {
+        sample: to,
+        psi_before: before,
+        psi_after: after,
+        height_before_m: height(before),
+        height_after_m: height(after),
+        physical,
+        foretold,
+    };
+    Passage { leap, jumped: if foretold { jumped } else { !same(before, after) }, physical }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn leap(sample: usize, psi_before: f64, psi_after: f64, foretold: bool) -> Leap {
+        let (height_before_m, height_after_m) = (0.03, 0.03);
+        Leap { sample, psi_before, psi_after, height_before_m, height_after_m, physical: true, foretold }
+    }
+
+    #[test]
+    fn to_and_fro_is_a_leap_that_is_undone_at_once_and_not_foretold() {
+        let there = leap(100, 1.0, 1.1, false);
+        assert_eq!(to_and_fro(&[there, leap(103, 1.1, 1.01, false)]), 1);
+        assert_eq!(to_and_fro(&[there, leap(103, 1.1, 1.2, false)]), 0, "onwards");
+        assert_eq!(to_and_fro(&[there, leap(300, 1.1, 1.01, false)]), 0, "much later");
+        let foretold = Leap { foretold: true, ..there };
+        assert_eq!(to_and_fro(&[foretold, leap(103, 1.1, 1.01, true)]), 0, "as statics has it");
+    }
+
+    #[test]
+    fn no_step_much_longer_than_a_leap_is_its_ringing() {
+        let whole = leap(100, 1.0, 1.1, true);
+        assert!(whole.rings_with(&leap(100, 1.0, 1.4, false)));
+        assert!(!whole.rings_with(&leap(100, 1.0, -0.2, false)));
+    }
+}

@@ -1,0 +1,5 @@
+//! What an optimum is worth: error bars, jumps, and whether it is right.
+
+pub(crate) mod assemble;
+pub(crate) mod certificate;
+pub(crate) mod jumps;
