@@ -1,7 +1,6 @@
 //! Which parts of the boundary were felt, and how often.
 
 use crate::estimate::measurements::Problem;
-use crate::estimate::model::contact::contact_angles;
 use crate::estimate::motion::{brief_pieces, standing_out, unwrap};
 use std::f64::consts::TAU;
 
@@ -98,7 +97,7 @@ pub(crate) fn felt_nodes(problem: &Problem, psi: &[f64]) -> impl Iterator<Item =
     unwrap(&mut unwrapped);
     let starts = standing_out(&unwrapped);
     let angles: Vec<(f64, f64)> =
-        problem.instants.iter().zip(&unwrapped).map(|(instant, psi)| contact_angles(instant, *psi)).collect();
+        problem.instants.iter().zip(&unwrapped).map(|(instant, psi)| instant.contact_angles(*psi)).collect();
     let counts = touches(&tracks(problem, &angles, &starts));
     (0..NODES).filter(move |&node| counts[node] > 0)
 }

@@ -5,7 +5,7 @@
 
 use crate::log::{Log, Sample};
 use crate::math::statistics::median;
-use crate::palms::PalmAngles;
+use crate::palms::{PalmAngles, contact_angles};
 
 /// One sample, measured from the point where the lines of both palms meet.
 #[derive(Clone, Copy, Debug)]
@@ -51,6 +51,11 @@ impl Instant {
     pub fn turned(&self, palm1: f64, palm2: f64) -> Self {
         let (phi1, phi2) = (self.phi1 + palm1, self.phi2 + palm2 - palm1);
         Self { phi1, phi2, palms: PalmAngles::new(phi1, phi2), ..*self }
+    }
+
+    /// Contact angles (θ1, θ2) of an object at an orientation, radians (eq. 1).
+    pub fn contact_angles(&self, psi: f64) -> (f64, f64) {
+        contact_angles(self.phi1, self.phi2, psi)
     }
 
     /// Lets the sample say nothing any more.

@@ -10,6 +10,7 @@
 pub(crate) mod association;
 pub(crate) mod coverage;
 pub(crate) mod evidence;
+pub(crate) mod jumps;
 pub(crate) mod measurements;
 pub(crate) mod model;
 pub(crate) mod motion;

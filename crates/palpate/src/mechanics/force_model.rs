@@ -7,7 +7,7 @@
 use std::fmt::Debug;
 
 use crate::math::lanes::Number;
-use crate::mechanics::Jump;
+use crate::mechanics::jump::Jump;
 use crate::palms::{ContactRow, Contacts, PalmAngles, PalmPair};
 use crate::shape::SupportFunction;
 

@@ -5,5 +5,7 @@
 
 pub(crate) mod force_model;
 pub(crate) mod frictionless;
+mod jump;
 
-pub use frictionless::{EnergyLandscape, Jump, RestPose, STANDARD_GRAVITY_M_PER_S2, contact_forces_n, follow};
+pub use frictionless::{EnergyLandscape, RestPose, STANDARD_GRAVITY_M_PER_S2, contact_forces_n, follow};
+pub use jump::Jump;

@@ -1,8 +1,9 @@
 //! What a log, a start and options must be before any work is begun.
 
-use super::{FEWEST_SAMPLES, MOST_HARMONICS};
+use super::options::{FEWEST_SAMPLES, MOST_HARMONICS};
 use crate::log::Log;
-use crate::reconstruct::options::{ReconstructError, ReconstructOptions};
+use crate::reconstruct::error::ReconstructError;
+use crate::reconstruct::options::ReconstructOptions;
 
 pub(crate) fn check_log(log: &Log, options: &ReconstructOptions) -> Result<(), ReconstructError> {
     if let Some(order) = options.harmonics {
@@ -14,6 +15,7 @@ pub(crate) fn check_log(log: &Log, options: &ReconstructOptions) -> Result<(), R
         let text = format!("the standard deviation of the sensors must be a positive number of metres, not {sd}");
         return Err(ReconstructError::BadOption(text));
     }
+    options.limits.check()?;
     check_samples(log)
 }
 

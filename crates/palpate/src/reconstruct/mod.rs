@@ -17,6 +17,8 @@
 
 mod check;
 mod diagnostics;
+mod error;
+mod method;
 mod options;
 mod paper;
 mod reconstruction;
@@ -27,10 +29,14 @@ mod smooth_from;
 mod verdict;
 
 pub use diagnostics::{ContactDiagnostics, diagnostics};
-pub use options::{Method, Progress, ReconstructError, ReconstructOptions};
+pub use error::ReconstructError;
+pub use method::Method;
+pub use options::{FEWEST_SAMPLES, MOST_HARMONICS, Progress, ReconstructOptions};
 pub use paper::given_start::{Integrated, PaperEquations};
 pub use reconstruction::{Jump, OutlinePoint, Pose, Reconstruction};
 pub use smooth_from::{SmoothOptions, Smoothed, smooth_from};
+pub use verdict::doubt::{Doubt, Verdict};
+pub use verdict::limits::CertificateLimits;
 
 use crate::estimate::model::layout::coefficients_to_order;
 use crate::estimate::solver::gauss_newton::Estimate;
@@ -43,12 +49,6 @@ use refine::job::Task;
 use search::schedule::{self, Found};
 use search::segments::pieces;
 use verdict::assemble::Judged;
-
-/// Fewest samples with both contacts seen that are tried.
-pub const FEWEST_SAMPLES: usize = 12;
-
-/// Most harmonics that a user may ask for.
-pub const MOST_HARMONICS: usize = 64;
 
 /// Reconstructs shape, motion and centre of mass from a palm log and nothing else.
 ///
@@ -79,7 +79,7 @@ pub fn reconstruct(
         &mut |found| {
             match task.judge(&found) {
                 Ok(judged) => {
-                    explanations += usize::from(judged.explained);
+                    explanations += usize::from(judged.result.verdict.is_explained());
                     if best.as_ref().is_none_or(|other| judged.is_likelier_than(other)) {
                         best = Some(judged);
                     }

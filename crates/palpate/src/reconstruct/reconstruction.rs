@@ -1,5 +1,6 @@
 //! The result of a reconstruction: plain data, shared by files, the report and Python.
 
+use crate::reconstruct::verdict::doubt::Verdict;
 use crate::shape::SupportFunction;
 
 /// Shape, motion and centre of mass of the object behind a log, with error bars and a verdict.
@@ -14,12 +15,8 @@ pub struct Reconstruction {
     pub outline: Vec<OutlinePoint>,
     /// One pose per sample of the log, in the same order.
     pub motion: Vec<Pose>,
-    /// Shape and motion are statistically consistent with the log, unique and convex.
-    pub certified: bool,
-    /// `certified`, and force/torque balance holds within the noise.
-    pub com_certified: bool,
-    /// Why not certified, in words for the user; empty when both verdicts are yes.
-    pub reason: String,
+    /// What it is worth, with every doubt.
+    pub verdict: Verdict,
     /// Weighted squared residuals per degree of freedom; near 1 for a fit that is consistent with the noise.
     pub chi2_per_dof: f64,
     /// The jumps to other poses, in order of time.
@@ -37,6 +34,16 @@ pub struct Reconstruction {
 }
 
 impl Reconstruction {
+    /// Shape and motion are statistically consistent with the log, unique and convex.
+    pub fn is_certified(&self) -> bool {
+        self.verdict.is_certified()
+    }
+
+    /// Certified, and force/torque balance holds within the noise, so that the centre of mass is certified as well.
+    pub fn is_com_certified(&self) -> bool {
+        self.verdict.is_com_certified()
+    }
+
     /// Counts boundary that was felt fewer than `min_touches` times as never felt, in the alternatives too: what a contact went over
     /// only once is less sure than what was felt again and again (Moll & Erdmann 2001, section 5). `coverage` follows.
     pub fn prune(&mut self, min_touches: u32) {

@@ -1,16 +1,16 @@
 //! Which of several explanations of a log is the answer, and whether it is the only one.
 
 use super::search::schedule::Found;
-use super::verdict::certificate::ambiguity;
 use crate::estimate::measurements::Problem;
 use crate::estimate::model::force::missed;
 use crate::estimate::motion::same_motion;
 use crate::estimate::solver::gauss_newton::Fit;
 use crate::estimate::solver::gauss_newton::{Effort, Estimate, Smoother};
-use crate::reconstruct::options::ReconstructError;
+use crate::reconstruct::error::ReconstructError;
 use crate::reconstruct::reconstruction::Reconstruction;
-use crate::reconstruct::refine::job::Task;
-use crate::reconstruct::verdict::assemble::Judged;
+use crate::reconstruct::refine::job::{Refined, Task};
+use crate::reconstruct::verdict::assemble::{Expected, Judged, assemble};
+use crate::reconstruct::verdict::doubt::{Doubt, Verdict};
 use rayon::prelude::*;
 
 /// Explanations that are looked at besides the first, where the balance is missed.
@@ -28,7 +28,7 @@ impl Judged {
     /// Of results that nothing speaks against, the one with more evidence; of others, by jumps that cannot be, then by what
     /// the fit leaves.
     pub fn is_likelier_than(&self, other: &Self) -> bool {
-        match (self.explained, other.explained) {
+        match (self.result.verdict.is_explained(), other.result.verdict.is_explained()) {
             (true, true) => self.log_evidence > other.log_evidence,
             (false, false) => self.doubt() < other.doubt(),
             (explained, _) => explained,
@@ -42,6 +42,13 @@ impl Judged {
 }
 
 impl Task<'_> {
+    /// The result of an arrangement that was taken to its optimum.
+    pub fn assemble(&self, refined: Refined) -> Result<Judged, ReconstructError> {
+        let expected = Expected { stated_m: self.stated_m, scatter_m: self.scatter_m };
+        assemble(self.log, &refined.problem, refined.fine, &refined.astray, expected, &self.options.limits)
+            .ok_or(ReconstructError::NotSolvable)
+    }
+
     /// Takes the arrangements that explain the log about equally well to their ends. Only those count that an object at
     /// rest could go through; when just one does, it is the answer.
     pub fn judge(&self, found: &Found) -> Result<Judged, ReconstructError> {
@@ -50,9 +57,9 @@ impl Task<'_> {
         let mut results = vec![self.assemble(first)?];
         // An answer wants all of them ruled out; where nothing speaks against one that is not certified, they change nothing.
         let first = &results[0];
-        let worth = if first.result.certified {
+        let worth = if first.result.is_certified() {
             MOST_RIVALS
-        } else if first.explained {
+        } else if first.result.verdict.is_explained() {
             0
         } else {
             MOST_RIVALS / 2
@@ -63,7 +70,7 @@ impl Task<'_> {
         let mut possible: Vec<Judged> = Vec::new();
         let mut rest = Vec::new();
         for judged in results {
-            if !judged.result.certified {
+            if !judged.result.is_certified() {
                 rest.push(judged);
             } else if !possible.iter().any(|other| same_result(&other.result, &judged.result)) {
                 possible.push(judged);
@@ -79,8 +86,7 @@ impl Task<'_> {
         result.others = answers.map(|judged| judged.result).collect();
         result.alternatives = 1 + result.others.len();
         if result.alternatives > 1 {
-            (result.certified, result.com_certified) = (false, false);
-            result.reason = ambiguity(result.alternatives);
+            result.verdict = Verdict::new(vec![Doubt::Alternatives { objects: result.alternatives }]);
         }
         Ok(answer)
     }

@@ -7,7 +7,7 @@ use crate::estimate::model::prior::Prior;
 use crate::estimate::solver::gauss_newton::{Effort, Smoother};
 use crate::log::Log;
 use crate::reconstruct::check::{check_harmonics, check_samples, check_start};
-use crate::reconstruct::options::ReconstructError;
+use crate::reconstruct::error::ReconstructError;
 use crate::shape::SupportFunction;
 
 /// What [`smooth_from`] takes as known.

@@ -1,9 +1,9 @@
 //! Is a sample where it was put? The way through the log ([`super::track`]) asks this of a shape that is given; here the shape may give
 //! way to either answer. Each rival way is smoothed to its own optimum, and the evidence decides.
 
-use crate::estimate::association::decode::CERTAIN;
 use crate::estimate::association::transitions::{LONGEST_STEP, near};
 use crate::estimate::evidence::laplace::log_evidence;
+use crate::estimate::evidence::motion_prior::CERTAIN;
 use crate::estimate::measurements::Problem;
 use crate::estimate::motion::common_turn;
 use crate::estimate::solver::gauss_newton::Fit;

@@ -9,6 +9,13 @@ use std::f64::consts::TAU;
 /// Trial orientations of one sample.
 const TRIALS: usize = 240;
 
+/// An orientation that a sample might have.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Choice {
+    pub psi: f64,
+    pub misfit: f64,
+}
+
 /// The orientation at which the shape explains both contacts of a sample best; among those that explain them to within
 /// `usual` (squared metres), the best balanced and nearest to `nearest`.
 pub(crate) fn best_orientation(instant: &Instant, coefficients: &[f64], nearest: f64, usual: f64) -> f64 {

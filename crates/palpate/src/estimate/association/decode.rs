@@ -6,10 +6,12 @@
 //! object can only come by a leap; how uncertain a pose is about its place, the error bars say.
 
 use crate::estimate::association::alternatives::Rival;
+use crate::estimate::association::candidates::Choice;
 use crate::estimate::association::candidates::{candidates, minima};
 use crate::estimate::association::predictive::Known;
 use crate::estimate::association::transitions::{Ahead, near, same, steps, turn};
-use crate::estimate::association::viterbi::{Choice, Lattice};
+use crate::estimate::association::viterbi::Lattice;
+use crate::estimate::evidence::motion_prior::CERTAIN;
 use crate::estimate::measurements::{Instant, Problem};
 use crate::estimate::model::force::balance_limit_m;
 use crate::estimate::model::noise::Spread;
@@ -24,9 +26,6 @@ const STILL: f64 = 0.02;
 
 /// A way is changed when that takes at least this much off its cost.
 const WORTH_CHANGING: f64 = 9.0;
-
-/// A pose counts as certain when every way elsewhere costs this much more (−2 ln of the odds: 150 to 1).
-pub(crate) const CERTAIN: f64 = 10.0;
 
 /// Standard deviation of a hill that errors of the shape feign where the object falls: as a share of that of a contact
 /// position, and of the mean radius.

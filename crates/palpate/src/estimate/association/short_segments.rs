@@ -2,9 +2,9 @@
 //! are must be asked of the shape that all other samples leave, and then of the evidence ([`super::rivals`]).
 
 use crate::estimate::association::alternatives::{Doubts, Rival};
-use crate::estimate::association::decode::CERTAIN;
 use crate::estimate::association::predictive::Known;
 use crate::estimate::association::transitions::near;
+use crate::estimate::evidence::motion_prior::CERTAIN;
 use crate::estimate::measurements::Problem;
 use crate::estimate::motion::brief_pieces;
 use crate::estimate::solver::gauss_newton::Fit;

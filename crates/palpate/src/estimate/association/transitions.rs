@@ -1,6 +1,6 @@
 //! What it costs the object to go from a pose at one sample to a pose at the next.
 
-use crate::estimate::association::viterbi::Choice;
+use crate::estimate::association::candidates::Choice;
 use crate::estimate::measurements::Instant;
 use crate::estimate::model::table::Tabulated;
 use crate::math::angle::wrapped;

@@ -1,13 +1,7 @@
 //! Viterbi's algorithm, forward and backward: the cheapest way through the choices of every sample, and the cheapest through each.
 
+use crate::estimate::association::candidates::Choice;
 use crate::estimate::association::transitions::near;
-
-/// An orientation that a sample might have.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Choice {
-    pub psi: f64,
-    pub misfit: f64,
-}
 
 /// All ways through the choices: what each choice costs together with the cheapest way up to it, and with the cheapest way on.
 pub(crate) struct Lattice<'a> {

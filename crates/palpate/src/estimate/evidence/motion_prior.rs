@@ -26,3 +26,6 @@ pub(crate) const LEAP: f64 = 5.0;
 
 /// ln of the odds against a pose that is no minimum of the potential energy.
 pub(crate) const RESTLESS: f64 = 5.0;
+
+/// A pose counts as certain when every way elsewhere costs this much more (−2 ln of the odds: 150 to 1).
+pub(crate) const CERTAIN: f64 = 10.0;

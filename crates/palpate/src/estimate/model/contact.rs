@@ -2,11 +2,9 @@
 //! predicted minus measured s1 and s2 (contact, eq. 3 of Moll & Erdmann 2001) and the balance g = d1 sin φ12 + d2 sin φ1.
 
 use crate::estimate::measurements::Instant;
-use crate::estimate::model::force::AT_REST;
 use crate::mechanics::force_model::ForceModel;
 use crate::mechanics::force_model::{ForceResidual, MotionState};
 use crate::mechanics::frictionless::Frictionless;
-use crate::palms;
 use crate::palms::{ContactRow, Contacts};
 use crate::shape::ContactSupport;
 
@@ -26,6 +24,9 @@ impl Residuals {
     }
 }
 
+/// A pose whose balance is missed by more standard deviations than this is on its way (ringing); only one that rests can rest unstably.
+pub(crate) const AT_REST: f64 = 4.0;
+
 /// Support function, its derivatives and the radius of curvature at several normal angles.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Supports<const ANGLES: usize> {
@@ -38,11 +39,6 @@ impl From<Supports<2>> for Contacts {
     fn from(Supports { r, d, v }: Supports<2>) -> Self {
         Self { r, d, v }
     }
-}
-
-/// Contact angles (θ1, θ2), eq. 1.
-pub(crate) fn contact_angles(instant: &Instant, psi: f64) -> (f64, f64) {
-    palms::contact_angles(instant.phi1, instant.phi2, psi)
 }
 
 /// Cosines and sines of both contact angles, from the sine and cosine of one angle only.

@@ -1,7 +1,7 @@
 //! What the estimator asks of the balance: how exact it is, and how far it may be missed.
 
 use crate::estimate::measurements::Problem;
-use crate::estimate::model::contact::contacts;
+use crate::estimate::model::contact::{AT_REST, contacts};
 use crate::mechanics::force_model::ForceModel;
 use crate::mechanics::force_model::MotionState;
 use crate::mechanics::frictionless::Frictionless;
@@ -10,15 +10,24 @@ use crate::mechanics::frictionless::Frictionless;
 /// of the mean radius.
 pub(crate) const MODEL_ALLOWANCE: f64 = 2e-3;
 
+/// Balance holds while its standard deviation is at most so many of the contact positions', or so many times [`MODEL_ALLOWANCE`].
+pub(crate) const BALANCE_SENSOR_SDS: f64 = 3.0;
+pub(crate) const BALANCE_ALLOWANCES: f64 = 4.0;
+
 /// Standard deviation of the balance up to which statics holds, metres.
 pub(crate) fn balance_limit_m(sensor_m: f64, mean_radius_m: f64) -> f64 {
-    (3.0 * sensor_m).max(4.0 * MODEL_ALLOWANCE * mean_radius_m)
+    (BALANCE_SENSOR_SDS * sensor_m).max(BALANCE_ALLOWANCES * MODEL_ALLOWANCE * mean_radius_m)
 }
 
-/// Samples that rest at a pose that is no minimum of the potential energy, by more than errors of the shape explain. The
-/// balance is missed by `balance_m` as a rule.
-pub(crate) fn unstable_samples(problem: &Problem, coefficients: &[f64], psi: &[f64], balance_m: f64) -> usize {
-    let slack_m = STABILITY_SLACK * coefficients[0].abs();
+/// Samples that rest at a pose that is no minimum of the potential energy, by more than errors of the shape explain.
+/// `slack_m` is forgiven in the stiffness; the balance is missed by `balance_m` as a rule.
+pub(crate) fn unstable_samples(
+    problem: &Problem,
+    coefficients: &[f64],
+    psi: &[f64],
+    slack_m: f64,
+    balance_m: f64,
+) -> usize {
     let poses = problem.instants.iter().zip(psi);
     poses
         .filter(|(instant, psi)| {
@@ -29,10 +38,7 @@ pub(crate) fn unstable_samples(problem: &Problem, coefficients: &[f64], psi: &[f
 }
 
 /// Stiffness that errors of the shape may feign, as a share of the mean radius.
-const STABILITY_SLACK: f64 = 0.05;
-
-/// A pose whose balance is missed by more standard deviations than this is on its way (ringing); only one that rests can rest unstably.
-pub(crate) const AT_REST: f64 = 4.0;
+pub(crate) const STABILITY_SLACK: f64 = 0.05;
 
 /// The balance is inexact when it is missed by more than this share of the sensor noise.
 pub(crate) const INEXACT: f64 = 0.5;

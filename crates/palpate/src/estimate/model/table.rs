@@ -1,7 +1,7 @@
 //! A support function read from a table: for looking at thousands of orientations of a known shape.
 
 use crate::estimate::measurements::Instant;
-use crate::estimate::model::contact::{Residuals, combine, contact_angles, support};
+use crate::estimate::model::contact::{Residuals, combine, support};
 use crate::palms::Contacts;
 use crate::shape::ContactSupport;
 use std::f64::consts::TAU;
@@ -48,7 +48,7 @@ impl Tabulated {
     }
 
     fn contacts(&self, instant: &Instant, psi: f64) -> Contacts {
-        let (theta1, theta2) = contact_angles(instant, psi);
+        let (theta1, theta2) = instant.contact_angles(psi);
         Contacts::from([self.at(theta1), self.at(theta2)])
     }
 

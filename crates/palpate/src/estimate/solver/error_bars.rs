@@ -5,7 +5,7 @@
 //! P = 1 − ρ(ρᵀG)/(ρᵀGρ), where ρ are the coefficients of r' and G is the Gram matrix of the basis over the felt boundary.
 
 use crate::estimate::measurements::{Instant, Problem};
-use crate::estimate::model::contact::{by_palms, combine, contact_angles, contacts};
+use crate::estimate::model::contact::{by_palms, combine, contacts};
 use crate::estimate::model::layout::Layout;
 use crate::estimate::solver::gauss_newton::{Fit, Smoother};
 use crate::estimate::solver::normal_equations::Normal;
@@ -49,7 +49,7 @@ impl ErrorBars {
         let slope = self.normal.psi_slope(index);
         let own = 1.0 / (self.normal.psi_information(index) + 1.0);
         let psi_variance = self.quadratic(&slope) + own;
-        let (theta1, theta2) = contact_angles(instant, psi);
+        let (theta1, theta2) = instant.contact_angles(psi);
         let (basis1, basis2) = (self.layout.support_row(theta1), self.layout.support_row(theta2));
         let at = contacts(instant, coefficients, psi);
         let center_by_psi = instant.palms.center(at.d);
@@ -116,7 +116,7 @@ mod tests {
         let run = simulate(&shape, &motion, &options).expect("possible");
         let problem = Problem::new(&run.log, None);
         let psi: Vec<f64> = run.truth.motion.iter().map(|pose| pose.psi_rad).collect();
-        let felt = problem.instants.iter().zip(&psi).map(|(instant, psi)| contact_angles(instant, *psi).0).collect();
+        let felt = problem.instants.iter().zip(&psi).map(|(instant, psi)| instant.contact_angles(*psi).0).collect();
         let h = shape.harmonics_m();
         let coefficients = vec![SIZE_M, h[0][0], h[1][0], h[2][0], h[0][1], h[1][1], h[2][1]];
         let fit = Fit {

@@ -6,9 +6,10 @@
 //! g is sin φ₂ times the derivative of the height of the centre of mass by ψ, so that a pose is stable where
 //! g' = (v₁ − r₁) sin φ₁₂ + (v₂ − r₂) sin φ₁ > 0 (' by ψ).
 
-use super::{Jump, followed};
+use super::branch::followed;
 use crate::math::lanes::Number;
 use crate::mechanics::force_model::{ForceModel, ForceResidual, MotionState, SharedParameter};
+use crate::mechanics::jump::Jump;
 use crate::palms::{ContactRow, PalmPair};
 use crate::shape::SupportFunction;
 

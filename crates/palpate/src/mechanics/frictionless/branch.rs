@@ -9,6 +9,7 @@
 use std::convert::Infallible;
 
 use super::EnergyLandscape;
+use crate::mechanics::jump::Jump;
 use crate::palms::{PalmAngles, PalmPair};
 use crate::shape::SupportFunction;
 
@@ -24,23 +25,6 @@ const LARGEST_TURN_RAD: f64 = 100.0;
 /// Rotation of the object beyond which the passage of a fold is a jump, radians; a pose that goes on through a nearly
 /// vanishing stability moves by some 1e-5 in the step over it.
 const SMALLEST_JUMP_RAD: f64 = 1e-3;
-
-/// A pose vanished and the object went downhill to another, at practically one instant.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Jump {
-    /// When, as a fraction (0 to 1) of the movement that was followed.
-    pub fraction: f64,
-    /// Palms at that instant.
-    pub palms: PalmPair,
-    /// Orientation before, radians.
-    pub psi_before_rad: f64,
-    /// Orientation after, radians, unwrapped: the difference says which way the object turned.
-    pub psi_after_rad: f64,
-    /// Height of the centre of mass before, metres.
-    pub height_before_m: f64,
-    /// Height of the centre of mass after, metres; always lower.
-    pub height_after_m: f64,
-}
 
 /// Follows the stable pose `psi_rad` of `shape` while the palms move evenly from `from` to `to`.
 ///

@@ -7,7 +7,7 @@ mod landscape;
 mod weight;
 
 pub(crate) use balance::Frictionless;
-pub use branch::{Jump, follow};
+pub use branch::follow;
 pub(crate) use branch::{Pursuit, followed};
 pub use landscape::{EnergyLandscape, RestPose};
 pub(crate) use weight::forces_between_n;

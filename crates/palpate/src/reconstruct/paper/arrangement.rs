@@ -2,7 +2,6 @@
 //! support function. Turning a piece turns its normal equations, so that many arrangements of pieces can be tried cheaply.
 
 use crate::estimate::measurements::Problem;
-use crate::estimate::model::contact::contact_angles;
 use crate::estimate::model::prior::Prior;
 use crate::reconstruct::search::closed_form::Contact;
 use nalgebra::{DMatrix, DVector};
@@ -41,7 +40,7 @@ impl Segment {
         let (mut normal, mut right, mut square) = (DMatrix::zeros(size, size), DVector::zeros(size), 0.0);
         let mut rows = [DVector::zeros(size), DVector::zeros(size)];
         for (instant, contact) in problem.instants.iter().zip(contacts).step_by(stride) {
-            let (theta1, theta2) = contact_angles(instant, contact.psi);
+            let (theta1, theta2) = instant.contact_angles(contact.psi);
             for (theta, r, d) in [(theta1, contact.r1, contact.d1), (theta2, contact.r2, contact.d2)] {
                 rows[0][0] = 1.0;
                 rows[1][0] = 0.0;

@@ -5,7 +5,9 @@ use crate::estimate::model::noise_from_log::contact_scatter_m;
 use crate::log::Log;
 use crate::math::local_polynomial::FEWEST;
 use crate::reconstruct::check::check_log;
-use crate::reconstruct::options::{Method, ReconstructError, ReconstructOptions};
+use crate::reconstruct::error::ReconstructError;
+use crate::reconstruct::method::Method;
+use crate::reconstruct::options::ReconstructOptions;
 use crate::reconstruct::paper::piece::Piece;
 
 /// The differential equations of Moll & Erdmann 2001 (19 to 21) over a log without jumps, smoothed and ready to be integrated.

@@ -13,19 +13,23 @@
 
 use crate::estimate::coverage::{NODES, touches};
 use crate::estimate::measurements::Problem;
-use crate::estimate::model::contact::{contact_angles, residuals};
+use crate::estimate::model::contact::residuals;
 use crate::estimate::model::noise_from_log::{contact_scatter_m, stated_noise_m};
 use crate::estimate::model::prior::Prior;
 use crate::estimate::motion::unwrap;
 use crate::log::{Log, Sample};
 use crate::mechanics::EnergyLandscape;
-use crate::reconstruct::MOST_HARMONICS;
-use crate::reconstruct::options::{Method, ReconstructError, ReconstructOptions};
+use crate::reconstruct::error::ReconstructError;
+use crate::reconstruct::method::Method;
+use crate::reconstruct::options::MOST_HARMONICS;
+use crate::reconstruct::options::ReconstructOptions;
 use crate::reconstruct::paper::arrangement::Segment;
 use crate::reconstruct::paper::piece::Piece;
-use crate::reconstruct::reconstruction::{Jump, OutlinePoint, Pose, Reconstruction};
+use crate::reconstruct::reconstruction::{Jump, Pose, Reconstruction};
 use crate::reconstruct::search::closed_form::{Contact, feasible_heights};
 use crate::reconstruct::search::segments::pieces;
+use crate::reconstruct::verdict::assemble::{outline, pose};
+use crate::reconstruct::verdict::doubt::{Doubt, Verdict};
 use crate::shape::SupportFunction;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
@@ -102,7 +106,7 @@ pub(crate) fn reconstruct_from(
         .map(|piece| {
             let first = *piece.samples.first()?;
             let psi = *psi_rad.get(first)?;
-            let (theta1, theta2) = contact_angles(piece.problem.instants.first()?, psi);
+            let (theta1, theta2) = piece.problem.instants.first()?.contact_angles(psi);
             let contacts = piece.integrate((shape.at(theta1).r, shape.at(theta2).r))?;
             Some(task.place(piece, contacts, psi))
         })
@@ -239,7 +243,7 @@ impl<'a> Task<'a> {
         let coefficients = shape.coefficients();
         for (piece, placed) in self.pieces.iter().zip(&placed).filter(|(_, placed)| placed.is_some()) {
             let contacts = placed.iter().flat_map(|placed| &placed.contacts);
-            let angles = piece.problem.instants.iter().zip(contacts).map(|(i, c)| contact_angles(i, c.psi - turned));
+            let angles = piece.problem.instants.iter().zip(contacts).map(|(i, c)| i.contact_angles(c.psi - turned));
             let (one, two): (Vec<f64>, Vec<f64>) = angles.unzip();
             tracks.extend([one, two]);
         }
@@ -250,39 +254,11 @@ impl<'a> Task<'a> {
         let motion: Vec<Pose> = (0..self.problem.len())
             .map(|index| {
                 let (sample, instant) = (&self.log.samples[index], &self.problem.instants[index]);
-                let (theta1_rad, theta2_rad) = contact_angles(instant, psi[index]);
-                let [com_x_m, com_y_m] = sample.palms.center_of_mass_m(shape.at(theta1_rad), shape.at(theta2_rad));
-                let left = residuals(instant, &coefficients, psi[index]).value;
-                Pose {
-                    time_s: sample.time_s,
-                    psi_rad: psi[index],
-                    psi_sd_rad: f64::NAN,
-                    com_x_m,
-                    com_y_m,
-                    com_sd_m: f64::NAN,
-                    theta1_rad,
-                    theta2_rad,
-                    piece: leaps.iter().filter(|leap| **leap <= index).count() as u32,
-                    residual1_m: (instant.weight1 > 0.0).then_some(-left[0]),
-                    residual2_m: (instant.weight2 > 0.0).then_some(-left[1]),
-                }
+                let piece = leaps.iter().filter(|leap| **leap <= index).count() as u32;
+                Pose { piece, ..pose(sample, instant, &shape, &coefficients, psi[index]) }
             })
             .collect();
-        let outline: Vec<OutlinePoint> = (0..NODES)
-            .map(|node| {
-                let theta_rad = TAU * node as f64 / NODES as f64;
-                let (contact, point) = (shape.at(theta_rad), shape.boundary_point(theta_rad));
-                OutlinePoint {
-                    theta_rad,
-                    r_m: contact.r,
-                    r_sd_m: f64::NAN,
-                    x_m: point.x_m,
-                    y_m: point.y_m,
-                    curvature_radius_m: contact.v,
-                    touches: counts[node],
-                }
-            })
-            .collect();
+        let outline = outline(&shape, &counts, |_| f64::NAN);
         let squares: Vec<f64> = motion
             .iter()
             .zip(&self.problem.instants)
@@ -307,13 +283,7 @@ impl<'a> Task<'a> {
             coverage: counts.iter().filter(|count| **count > 0).count() as f64 / NODES as f64,
             outline,
             motion,
-            certified: false,
-            com_certified: false,
-            reason: format!(
-                "the method {} integrates and has neither error bars nor a certificate (the method {} has both)",
-                self.method,
-                Method::Likelihood
-            ),
+            verdict: Verdict::new(vec![Doubt::UncertifiedMethod { method: self.method }]),
             chi2_per_dof: squares.iter().sum::<f64>() / dof,
             alternatives: 1,
             others: Vec::new(),

@@ -4,7 +4,7 @@ use crate::estimate::measurements::Instant;
 use crate::estimate::measurements::Problem;
 use crate::log::Log;
 use crate::math::local_polynomial::FEWEST;
-use crate::reconstruct::options::Method;
+use crate::reconstruct::method::Method;
 use crate::reconstruct::paper::equations::Signals;
 use crate::reconstruct::search::closed_form;
 use crate::reconstruct::search::closed_form::{Contact, relative_height};

@@ -4,7 +4,9 @@ use super::piece::Piece;
 use crate::compare::compare;
 use crate::estimate::measurements::Problem;
 use crate::palms::{Palm, PalmMotion, PalmMove, PalmPair};
-use crate::reconstruct::options::{Method, ReconstructError, ReconstructOptions};
+use crate::reconstruct::error::ReconstructError;
+use crate::reconstruct::method::Method;
+use crate::reconstruct::options::ReconstructOptions;
 use crate::reconstruct::search::closed_form::Contact;
 use crate::sensor::Touchpad;
 use crate::shape::{NamedShape, SupportFunction};
@@ -121,7 +123,7 @@ fn from_true_initial_values_270_exact_samples_give_the_radius_to_a_thousandth() 
             let errors = compare(&found, &run.truth).expect("comparable");
             let limit = if method == Method::Ode { 1e-3 } else { 2e-3 };
             assert!(errors.rms_r_m < limit * SIZE_M, "{method}: {errors:?}");
-            assert!(!found.certified && !found.com_certified && found.reason.contains("likelihood"));
+            assert!(!found.is_certified() && found.verdict.to_string().contains("likelihood"));
         }
     }
 }

@@ -10,6 +10,7 @@ use crate::estimate::association::short_segments::placed_anew;
 use crate::estimate::evidence::fit::{ROUNDS, fit};
 use crate::estimate::evidence::order::choose_order;
 use crate::estimate::evidence::variance_components::Freedom;
+use crate::estimate::jumps::leaps;
 use crate::estimate::measurements::Problem;
 use crate::estimate::model::force::balance_limit_m;
 use crate::estimate::model::force::missed;
@@ -21,10 +22,9 @@ use crate::estimate::solver::gauss_newton::Estimate;
 use crate::estimate::solver::gauss_newton::Fit;
 use crate::log::Log;
 use crate::palms::PalmPair;
-use crate::reconstruct::options::{ReconstructError, ReconstructOptions};
+use crate::reconstruct::error::ReconstructError;
+use crate::reconstruct::options::ReconstructOptions;
 use crate::reconstruct::search::schedule::Found;
-use crate::reconstruct::verdict::assemble::{Expected, Judged, assemble};
-use crate::reconstruct::verdict::jumps::leaps;
 use crate::shape::SupportFunction;
 use std::ops::Range;
 
@@ -50,10 +50,10 @@ const ORDER_SAMPLES: usize = 450;
 
 /// A log made ready, with what is known of its noise.
 pub(crate) struct Task<'a> {
-    log: &'a Log,
-    options: &'a ReconstructOptions,
+    pub log: &'a Log,
+    pub options: &'a ReconstructOptions,
     pub problem: Problem,
-    stated_m: Option<f64>,
+    pub stated_m: Option<f64>,
     pub scatter_m: f64,
     pub prior: Prior,
 }
@@ -63,11 +63,11 @@ pub(crate) struct Refined {
     /// On the thinned log, where the number of harmonics was chosen.
     pub coarse: Fit,
     /// On all samples.
-    fine: Fit,
+    pub fine: Fit,
     /// All samples, with the weight that the balance has at each.
-    problem: Problem,
+    pub problem: Problem,
     /// For each sample, how far from its pose another is that explains it about as well, radians.
-    astray: Vec<f64>,
+    pub astray: Vec<f64>,
 }
 
 impl<'a> Task<'a> {
@@ -236,11 +236,5 @@ impl<'a> Task<'a> {
         let shape = SupportFunction::from_coefficients(&fine.estimate.coefficients);
         let palms: Vec<PalmPair> = self.log.samples.iter().map(|sample| sample.palms).collect();
         leaps(&shape, &palms, &psi).iter().map(|leap| leap.sample).collect()
-    }
-
-    pub(crate) fn assemble(&self, refined: Refined) -> Result<Judged, ReconstructError> {
-        let expected = Expected { stated_m: self.stated_m, scatter_m: self.scatter_m };
-        assemble(self.log, &refined.problem, refined.fine, &refined.astray, expected)
-            .ok_or(ReconstructError::NotSolvable)
     }
 }

@@ -1,22 +1,23 @@
 //! From an optimum to the result that people see: gauge, outline, motion, error bars and verdict.
 
-use super::certificate::judge;
+use super::certificate::Findings;
+use super::limits::CertificateLimits;
 use crate::estimate::coverage::{NODES, touches, tracks};
+use crate::estimate::jumps::leaps;
+use crate::estimate::measurements::Instant;
 use crate::estimate::measurements::Problem;
-use crate::estimate::model::contact::{contact_angles, residuals};
-use crate::estimate::model::force::MODEL_ALLOWANCE;
+use crate::estimate::model::contact::residuals;
+use crate::estimate::model::force::unstable_samples;
 use crate::estimate::model::layout::rotate;
 use crate::estimate::model::noise_from_log::angle_scatter_rad;
 use crate::estimate::model::noise_from_log::angle_sensitivity_m;
 use crate::estimate::motion::unwrap;
 use crate::estimate::solver::error_bars::ErrorBars;
 use crate::estimate::solver::gauss_newton::Fit;
-use crate::log::Log;
+use crate::log::{Log, Sample};
 use crate::math::statistics::correlation_time;
 use crate::palms::PalmPair;
 use crate::reconstruct::reconstruction::{Jump, OutlinePoint, Pose, Reconstruction};
-use crate::reconstruct::verdict::certificate::Evidence;
-use crate::reconstruct::verdict::jumps::leaps;
 use crate::shape::SupportFunction;
 use std::f64::consts::TAU;
 
@@ -29,11 +30,10 @@ pub(crate) struct Expected {
     pub scatter_m: f64,
 }
 
-/// A result, and whether nothing speaks against it.
+/// A result, and the log evidence of the fit behind it.
 #[derive(Clone, Debug)]
 pub(crate) struct Judged {
     pub result: Reconstruction,
-    pub explained: bool,
     pub log_evidence: f64,
 }
 
@@ -45,6 +45,7 @@ pub(crate) fn assemble(
     mut fit: Fit,
     astray: &[f64],
     expected: Expected,
+    limits: &CertificateLimits,
 ) -> Option<Judged> {
     let turned = fit.estimate.psi[0];
     turn_frame(&mut fit, turned);
@@ -57,100 +58,67 @@ pub(crate) fn assemble(
     let piece_of = |index: usize| starts.iter().filter(|&&start| start <= index).count() as u32;
 
     let angles: Vec<(f64, f64)> =
-        problem.instants.iter().zip(psi).map(|(instant, psi)| contact_angles(instant, *psi)).collect();
+        problem.instants.iter().zip(psi).map(|(instant, psi)| instant.contact_angles(*psi)).collect();
     let counts = touches(&tracks(problem, &angles, &starts));
     let node_angle = |node: usize| TAU * node as f64 / NODES as f64;
     let felt: Vec<f64> = (0..NODES).filter(|&node| counts[node] > 0).map(node_angle).collect();
 
-    let left: Vec<_> = problem
-        .instants
-        .iter()
-        .zip(psi)
-        .map(|(instant, psi)| {
-            let value = residuals(instant, coefficients, *psi).value;
-            ((instant.weight1 > 0.0).then_some(-value[0]), (instant.weight2 > 0.0).then_some(-value[1]))
-        })
-        .collect();
+    let left: Vec<(Option<f64>, Option<f64>)> =
+        problem.instants.iter().zip(psi).map(|(instant, psi)| left_of(instant, coefficients, *psi)).collect();
     let of_sensor1: Vec<f64> = left.iter().filter_map(|both| both.0).collect();
     let of_sensor2: Vec<f64> = left.iter().filter_map(|both| both.1).collect();
     let inflation = 0.5 * (correlation_time(&of_sensor1) + correlation_time(&of_sensor2));
     let posterior = ErrorBars::new(problem, &fit, &felt, inflation)?;
 
-    let outline: Vec<OutlinePoint> = (0..NODES)
-        .map(|node| {
-            let theta = node_angle(node);
-            let (contact, point) = (shape.at(theta), shape.boundary_point(theta));
-            OutlinePoint {
-                theta_rad: theta,
-                r_m: contact.r,
-                r_sd_m: posterior.r_sd_m(theta),
-                x_m: point.x_m,
-                y_m: point.y_m,
-                curvature_radius_m: contact.v,
-                touches: counts[node],
-            }
-        })
-        .collect();
+    let outline = outline(&shape, &counts, |theta| posterior.r_sd_m(theta));
     let angle_sd = angle_scatter_rad(problem);
     let motion: Vec<Pose> = log
         .samples
         .iter()
         .enumerate()
         .map(|(index, sample)| {
-            let (theta1, theta2) = angles[index];
-            let center = sample.palms.center_of_mass_m(shape.at(theta1), shape.at(theta2));
-            let (psi_sd, com_sd) = posterior.pose_sd(index, &problem.instants[index], &fit, angle_sd);
-            Pose {
-                time_s: sample.time_s,
-                psi_rad: psi[index],
-                psi_sd_rad: psi_sd.max(astray[index]),
-                com_x_m: center[0],
-                com_y_m: center[1],
-                com_sd_m: com_sd,
-                theta1_rad: theta1,
-                theta2_rad: theta2,
-                piece: piece_of(index),
-                residual1_m: left[index].0,
-                residual2_m: left[index].1,
-            }
+            let instant = &problem.instants[index];
+            let (psi_sd, com_sd) = posterior.pose_sd(index, instant, &fit, angle_sd);
+            let pose = pose(sample, instant, &shape, coefficients, psi[index]);
+            let psi_sd_rad = psi_sd.max(astray[index]);
+            Pose { psi_sd_rad, com_sd_m: com_sd, piece: piece_of(index), ..pose }
         })
         .collect();
 
     let angle_error = angle_sd * angle_sensitivity_m(problem, coefficients, psi);
-    let allowance = MODEL_ALLOWANCE * coefficients[0].abs();
+    let allowance = limits.model_allowance * coefficients[0].abs();
     let expected_m = expected.stated_m.unwrap_or(expected.scatter_m.hypot(angle_error).max(allowance));
     let (chi2_per_dof, dof) = chi2(problem, &left, expected_m, 2 * fit.order + 1);
-    let chi2_limit = 1.0 + (6.0 * (2.0 / dof).sqrt()).max(if expected.stated_m.is_some() { 0.2 } else { 0.5 });
     let times_s: Vec<f64> = log.samples.iter().map(|sample| sample.time_s).collect();
     let placed = || motion.iter().zip(astray).filter(|(_, astray)| **astray == 0.0).map(|(pose, _)| pose);
     let squares = placed().map(|pose| pose.psi_sd_rad.powi(2));
     let mean_square = squares.sum::<f64>() / placed().count().max(1) as f64;
-    let verdict = judge(&Evidence {
-        problem,
-        coefficients,
-        psi,
+    let slack_m = limits.stability_slack * coefficients[0].abs();
+    let findings = Findings {
+        mean_radius_m: coefficients[0],
+        convex: shape.is_convex(),
         chi2_per_dof,
-        chi2_limit,
+        dof,
         noise_stated: expected.stated_m.is_some(),
         sensor_m: chi2_per_dof.sqrt() * expected_m,
-        balance_m: fit.noise.balance_m,
         expected_sensor_m: expected_m,
+        balance_m: fit.noise.balance_m,
         leaps: &leaps,
         times_s: &times_s,
+        unstable: unstable_samples(problem, coefficients, psi, slack_m, fit.noise.balance_m),
         coverage: felt.len() as f64 / NODES as f64,
-        unplaced: astray.iter().filter(|astray| **astray > 0.0).count(),
-        astray: (astray.iter().map(|astray| astray * astray).sum::<f64>() / astray.len().max(1) as f64).sqrt(),
-        psi_sd: [mean_square.sqrt(), placed().map(|pose| pose.psi_sd_rad).fold(0.0, f64::max)],
+        ambiguous: astray.iter().filter(|astray| **astray > 0.0).count(),
+        ambiguity_rad: (astray.iter().map(|astray| astray * astray).sum::<f64>() / astray.len().max(1) as f64).sqrt(),
+        psi_sd_rad: mean_square.sqrt(),
+        largest_psi_sd_rad: placed().map(|pose| pose.psi_sd_rad).fold(0.0, f64::max),
         largest_felt_r_sd_m: outline.iter().filter(|p| p.touches > 0).map(|p| p.r_sd_m).fold(0.0, f64::max),
-        convex: shape.is_convex(),
-    });
+    };
+    let verdict = findings.verdict(limits);
     let result = Reconstruction {
         shape,
         coverage: felt.len() as f64 / NODES as f64,
         outline,
-        certified: verdict.certified,
-        com_certified: verdict.com_certified,
-        reason: verdict.reason,
+        verdict,
         chi2_per_dof,
         jumps: leaps
             .iter()
@@ -169,7 +137,57 @@ pub(crate) fn assemble(
         sensor_sd_m: fit.noise.sensor_m,
         balance_sd_m: fit.noise.balance_m,
     };
-    Some(Judged { result, explained: verdict.explained, log_evidence: fit.log_evidence })
+    Some(Judged { result, log_evidence: fit.log_evidence })
+}
+
+/// The boundary at [`NODES`] normal angles, felt as often as `counts` say, with the standard deviation of r at each.
+pub(crate) fn outline(shape: &SupportFunction, counts: &[u32], r_sd_m: impl Fn(f64) -> f64) -> Vec<OutlinePoint> {
+    let point = |(node, touches): (usize, &u32)| {
+        let theta_rad = TAU * node as f64 / NODES as f64;
+        let (contact, point) = (shape.at(theta_rad), shape.boundary_point(theta_rad));
+        OutlinePoint {
+            theta_rad,
+            r_m: contact.r,
+            r_sd_m: r_sd_m(theta_rad),
+            x_m: point.x_m,
+            y_m: point.y_m,
+            curvature_radius_m: contact.v,
+            touches: *touches,
+        }
+    };
+    counts.iter().enumerate().map(point).collect()
+}
+
+/// The pose of one sample, with what is left of its measurements; without error bars and as of the first piece.
+pub(crate) fn pose(
+    sample: &Sample,
+    instant: &Instant,
+    shape: &SupportFunction,
+    coefficients: &[f64],
+    psi_rad: f64,
+) -> Pose {
+    let (theta1_rad, theta2_rad) = instant.contact_angles(psi_rad);
+    let [com_x_m, com_y_m] = sample.palms.center_of_mass_m(shape.at(theta1_rad), shape.at(theta2_rad));
+    let (residual1_m, residual2_m) = left_of(instant, coefficients, psi_rad);
+    Pose {
+        time_s: sample.time_s,
+        psi_rad,
+        psi_sd_rad: f64::NAN,
+        com_x_m,
+        com_y_m,
+        com_sd_m: f64::NAN,
+        theta1_rad,
+        theta2_rad,
+        piece: 0,
+        residual1_m,
+        residual2_m,
+    }
+}
+
+/// Measured minus predicted contact positions of one sample, metres; `None` where a contact was not seen.
+fn left_of(instant: &Instant, coefficients: &[f64], psi: f64) -> (Option<f64>, Option<f64>) {
+    let value = residuals(instant, coefficients, psi).value;
+    ((instant.weight1 > 0.0).then_some(-value[0]), (instant.weight2 > 0.0).then_some(-value[1]))
 }
 
 /// Turns the object frame so that ψ becomes ψ − `angle`.

@@ -1,174 +1,283 @@
 //! Is the answer right, and is it the only one? A wrong answer that is certified is the worst failure there is, so every
-//! doubt ends in words for the user.
+//! test that fails is a doubt, in words for the user.
 
-use crate::estimate::measurements::Problem;
-use crate::estimate::model::force::{balance_limit_m, unstable_samples};
-use crate::reconstruct::verdict::jumps::{Leap, to_and_fro};
+use super::doubt::{Doubt, Verdict};
+use super::limits::CertificateLimits;
+use crate::estimate::jumps::{Leap, to_and_fro};
 
-/// Orientation less certain than this (radians) does not count as known: over all samples, and at the worst.
-const MAX_PSI_SD: [f64; 2] = [0.03, 0.3];
-
-/// Felt boundary less certain than this, as a share of the mean radius, does not count as known: as a rule, and where the object found
-/// leaps between neighbouring poses. (Such leaps may be poses at wrong minima that hold the optimum on the slope of a long valley; the
-/// error bars know nothing of that.)
-const MAX_R_SD: [f64; 2] = [0.02, 5e-3];
-
-/// A leap by less than this leads to a neighbouring pose, radians.
-const NEIGHBOURING: f64 = 0.25;
-
-/// Samples whose pose cannot be told are forgiven as long as the motion would be wrong by no more than this if all of them were
-/// elsewhere, radians (root mean square).
-const MOST_ASTRAY: f64 = 0.01;
-
-/// Less of the boundary than this tells no object: noise alone could pass for the motion of a still one.
-const LEAST_COVERAGE: f64 = 0.1;
-
-/// Going to and fro between poses as often as this is laid to the noise of one sample.
-const SHAKE: usize = 1;
-
-/// What the certificate looks at.
-pub(crate) struct Evidence<'a> {
-    pub problem: &'a Problem,
-    pub coefficients: &'a [f64],
-    pub psi: &'a [f64],
+/// What the certificate looks at: plain numbers, so that each limit can be tested by changing one of them.
+#[derive(Clone, Debug)]
+pub(crate) struct Findings<'a> {
+    /// Mean radius of the shape, metres.
+    pub mean_radius_m: f64,
+    pub convex: bool,
     pub chi2_per_dof: f64,
-    /// The largest χ² per degree of freedom that the noise explains.
-    pub chi2_limit: f64,
+    /// Degrees of freedom of the contact positions.
+    pub dof: f64,
+    /// Whether log or user state the noise.
     pub noise_stated: bool,
+    /// Root mean square of what the fit leaves in the contact positions, and what the noise explains, metres.
     pub sensor_m: f64,
-    pub balance_m: f64,
     pub expected_sensor_m: f64,
+    /// Standard deviation of the balance, metres.
+    pub balance_m: f64,
     pub leaps: &'a [Leap],
+    /// Time of each sample, seconds.
     pub times_s: &'a [f64],
+    /// Samples at rest at a pose that is no minimum of the energy.
+    pub unstable: usize,
     /// Share of the boundary that was felt.
     pub coverage: f64,
-    /// Samples whose pose cannot be told.
-    pub unplaced: usize,
+    /// Samples whose pose could be another.
+    pub ambiguous: usize,
     /// By how much the orientation would be wrong if all of them were elsewhere, radians (root mean square over all samples).
-    pub astray: f64,
-    /// Standard deviation of ψ, radians: root mean square over all samples that could be placed, and largest.
-    pub psi_sd: [f64; 2],
+    pub ambiguity_rad: f64,
+    /// Standard deviation of ψ over all samples that could be placed, radians: root mean square, and largest.
+    pub psi_sd_rad: f64,
+    pub largest_psi_sd_rad: f64,
     pub largest_felt_r_sd_m: f64,
-    pub convex: bool,
 }
 
-/// The verdict and its reason.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Verdict {
-    pub certified: bool,
-    pub com_certified: bool,
-    /// Nothing speaks against the answer, though the log may not tell all.
-    pub explained: bool,
-    pub reason: String,
+impl Findings<'_> {
+    /// The verdict by these limits.
+    pub fn verdict(&self, limits: &CertificateLimits) -> Verdict {
+        let mut doubts = self.contradictions(limits);
+        doubts.extend(self.gaps(limits));
+        let balanced = self.balance_m <= limits.balance_m(self.expected_sensor_m, self.mean_radius_m.abs());
+        if doubts.is_empty() && !balanced {
+            doubts.push(Doubt::Unbalanced { balance_sd_m: self.balance_m });
+        }
+        Verdict::new(doubts)
+    }
+
+    /// What contradicts the answer.
+    fn contradictions(&self, limits: &CertificateLimits) -> Vec<Doubt> {
+        let mut doubts = Vec::new();
+        if !(self.mean_radius_m.is_finite() && self.mean_radius_m > 0.0) {
+            doubts.push(Doubt::NegativeRadius);
+        }
+        let unphysical: Vec<&Leap> = self.leaps.iter().filter(|leap| !leap.physical).collect();
+        if let Some(first) = unphysical.first() {
+            doubts.push(Doubt::UnphysicalJumps {
+                time_s: self.times_s.get(first.sample).copied().unwrap_or(f64::NAN),
+                turn_rad: first.psi_after - first.psi_before,
+                jumps: unphysical.len(),
+            });
+        }
+        if self.chi2_per_dof > limits.chi2(self.dof, self.noise_stated) || !self.chi2_per_dof.is_finite() {
+            let (left_m, expected_m) = (self.sensor_m, self.expected_sensor_m);
+            doubts.push(Doubt::Misfit { left_m, expected_m, stated: self.noise_stated });
+        }
+        if !self.convex {
+            doubts.push(Doubt::NotConvex);
+        }
+        let samples = self.times_s.len();
+        if self.unstable as f64 > limits.unstable_share * samples as f64 {
+            doubts.push(Doubt::UnstablePoses { samples: self.unstable, of: samples });
+        }
+        doubts
+    }
+
+    /// What the log does not tell, however it is explained.
+    fn gaps(&self, limits: &CertificateLimits) -> Vec<Doubt> {
+        let mut doubts = Vec::new();
+        if self.coverage < limits.coverage {
+            doubts.push(Doubt::LittleFelt { coverage: self.coverage });
+        }
+        if self.ambiguity_rad > limits.ambiguity_rad {
+            doubts.push(Doubt::AmbiguousPoses { samples: self.ambiguous, ambiguity_rad: self.ambiguity_rad });
+        }
+        let reversals = to_and_fro(self.leaps);
+        if reversals > limits.reversals {
+            doubts.push(Doubt::JumpReversals { reversals });
+        }
+        if !(self.psi_sd_rad <= limits.psi_sd_rad && self.largest_psi_sd_rad <= limits.largest_psi_sd_rad) {
+            let (sd_rad, largest_sd_rad) = (self.psi_sd_rad, self.largest_psi_sd_rad);
+            doubts.push(Doubt::UncertainOrientation { sd_rad, largest_sd_rad });
+        }
+        let short = self.leaps.iter().any(|leap| (leap.psi_after - leap.psi_before).abs() < limits.short_jump_rad);
+        let r_sd = if short { limits.r_sd_with_short_jumps } else { limits.r_sd };
+        if !(self.largest_felt_r_sd_m <= r_sd * self.mean_radius_m) || !self.largest_felt_r_sd_m.is_finite() {
+            doubts.push(Doubt::UncertainBoundary { sd_m: self.largest_felt_r_sd_m });
+        }
+        doubts
+    }
 }
 
-/// Judges a result.
-pub(crate) fn judge(evidence: &Evidence) -> Verdict {
-    let mut doubts = contradictions(evidence);
-    let explained = doubts.is_empty();
-    doubts.extend(gaps(evidence));
-    let certified = doubts.is_empty();
-    let balanced = is_balanced(evidence);
-    if certified && !balanced {
-        doubts.push(format!(
-            "shape and motion are certified, the centre of mass is not: force/torque balance is missed by {:.2} mm \
-             (friction, or fast palms)",
-            1e3 * evidence.balance_m
-        ));
-    }
-    Verdict { certified, com_certified: certified && balanced, explained, reason: doubts.join("; ") }
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-fn is_balanced(evidence: &Evidence) -> bool {
-    evidence.balance_m <= balance_limit_m(evidence.expected_sensor_m, evidence.coefficients[0].abs())
-}
+    const TIMES_S: [f64; 400] = {
+        let mut times_s = [0.0; 400];
+        let mut index = 0;
+        while index < times_s.len() {
+            times_s[index] = 0.01 * index as f64;
+            index += 1;
+        }
+        times_s
+    };
 
-/// What speaks against the answer.
-fn contradictions(evidence: &Evidence) -> Vec<String> {
-    let mut doubts = Vec::new();
-    let mean_radius = evidence.coefficients[0];
-    if !(mean_radius.is_finite() && mean_radius > 0.0) {
-        doubts.push("no object explains the log (the mean radius comes out negative)".to_owned());
+    /// Of a log that leaves no doubt.
+    fn sound() -> Findings<'static> {
+        Findings {
+            mean_radius_m: 0.03,
+            convex: true,
+            chi2_per_dof: 1.0,
+            dof: 1e6,
+            noise_stated: false,
+            sensor_m: 1e-4,
+            expected_sensor_m: 1e-4,
+            balance_m: 1e-5,
+            leaps: &[],
+            times_s: &TIMES_S,
+            unstable: 0,
+            coverage: 0.9,
+            ambiguous: 0,
+            ambiguity_rad: 0.0,
+            psi_sd_rad: 1e-3,
+            largest_psi_sd_rad: 1e-2,
+            largest_felt_r_sd_m: 1e-5,
+        }
     }
-    let unphysical: Vec<&Leap> = evidence.leaps.iter().filter(|leap| !leap.physical).collect();
-    if let Some(first) = unphysical.first() {
-        let others = if unphysical.len() > 1 { format!(" and {} more", unphysical.len() - 1) } else { String::new() };
-        doubts.push(format!(
-            "the object found would not turn by {:.0} deg at {} s{others}: a jump goes downhill to the next pose",
-            (first.psi_after - first.psi_before).to_degrees(),
-            evidence.times_s.get(first.sample).copied().unwrap_or(f64::NAN),
-        ));
-    }
-    if evidence.chi2_per_dof > evidence.chi2_limit || !evidence.chi2_per_dof.is_finite() {
-        let source = if evidence.noise_stated { "stated" } else { "seen between neighbouring samples" };
-        doubts.push(format!(
-            "the fit leaves {:.3} mm in the contact positions, the noise {source} explains {:.3} mm: a jump, friction, fast \
-             palms, a wrong unit or sign, or palms that are not where the log says",
-            1e3 * evidence.sensor_m,
-            1e3 * evidence.expected_sensor_m
-        ));
-    }
-    if !evidence.convex {
-        doubts.push("the shape is not convex".to_owned());
-    }
-    let unstable = unstable_samples(evidence.problem, evidence.coefficients, evidence.psi, evidence.balance_m);
-    if unstable * 100 > evidence.problem.len() {
-        doubts.push(format!(
-            "{unstable} of {} poses would not be at rest (their potential energy is not at a minimum)",
-            evidence.problem.len()
-        ));
-    }
-    doubts
-}
 
-/// What the log does not tell, however it is explained.
-fn gaps(evidence: &Evidence) -> Vec<String> {
-    let mut doubts = Vec::new();
-    if evidence.coverage < LEAST_COVERAGE {
-        doubts.push(format!(
-            "only {:.0} % of the boundary was felt, too little to tell an object by: move the palms further, so that it rolls",
-            100.0 * evidence.coverage
-        ));
+    fn leap(sample: usize, psi_before: f64, psi_after: f64) -> Leap {
+        let (height_before_m, height_after_m) = (0.03, 0.029);
+        Leap { sample, psi_before, psi_after, height_before_m, height_after_m, physical: true, foretold: false }
     }
-    if evidence.astray > MOST_ASTRAY {
-        let (samples, them, their) =
-            if evidence.unplaced == 1 { ("sample", "it", "its") } else { ("samples", "them", "their") };
-        doubts.push(format!(
-            "the pose of {} {samples} cannot be told: another orientation explains {them} about as well ({their} psi_sd_rad \
-             says so)",
-            evidence.unplaced,
-        ));
-    }
-    let to_and_fro = to_and_fro(evidence.leaps);
-    if to_and_fro > SHAKE {
-        doubts.push(format!(
-            "the object found goes to and fro between neighbouring poses ({to_and_fro} times): it is too round, or the sensors too \
-             noisy, to tell them apart"
-        ));
-    }
-    if !evidence.psi_sd.iter().zip(MAX_PSI_SD).all(|(sd, limit)| *sd <= limit) {
-        doubts.push(format!(
-            "the orientation is known only to {:.1} deg (one standard deviation over all samples, {:.1} deg at the worst of \
-             them): the felt boundary is too round, or too little of it was felt",
-            evidence.psi_sd[0].to_degrees(),
-            evidence.psi_sd[1].to_degrees()
-        ));
-    }
-    let largest = evidence.largest_felt_r_sd_m;
-    let held = evidence.leaps.iter().any(|leap| (leap.psi_after - leap.psi_before).abs() < NEIGHBOURING);
-    if largest > MAX_R_SD[usize::from(held)] * evidence.coefficients[0] || !largest.is_finite() {
-        doubts.push(format!(
-            "parts of the felt boundary are known only to {:.2} mm (one standard deviation)",
-            1e3 * largest
-        ));
-    }
-    doubts
-}
 
-/// Why a result that is not the only one is not certified.
-pub(crate) fn ambiguity(alternatives: usize) -> String {
-    format!(
-        "{alternatives} different objects explain the log equally well; a motion that feels more of the boundary, or feels it \
-         twice, would tell them apart"
-    )
+    fn verdict(findings: &Findings) -> Verdict {
+        findings.verdict(&CertificateLimits::default())
+    }
+
+    /// `just` is within its limit, `over` beyond it; nothing else is changed.
+    fn crosses(just: &Findings, over: &Findings, expected: &Doubt) {
+        assert_eq!(verdict(just), Verdict::default());
+        assert_eq!(verdict(over).doubts, [expected.clone()]);
+        assert!(!verdict(over).is_certified() && !verdict(over).is_com_certified());
+        assert_eq!(verdict(over).is_explained(), !expected.is_contradiction());
+    }
+
+    #[test]
+    fn a_sound_result_is_certified() {
+        assert!(verdict(&sound()).is_certified() && verdict(&sound()).is_com_certified());
+        assert_eq!(verdict(&sound()).to_string(), "");
+    }
+
+    #[test]
+    fn the_mean_radius_must_be_positive() {
+        for mean_radius_m in [-0.03, 0.0, f64::NAN] {
+            let found = verdict(&Findings { mean_radius_m, ..sound() });
+            assert_eq!(found.doubts[0], Doubt::NegativeRadius);
+            assert!(!found.is_explained());
+        }
+    }
+
+    #[test]
+    fn every_jump_must_be_physical() {
+        let jumps = [leap(100, 0.0, 1.0), leap(200, 1.0, 2.5), leap(300, 2.5, 4.0)];
+        let mut unphysical = jumps;
+        (unphysical[1].physical, unphysical[2].physical) = (false, false);
+        let expected = Doubt::UnphysicalJumps { time_s: 2.0, turn_rad: 1.5, jumps: 2 };
+        crosses(&Findings { leaps: &jumps, ..sound() }, &Findings { leaps: &unphysical, ..sound() }, &expected);
+    }
+
+    #[test]
+    fn chi2_may_exceed_one_by_a_half_or_by_a_fifth_of_stated_noise() {
+        for (noise_stated, excess) in [(false, 0.5), (true, 0.2)] {
+            let at = |chi2_per_dof| Findings { chi2_per_dof, noise_stated, ..sound() };
+            let expected = Doubt::Misfit { left_m: 1e-4, expected_m: 1e-4, stated: noise_stated };
+            crosses(&at(1.0 + excess - 1e-6), &at(1.0 + excess + 1e-6), &expected);
+        }
+        let found = verdict(&Findings { chi2_per_dof: f64::NAN, ..sound() });
+        assert!(matches!(found.doubts[..], [Doubt::Misfit { .. }]));
+    }
+
+    #[test]
+    fn chi2_of_few_readings_may_exceed_one_by_six_of_its_standard_deviations() {
+        // √(2/dof) = 0.2.
+        let at = |chi2_per_dof| Findings { chi2_per_dof, dof: 50.0, ..sound() };
+        let expected = Doubt::Misfit { left_m: 1e-4, expected_m: 1e-4, stated: false };
+        crosses(&at(2.2 - 1e-6), &at(2.2 + 1e-6), &expected);
+    }
+
+    #[test]
+    fn the_shape_must_be_convex() {
+        crosses(&sound(), &Findings { convex: false, ..sound() }, &Doubt::NotConvex);
+    }
+
+    #[test]
+    fn one_pose_in_a_hundred_may_be_unstable() {
+        let at = |unstable| Findings { unstable, ..sound() };
+        crosses(&at(4), &at(5), &Doubt::UnstablePoses { samples: 5, of: 400 });
+    }
+
+    #[test]
+    fn a_tenth_of_the_boundary_must_be_felt() {
+        let at = |coverage| Findings { coverage, ..sound() };
+        crosses(&at(0.1), &at(0.099), &Doubt::LittleFelt { coverage: 0.099 });
+    }
+
+    #[test]
+    fn ambiguous_poses_may_move_the_motion_by_a_hundredth_of_a_radian() {
+        let at = |ambiguity_rad| Findings { ambiguous: 3, ambiguity_rad, ..sound() };
+        crosses(&at(0.01), &at(0.0101), &Doubt::AmbiguousPoses { samples: 3, ambiguity_rad: 0.0101 });
+    }
+
+    #[test]
+    fn one_reversal_of_a_jump_is_attributed_to_noise() {
+        let there_and_back: Vec<Leap> =
+            (0..4).map(|i| if i % 2 == 0 { leap(100 + i, 1.0, 2.0) } else { leap(100 + i, 2.0, 1.0) }).collect();
+        let just = Findings { leaps: &there_and_back[..2], ..sound() };
+        crosses(&just, &Findings { leaps: &there_and_back[..3], ..sound() }, &Doubt::JumpReversals { reversals: 2 });
+    }
+
+    #[test]
+    fn the_orientation_must_be_known_over_all_and_at_the_worst() {
+        let over_all = |psi_sd_rad| Findings { psi_sd_rad, ..sound() };
+        let expected = Doubt::UncertainOrientation { sd_rad: 0.0301, largest_sd_rad: 1e-2 };
+        crosses(&over_all(0.03), &over_all(0.0301), &expected);
+        let at_worst = |largest_psi_sd_rad| Findings { largest_psi_sd_rad, ..sound() };
+        let expected = Doubt::UncertainOrientation { sd_rad: 1e-3, largest_sd_rad: 0.301 };
+        crosses(&at_worst(0.3), &at_worst(0.301), &expected);
+        assert!(!verdict(&over_all(f64::NAN)).is_certified());
+    }
+
+    #[test]
+    fn the_felt_boundary_must_be_known_to_two_per_cent_and_better_where_jumps_are_short() {
+        let at = |largest_felt_r_sd_m| Findings { largest_felt_r_sd_m, ..sound() };
+        crosses(&at(6e-4), &at(6.01e-4), &Doubt::UncertainBoundary { sd_m: 6.01e-4 });
+        assert!(!verdict(&at(f64::INFINITY)).is_certified());
+        let (short, long) = ([leap(100, 1.0, 1.249)], [leap(100, 1.0, 1.251)]);
+        let between = |leaps| Findings { leaps, ..at(6e-4) };
+        crosses(&between(&long), &between(&short), &Doubt::UncertainBoundary { sd_m: 6e-4 });
+        let known_better = |largest_felt_r_sd_m| Findings { leaps: &short, ..at(largest_felt_r_sd_m) };
+        crosses(&known_better(1.5e-4), &known_better(1.51e-4), &Doubt::UncertainBoundary { sd_m: 1.51e-4 });
+    }
+
+    #[test]
+    fn the_center_of_mass_alone_is_in_doubt_where_the_balance_is_missed() {
+        // By noise: three standard deviations of the contacts; by the model: four times 0.2 % of the radius.
+        for (expected_sensor_m, limit_m) in [(1e-4, 3e-4), (1e-6, 2.4e-4)] {
+            let at = |balance_m| Findings { balance_m, expected_sensor_m, ..sound() };
+            assert!(verdict(&at(limit_m - 1e-9)).is_com_certified());
+            let missed = verdict(&at(limit_m + 1e-9));
+            assert!(missed.is_certified() && !missed.is_com_certified() && missed.is_explained());
+            assert_eq!(missed.doubts, [Doubt::Unbalanced { balance_sd_m: limit_m + 1e-9 }]);
+        }
+        // A shape in doubt has no centre of mass to speak of.
+        let both = verdict(&Findings { convex: false, balance_m: 1.0, ..sound() });
+        assert_eq!(both.doubts, [Doubt::NotConvex]);
+    }
+
+    #[test]
+    fn limits_can_be_set_and_nonsense_is_refused() {
+        let mut limits = CertificateLimits { r_sd: 1e-4, ..CertificateLimits::default() };
+        assert!(!sound().verdict(&limits).is_certified());
+        assert!(limits.check().is_ok());
+        limits.chi2_sds = -1.0;
+        assert!(limits.check().is_err_and(|error| error.to_string().contains("chi2_sds")));
+        limits.chi2_sds = f64::NAN;
+        assert!(limits.check().is_err());
+    }
 }

@@ -2,4 +2,5 @@
 
 pub(crate) mod assemble;
 pub(crate) mod certificate;
-pub(crate) mod jumps;
+pub(crate) mod doubt;
+pub(crate) mod limits;

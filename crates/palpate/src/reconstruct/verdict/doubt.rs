@@ -1,0 +1,231 @@
+//! What keeps a result from being certified, as data: every doubt says in words what it is, and which numbers raised it.
+
+use std::fmt;
+
+use crate::reconstruct::method::Method;
+
+/// A reason why a result, or its centre of mass alone, is not certified. `Display` gives one sentence for the user.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(tag = "kind", rename_all = "kebab-case")
+)]
+#[non_exhaustive]
+pub enum Doubt {
+    /// The mean radius came out negative.
+    NegativeRadius,
+    /// Jumps that the object found would not make.
+    UnphysicalJumps {
+        /// When the first of them happens, seconds.
+        time_s: f64,
+        /// By how much the object would turn there, radians.
+        turn_rad: f64,
+        /// How many there are.
+        jumps: usize,
+    },
+    /// The contact positions are missed by more than their noise explains.
+    Misfit {
+        /// Root mean square of what the fit leaves, metres.
+        left_m: f64,
+        /// What the noise explains, metres.
+        expected_m: f64,
+        /// Whether log or user stated the noise; else it was estimated from the scatter of neighbouring samples.
+        stated: bool,
+    },
+    /// The shape is not convex.
+    NotConvex,
+    /// Poses at rest that are no minimum of the potential energy.
+    UnstablePoses {
+        /// How many.
+        samples: usize,
+        /// Of so many.
+        of: usize,
+    },
+    /// Too little of the boundary was felt to tell an object by.
+    LittleFelt {
+        /// Fraction of the boundary that was felt, 0 to 1.
+        coverage: f64,
+    },
+    /// Samples whose pose could be another.
+    AmbiguousPoses {
+        /// How many.
+        samples: usize,
+        /// By how much the motion would be wrong if all of them were elsewhere: root mean square over all samples, radians.
+        ambiguity_rad: f64,
+    },
+    /// The motion alternates between equilibria that next to no energy barrier separates.
+    JumpReversals {
+        /// How often.
+        reversals: usize,
+    },
+    /// The orientation is hardly known.
+    UncertainOrientation {
+        /// Standard deviation over all samples, radians.
+        sd_rad: f64,
+        /// The largest of them, radians.
+        largest_sd_rad: f64,
+    },
+    /// Parts of the felt boundary are hardly known.
+    UncertainBoundary {
+        /// Largest standard deviation of the felt boundary, metres.
+        sd_m: f64,
+    },
+    /// Several objects explain the log equally well.
+    Alternatives {
+        /// How many.
+        objects: usize,
+    },
+    /// Force/torque balance does not hold within the noise: the centre of mass is only a best guess, shape and motion are certified.
+    Unbalanced {
+        /// Standard deviation of the balance, metres.
+        balance_sd_m: f64,
+    },
+    /// The method has no certificate.
+    UncertifiedMethod {
+        /// Which.
+        method: Method,
+    },
+    /// A reason that a file gives in words.
+    Reported {
+        /// The words.
+        text: String,
+    },
+}
+
+impl Doubt {
+    /// Whether it contradicts the answer. (Else the answer may be right, though the log does not tell all.)
+    pub fn is_contradiction(&self) -> bool {
+        matches!(
+            self,
+            Self::NegativeRadius
+                | Self::UnphysicalJumps { .. }
+                | Self::Misfit { .. }
+                | Self::NotConvex
+                | Self::UnstablePoses { .. }
+        )
+    }
+
+    /// Whether it concerns the centre of mass alone.
+    pub fn concerns_center_of_mass_only(&self) -> bool {
+        matches!(self, Self::Unbalanced { .. })
+    }
+}
+
+impl fmt::Display for Doubt {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NegativeRadius => f.write_str("no object explains the log (the mean radius comes out negative)"),
+            Self::UnphysicalJumps { time_s, turn_rad, jumps } => {
+                let others = if *jumps > 1 { format!(" and {} more", jumps - 1) } else { String::new() };
+                write!(
+                    f,
+                    "the object found would not turn by {:.0} deg at {time_s} s{others}: a jump goes downhill to the next pose",
+                    turn_rad.to_degrees()
+                )
+            }
+            Self::Misfit { left_m, expected_m, stated } => write!(
+                f,
+                "the fit leaves {:.3} mm in the contact positions, the noise {} explains {:.3} mm: a jump, friction, fast palms, \
+                 a wrong unit or sign, or palms that are not where the log says",
+                1e3 * left_m,
+                if *stated { "stated" } else { "seen between neighbouring samples" },
+                1e3 * expected_m
+            ),
+            Self::NotConvex => f.write_str("the shape is not convex"),
+            Self::UnstablePoses { samples, of } => {
+                write!(f, "{samples} of {of} poses would not be at rest (their potential energy is not at a minimum)")
+            }
+            Self::LittleFelt { coverage } => write!(
+                f,
+                "only {:.0} % of the boundary was felt, too little to tell an object by: move the palms further, so that it rolls",
+                100.0 * coverage
+            ),
+            Self::AmbiguousPoses { samples, .. } => {
+                let (noun, them, their) =
+                    if *samples == 1 { ("sample", "it", "its") } else { ("samples", "them", "their") };
+                write!(
+                    f,
+                    "the pose of {samples} {noun} cannot be told: another orientation explains {them} about as well ({their} \
+                     psi_sd_rad says so)"
+                )
+            }
+            Self::JumpReversals { reversals } => write!(
+                f,
+                "the object found goes to and fro between neighbouring poses ({reversals} times): it is too round, or the sensors \
+                 too noisy, to tell them apart"
+            ),
+            Self::UncertainOrientation { sd_rad, largest_sd_rad } => write!(
+                f,
+                "the orientation is known only to {:.1} deg (one standard deviation over all samples, {:.1} deg at the worst of \
+                 them): the felt boundary is too round, or too little of it was felt",
+                sd_rad.to_degrees(),
+                largest_sd_rad.to_degrees()
+            ),
+            Self::UncertainBoundary { sd_m } => {
+                write!(f, "parts of the felt boundary are known only to {:.2} mm (one standard deviation)", 1e3 * sd_m)
+            }
+            Self::Alternatives { objects } => write!(
+                f,
+                "{objects} different objects explain the log equally well; a motion that feels more of the boundary, or feels it \
+                 twice, would tell them apart"
+            ),
+            Self::Unbalanced { balance_sd_m } => write!(
+                f,
+                "shape and motion are certified, the centre of mass is not: force/torque balance is missed by {:.2} mm \
+                 (friction, or fast palms)",
+                1e3 * balance_sd_m
+            ),
+            Self::UncertifiedMethod { method } => write!(
+                f,
+                "the method {method} integrates and has neither error bars nor a certificate (the method {} has both)",
+                Method::Likelihood
+            ),
+            Self::Reported { text } => f.write_str(text),
+        }
+    }
+}
+
+/// What a result is worth: certified when there is no doubt.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub struct Verdict {
+    /// All doubts, contradictions first.
+    pub doubts: Vec<Doubt>,
+}
+
+impl Verdict {
+    /// With these doubts.
+    pub fn new(doubts: Vec<Doubt>) -> Self {
+        Self { doubts }
+    }
+
+    /// Shape and motion are statistically consistent with the log, unique and convex.
+    pub fn is_certified(&self) -> bool {
+        self.doubts.iter().all(Doubt::concerns_center_of_mass_only)
+    }
+
+    /// Certified, and force/torque balance holds within the noise, so that the centre of mass is certified as well.
+    pub fn is_com_certified(&self) -> bool {
+        self.doubts.is_empty()
+    }
+
+    /// Nothing contradicts the answer, though the log may not tell all.
+    pub fn is_explained(&self) -> bool {
+        !self.doubts.iter().any(Doubt::is_contradiction)
+    }
+}
+
+impl fmt::Display for Verdict {
+    /// All doubts in one line; nothing where there are none.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (index, doubt) in self.doubts.iter().enumerate() {
+            if index > 0 {
+                f.write_str("; ")?;
+            }
+            doubt.fmt(f)?;
+        }
+        Ok(())
+    }
+}
