@@ -1,7 +1,7 @@
 //! `plan_turn` and `plan_jump_free`: motions planned with the shape known.
 
+use palpate::plan::{PalmLimits, PlanError, PlannedMotion};
 use palpate::shape::SupportFunction;
-use palpate::simulate::{PalmLimits, PlanError, PlannedMotion};
 use pyo3::prelude::*;
 
 use crate::errors::OrRaise;
@@ -118,8 +118,8 @@ impl Plan {
     /// Plans.
     pub fn carried_out(&self) -> Result<PlannedMotion, PlanError> {
         match self.seed {
-            Some(seed) => palpate::simulate::plan_jump_free(&self.shape, seed, self.duration_s),
-            None => palpate::simulate::plan_turn(&self.shape, &self.limits.unwrap_or_default(), self.duration_s),
+            Some(seed) => palpate::plan::plan_jump_free(&self.shape, seed, self.duration_s),
+            None => palpate::plan::plan_turn(&self.shape, &self.limits.unwrap_or_default(), self.duration_s),
         }
     }
 }
