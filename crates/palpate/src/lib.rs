@@ -81,6 +81,7 @@
 mod angle;
 pub mod compare;
 pub mod log;
+mod math;
 pub mod palms;
 pub mod plan;
 pub mod reconstruct;
