@@ -422,8 +422,8 @@ impl Shape {
             return Err(ShapeError::OutOfRange { what: "the mean radius" }).or_raise();
         }
         let factor = mean_radius_m / self.0.mean_radius_m();
-        let harmonics = self.0.harmonics_m().iter().map(|[a, b]| [a * factor, b * factor]).collect();
-        Ok(Self(SupportFunction::new(mean_radius_m, harmonics)))
+        // The mean radius is to the last digit the one asked for.
+        Ok(Self(SupportFunction::new(mean_radius_m, self.0.scaled(factor).harmonics_m().to_vec())))
     }
 
     /// The shape with its harmonics damped just enough to make it convex.
