@@ -9,6 +9,7 @@ mod compare;
 mod errors;
 mod log;
 mod motion;
+mod moves;
 mod palms;
 mod pickled;
 mod plan;
@@ -34,7 +35,9 @@ mod _palpate {
     #[pymodule_export]
     use crate::log::LogData;
     #[pymodule_export]
-    use crate::motion::{Motion, Move};
+    use crate::motion::Motion;
+    #[pymodule_export]
+    use crate::moves::Move;
     #[pymodule_export]
     use crate::palms::{Palms, radii_of_curvature_m};
     #[pymodule_export]

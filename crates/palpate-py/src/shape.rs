@@ -7,9 +7,8 @@ use palpate::palms::GeneralizedContactSupport;
 use palpate::shape::{BoundaryPoint, NamedShape, RandomShape, ShapeError, SupportFunction};
 use pyo3::prelude::*;
 
-use crate::arrays::{self, Column, Numbers, Table};
+use crate::arrays::{self, Column, Numbers, Table, four};
 use crate::errors::{self, OrRaise};
-use crate::palms::four;
 use crate::pickled::{self, Pickled};
 use crate::svg;
 use crate::whole::Whole;
