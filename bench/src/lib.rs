@@ -6,10 +6,11 @@ use std::error::Error;
 
 use palpate::information::cramer_rao_bound_m;
 use palpate::palms::{PalmMotion, PalmPair};
+use palpate::plan::{PalmLimits, plan_turn};
 use palpate::reconstruct::{PaperEquations, ReconstructOptions, Reconstruction, reconstruct, reconstruct_from};
 use palpate::sensor::Touchpad;
 use palpate::shape::{NamedShape, RandomShape, SupportFunction, random_shape};
-use palpate::simulate::{PalmLimits, SimulateOptions, Simulation, plan_turn, simulate};
+use palpate::simulate::{SimulateOptions, Simulation, simulate};
 
 /// What goes wrong here stops the benchmark; nobody tells kinds of it apart.
 pub type Failure = Box<dyn Error>;

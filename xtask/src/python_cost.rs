@@ -12,7 +12,8 @@ use palpate::palms::PalmPair;
 use palpate::reconstruct::{ReconstructOptions, reconstruct};
 use palpate::sensor::Touchpad;
 use palpate::shape::NamedShape;
-use palpate::simulate::{PalmLimits, SimulateOptions, plan_turn, simulate};
+use palpate::plan::{PalmLimits, plan_turn};
+use palpate::simulate::{SimulateOptions, simulate};
 
 use crate::python::Environment;
 use crate::workspace;

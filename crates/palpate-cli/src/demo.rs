@@ -2,10 +2,11 @@
 
 use std::path::PathBuf;
 
+use palpate::plan::plan_turn;
 use palpate::reconstruct::ReconstructOptions;
 use palpate::sensor::Touchpad;
 use palpate::shape::NamedShape;
-use palpate::simulate::{SimulateOptions, plan_turn, simulate};
+use palpate::simulate::{SimulateOptions, simulate};
 use palpate_io::LogFile;
 
 use crate::reconstruct::{Job, solve, told};

@@ -5,9 +5,10 @@ use std::path::PathBuf;
 
 use clap::ValueEnum;
 use palpate::palms::{MotionError, PalmMotion, PalmPair};
+use palpate::plan::{PalmLimits, PlanError, plan_turn};
 use palpate::sensor::Touchpad;
 use palpate::shape::{NamedShape, ShapeError, SupportFunction};
-use palpate::simulate::{PalmLimits, PlanError, SimulateError, SimulateOptions, Simulation, plan_turn};
+use palpate::simulate::{SimulateError, SimulateOptions, Simulation};
 
 use crate::terminal::{Ending, Failure, Terminal};
 use crate::values;

@@ -34,6 +34,7 @@
 //! Nothing here knows how a shape is estimated.
 #![forbid(unsafe_code)]
 
+mod columns;
 mod figures;
 mod folder;
 mod log_reader;
@@ -48,6 +49,7 @@ mod truth;
 mod unit;
 mod write_error;
 
+pub use columns::{point_of, point_row, pose_of, pose_row};
 pub use figures::{check_figures_target, write_figures};
 pub use folder::write_whole;
 pub use log_reader::{LogFile, MIN_SAMPLES, log_from_columns, parse_log, read_log};

@@ -7,12 +7,14 @@ use palpate::Reconstruction;
 use palpate::palms::GeneralizedContactSupport;
 use palpate::reconstruct::{ContactDiagnostics, OutlinePoint, Pose};
 
+use crate::columns::{
+    MOTION_HEADER, MOTION_QUANTITIES, SHAPE_HEADER, SHAPE_QUANTITIES, point_of, point_row, pose_of, pose_row,
+};
 use crate::folder::{FolderKind, Numbered};
 use crate::number::{number, push_row};
 use crate::read_error::{ReadError, ReadProblem};
 use crate::summary::Summary;
 use crate::table::{Quantity, Table, read_bytes};
-use crate::unit::Dimension;
 use crate::write_error::{WriteError, WriteProblem};
 
 const SHAPE_FILE: &str = "shape.csv";
@@ -21,30 +23,7 @@ const SUMMARY_FILE: &str = "summary.json";
 const REPORT_FILE: &str = "report.html";
 const DIAGNOSTICS_FILE: &str = "diagnostics.csv";
 const ALTERNATIVES_FOLDER: &str = "alternatives";
-const SHAPE_HEADER: &str = "theta_rad,r_m,r_sd_m,x_m,y_m,curvature_radius_m,touches";
-const MOTION_HEADER: &str = "time_s,psi_rad,psi_sd_rad,com_x_m,com_y_m,com_sd_m,theta1_rad,theta2_rad,piece";
 const DIAGNOSTICS_HEADER: &str = "time_s,generalized_r1_m,generalized_d1_m,generalized_r2_m,generalized_d2_m,curvature_radius1_m,curvature_radius2_m,contact_vector_error_m";
-
-const SHAPE: [Quantity; 7] = [
-    Quantity::new("theta", Dimension::Angle),
-    Quantity::new("r", Dimension::Length),
-    Quantity::new("r_sd", Dimension::Length),
-    Quantity::new("x", Dimension::Length),
-    Quantity::new("y", Dimension::Length),
-    Quantity::new("curvature_radius", Dimension::Length),
-    Quantity::count("touches"),
-];
-const MOTION: [Quantity; 9] = [
-    Quantity::new("time", Dimension::Time),
-    Quantity::new("psi", Dimension::Angle),
-    Quantity::new("psi_sd", Dimension::Angle),
-    Quantity::new("com_x", Dimension::Length),
-    Quantity::new("com_y", Dimension::Length),
-    Quantity::new("com_sd", Dimension::Length),
-    Quantity::new("theta1", Dimension::Angle),
-    Quantity::new("theta2", Dimension::Angle),
-    Quantity::count("piece"),
-];
 
 const RESULT: FolderKind<'static> = FolderKind {
     kind: "result",
@@ -146,29 +125,13 @@ fn files_of(
 
 fn shape_csv(outline: &[OutlinePoint]) -> String {
     let mut text = format!("{SHAPE_HEADER}\n");
-    for point in outline {
-        let numbers =
-            [point.theta_rad, point.r_m, point.r_sd_m, point.x_m, point.y_m, point.curvature_radius_m].map(number);
-        push_row(&mut text, numbers.into_iter().chain([point.touches.to_string()]));
-    }
+    outline.iter().for_each(|point| push_row(&mut text, point_row(point).map(number)));
     text
 }
 
 fn motion_csv(motion: &[Pose]) -> String {
     let mut text = format!("{MOTION_HEADER}\n");
-    for pose in motion {
-        let numbers = [
-            pose.time_s,
-            pose.psi_rad,
-            pose.psi_sd_rad,
-            pose.com_x_m,
-            pose.com_y_m,
-            pose.com_sd_m,
-            pose.theta1_rad,
-            pose.theta2_rad,
-        ];
-        push_row(&mut text, numbers.map(number).into_iter().chain([pose.piece.to_string()]));
-    }
+    motion.iter().for_each(|pose| push_row(&mut text, pose_row(pose).map(number)));
     text
 }
 
@@ -196,17 +159,8 @@ fn diagnostics_csv(diagnostics: &[ContactDiagnostics]) -> String {
 /// # Errors
 /// The file cannot be read, lacks a column or holds text where a number belongs.
 pub fn read_shape_csv(dir: &Path) -> Result<Vec<OutlinePoint>, ReadError> {
-    let rows = read_rows(&dir.join(SHAPE_FILE), &SHAPE, SHAPE_HEADER)?;
-    let point = |[theta_rad, r_m, r_sd_m, x_m, y_m, curvature_radius_m, touches]: [f64; 7]| OutlinePoint {
-        theta_rad,
-        r_m,
-        r_sd_m,
-        x_m,
-        y_m,
-        curvature_radius_m,
-        touches: touches as u32,
-    };
-    Ok(rows.into_iter().map(point).collect())
+    let rows = read_rows(&dir.join(SHAPE_FILE), &SHAPE_QUANTITIES, SHAPE_HEADER)?;
+    Ok(rows.into_iter().map(point_of).collect())
 }
 
 /// The poses from the `motion.csv` of the result folder `dir`. The residuals are not in that file; they read back as `None`.
@@ -214,22 +168,8 @@ pub fn read_shape_csv(dir: &Path) -> Result<Vec<OutlinePoint>, ReadError> {
 /// # Errors
 /// The file cannot be read, lacks a column or holds text where a number belongs.
 pub fn read_motion_csv(dir: &Path) -> Result<Vec<Pose>, ReadError> {
-    let rows = read_rows(&dir.join(MOTION_FILE), &MOTION, MOTION_HEADER)?;
-    let pose =
-        |[time_s, psi_rad, psi_sd_rad, com_x_m, com_y_m, com_sd_m, theta1_rad, theta2_rad, piece]: [f64; 9]| Pose {
-            time_s,
-            psi_rad,
-            psi_sd_rad,
-            com_x_m,
-            com_y_m,
-            com_sd_m,
-            theta1_rad,
-            theta2_rad,
-            piece: piece as u32,
-            residual1_m: None,
-            residual2_m: None,
-        };
-    Ok(rows.into_iter().map(pose).collect())
+    let rows = read_rows(&dir.join(MOTION_FILE), &MOTION_QUANTITIES, MOTION_HEADER)?;
+    Ok(rows.into_iter().map(pose_of).collect())
 }
 
 /// The `summary.json` of the result folder `dir`.

@@ -4,6 +4,7 @@
 use numpy::ndarray::Array2;
 use numpy::{AllowTypeChange, IntoPyArray, PyArray1, PyArray2, PyArrayLike1, PyArrayLike2, PyArrayLikeDyn};
 use numpy::{Element, PyArrayMethods};
+use palpate::palms::GeneralizedContactSupport;
 use pyo3::prelude::*;
 
 use crate::errors;
@@ -72,4 +73,9 @@ pub fn mapped<'py>(
         return Ok(only.into_pyobject(py)?.into_any());
     }
     Ok(result.into_pyarray(py).into_any())
+}
+
+/// The generalised contact support functions in the order of the paper: r1, d1, r2 and d2.
+pub fn four(support: GeneralizedContactSupport) -> (f64, f64, f64, f64) {
+    (support.r1, support.d1, support.r2, support.d2)
 }

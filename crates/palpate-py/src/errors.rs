@@ -2,9 +2,10 @@
 
 use palpate::compare::CompareError as RustCompareError;
 use palpate::palms::MotionError as RustMotionError;
+use palpate::plan::PlanError;
 use palpate::reconstruct::ReconstructError as RustReconstructError;
 use palpate::shape::{ShapeError as RustShapeError, UnknownShape};
-use palpate::simulate::{PlanError, SimulateError as RustSimulateError};
+use palpate::simulate::SimulateError as RustSimulateError;
 use palpate_io::{ReadError as RustReadError, WriteError as RustWriteError};
 use palpate_sweep::{PlanError as SweepPlanError, SweepError as RustSweepError};
 use pyo3::import_exception;

@@ -9,6 +9,7 @@ mod compare;
 mod errors;
 mod log;
 mod motion;
+mod moves;
 mod palms;
 mod pickled;
 mod plan;
@@ -17,7 +18,7 @@ mod result;
 mod sensor;
 mod shape;
 mod simulate;
-mod statics;
+mod mechanics;
 mod svg;
 mod sweep;
 mod truth;
@@ -36,7 +37,9 @@ mod _palpate {
     #[pymodule_export]
     use crate::mechanics::{Landscape, PoseJump, Rest, follow};
     #[pymodule_export]
-    use crate::motion::{Motion, Move};
+    use crate::motion::Motion;
+    #[pymodule_export]
+    use crate::moves::Move;
     #[pymodule_export]
     use crate::palms::{Palms, radii_of_curvature_m};
     #[pymodule_export]

@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use palpate::palms::{ContactRates, GeneralizedContactSupport, PalmPair};
 use pyo3::prelude::*;
 
+use crate::arrays::four;
 use crate::errors;
 use crate::pickled::{self, Pickled};
 use crate::shape::{Shape, finite};
@@ -194,11 +195,6 @@ impl Palms {
         let arguments = (self.0.phi1_rad, self.0.phi2_rad, self.base1_m(), self.base2_m());
         pickled::by_class::<Self>(py, arguments)
     }
-}
-
-/// The four numbers in the order of the paper.
-pub fn four(support: GeneralizedContactSupport) -> (f64, f64, f64, f64) {
-    (support.r1, support.d1, support.r2, support.d2)
 }
 
 /// Radii of curvature at the two contacts from how fast the readings change (eq. 9 of Moll and Erdmann 2001).

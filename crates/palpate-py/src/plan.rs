@@ -1,11 +1,13 @@
 //! `plan_turn` and `plan_jump_free`: motions planned with the shape known.
 
+use std::sync::Arc;
+
+use palpate::plan::{PalmLimits, PlanError, PlannedMotion};
 use palpate::shape::SupportFunction;
-use palpate::simulate::{PalmLimits, PlanError, PlannedMotion};
 use pyo3::prelude::*;
 
 use crate::errors::OrRaise;
-use crate::motion::Motion;
+use crate::motion::{Made, Motion};
 use crate::pickled::{self, Pickled};
 use crate::shape::Shape;
 use crate::whole::Whole;
@@ -118,9 +120,16 @@ impl Plan {
     /// Plans.
     pub fn carried_out(&self) -> Result<PlannedMotion, PlanError> {
         match self.seed {
-            Some(seed) => palpate::simulate::plan_jump_free(&self.shape, seed, self.duration_s),
-            None => palpate::simulate::plan_turn(&self.shape, &self.limits.unwrap_or_default(), self.duration_s),
+            Some(seed) => palpate::plan::plan_jump_free(&self.shape, seed, self.duration_s),
+            None => palpate::plan::plan_turn(&self.shape, &self.limits.unwrap_or_default(), self.duration_s),
         }
+    }
+}
+
+impl Made for Plan {
+    fn call<'py>(&self, py: Python<'py>) -> Pickled<'py> {
+        let arguments = (Shape(self.shape.clone()), self.limits.map(Limits), self.seed, self.duration_s);
+        pickled::by_method::<Planned>(py, "_motion", arguments)
     }
 }
 
@@ -164,13 +173,20 @@ impl Planned {
     fn _made(motion: Py<Motion>, start_psi_rad: f64, coverage: f64, full_turn: bool) -> Self {
         Self { motion, start_psi_rad, coverage, full_turn }
     }
+
+    #[staticmethod]
+    fn _motion(shape: &Shape, limits: Option<PyRef<Limits>>, seed: Option<u64>, duration_s: f64) -> PyResult<Motion> {
+        let plan = Plan { shape: shape.0.clone(), limits: limits.map(|limits| limits.0), seed, duration_s };
+        let planned = plan.carried_out().or_raise()?;
+        Ok(Motion::planned(planned.motion, Arc::new(plan)))
+    }
 }
 
 fn planned(py: Python<'_>, plan: Plan) -> PyResult<Planned> {
     let task = plan.clone();
     let found = work::run(py, None, None, move |_| task.carried_out())?.or_raise()?;
     Ok(Planned {
-        motion: Py::new(py, Motion::planned(found.motion, plan))?,
+        motion: Py::new(py, Motion::planned(found.motion, Arc::new(plan)))?,
         start_psi_rad: found.start_psi_rad,
         coverage: found.coverage,
         full_turn: found.full_turn,

@@ -421,7 +421,7 @@ impl ResultData {
         let found = &self.found;
         let verdict = (found.certified, found.com_certified, &found.reason, found.alternatives);
         let numbers = [found.chi2_per_dof, found.coverage, found.sensor_sd_m, found.balance_sd_m, self.seconds];
-        let outline: Vec<[f64; 7]> = found.outline.iter().map(outline_row).collect();
+        let outline: Vec<[f64; 7]> = found.outline.iter().map(palpate_io::point_row).collect();
         let motion: Vec<[f64; 11]> = found.motion.iter().map(motion_row).collect();
         let tables = (arrays::table(py, &outline), arrays::table(py, &motion));
         let arguments = (verdict, numbers, self.shape(), tables, self.jumps(), self.others(py), &self.log);
@@ -444,7 +444,7 @@ impl ResultData {
         let [chi2_per_dof, coverage, sensor_sd_m, balance_sd_m, seconds] = numbers;
         let found = Reconstruction {
             shape: shape.0.clone(),
-            outline: arrays::rows("an outline", &tables.0)?.iter().map(outline_point).collect(),
+            outline: arrays::rows("an outline", &tables.0)?.into_iter().map(palpate_io::point_of).collect(),
             motion: arrays::rows("a motion", &tables.1)?.iter().map(pose).collect(),
             certified,
             com_certified,
@@ -504,49 +504,20 @@ fn loaded(py: Python<'_>, folder: &std::path::Path) -> PyResult<(Reconstruction,
     Ok((found, summary))
 }
 
-fn outline_row(point: &OutlinePoint) -> [f64; 7] {
-    let OutlinePoint { theta_rad, r_m, r_sd_m, x_m, y_m, curvature_radius_m, touches } = *point;
-    [theta_rad, r_m, r_sd_m, x_m, y_m, curvature_radius_m, f64::from(touches)]
-}
-
-fn outline_point(row: &[f64; 7]) -> OutlinePoint {
-    let [theta_rad, r_m, r_sd_m, x_m, y_m, curvature_radius_m, touches] = *row;
-    OutlinePoint { theta_rad, r_m, r_sd_m, x_m, y_m, curvature_radius_m, touches: touches as u32 }
-}
-
+/// A row of `motion.csv` and the residuals; NaN where there is none.
 fn motion_row(pose: &Pose) -> [f64; 11] {
-    let or_nan = |value: Option<f64>| value.unwrap_or(f64::NAN);
-    [
-        pose.time_s,
-        pose.psi_rad,
-        pose.psi_sd_rad,
-        pose.com_x_m,
-        pose.com_y_m,
-        pose.com_sd_m,
-        pose.theta1_rad,
-        pose.theta2_rad,
-        f64::from(pose.piece),
-        or_nan(pose.residual1_m),
-        or_nan(pose.residual2_m),
-    ]
+    let mut row = [f64::NAN; 11];
+    row[..9].copy_from_slice(&palpate_io::pose_row(pose));
+    for (cell, residual_m) in row[9..].iter_mut().zip([pose.residual1_m, pose.residual2_m]) {
+        *cell = residual_m.unwrap_or(f64::NAN);
+    }
+    row
 }
 
 fn pose(row: &[f64; 11]) -> Pose {
     let known = |value: f64| Some(value).filter(|value| !value.is_nan());
-    let [time_s, psi_rad, psi_sd_rad, com_x_m, com_y_m, com_sd_m, theta1_rad, theta2_rad, piece, left1, left2] = *row;
-    Pose {
-        time_s,
-        psi_rad,
-        psi_sd_rad,
-        com_x_m,
-        com_y_m,
-        com_sd_m,
-        theta1_rad,
-        theta2_rad,
-        piece: piece as u32,
-        residual1_m: known(left1),
-        residual2_m: known(left2),
-    }
+    let pose = palpate_io::pose_of(std::array::from_fn(|column| row[column]));
+    Pose { residual1_m: known(row[9]), residual2_m: known(row[10]), ..pose }
 }
 
 /// The object jumped from one resting pose to another.

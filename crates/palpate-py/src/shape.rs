@@ -7,9 +7,8 @@ use palpate::palms::GeneralizedContactSupport;
 use palpate::shape::{BoundaryPoint, NamedShape, RandomShape, ShapeError, SupportFunction};
 use pyo3::prelude::*;
 
-use crate::arrays::{self, Column, Numbers, Table};
+use crate::arrays::{self, Column, Numbers, Table, four};
 use crate::errors::{self, OrRaise};
-use crate::palms::four;
 use crate::pickled::{self, Pickled};
 use crate::svg;
 use crate::whole::Whole;
@@ -422,8 +421,8 @@ impl Shape {
             return Err(ShapeError::OutOfRange { what: "the mean radius" }).or_raise();
         }
         let factor = mean_radius_m / self.0.mean_radius_m();
-        let harmonics = self.0.harmonics_m().iter().map(|[a, b]| [a * factor, b * factor]).collect();
-        Ok(Self(SupportFunction::new(mean_radius_m, harmonics)))
+        // The mean radius is to the last digit the one asked for.
+        Ok(Self(SupportFunction::new(mean_radius_m, self.0.scaled(factor).harmonics_m().to_vec())))
     }
 
     /// The shape with its harmonics damped just enough to make it convex.

@@ -189,7 +189,7 @@ impl FolderData {
             )));
         }
         let sweep = Sweep { jobs: jobs.iter().map(|data| data.get().job.clone()).collect(), base };
-        let folder = py.detach(|| SweepFolder::open(&sweep, &folder)).or_raise()?;
+        let folder = py.detach(|| sweep.open(&folder)).or_raise()?;
         Ok(Self { sweep: Arc::new(sweep), folder: Arc::new(Mutex::new(Some(folder))) })
     }
 

@@ -5,8 +5,9 @@ use std::collections::BTreeSet;
 use palpate::{Log, Reconstruction};
 use serde::Serialize;
 
+use crate::html;
+use crate::input::{ReportInput, TruthOverlay};
 use crate::overlay::{SampledSupport, rotation_rad, wrapped};
-use crate::{ReportInput, TruthOverlay, html};
 
 /// Logs with more samples than this are thinned for the plots.
 pub const MAX_SAMPLES_SHOWN: usize = 6000;

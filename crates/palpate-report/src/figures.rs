@@ -4,7 +4,7 @@ use palpate::Reconstruction;
 
 use crate::data::{MAX_JUMPS_SHOWN, MAX_SAMPLES_SHOWN, felt_half_width_m, rounded, shown_samples, time_origin_s};
 use crate::html::escape;
-use crate::{ReportInput, TruthOverlay};
+use crate::input::{ReportInput, TruthOverlay};
 
 /// A number for people: about three significant digits, without an exponent unless it is enormous.
 pub(crate) fn number(value: f64) -> String {

@@ -3,12 +3,21 @@
 use std::path::{Path, PathBuf};
 
 use crate::job::Outcome;
-use crate::journal::Journal;
-use crate::sweep::{Done, Sweep};
+use crate::journal::{Header, Journal};
 use crate::sweep_error::SweepError;
 use crate::table;
 
-/// An open folder, locked until it goes. Whoever does the jobs, here or elsewhere, hands each outcome to [`keep`](Self::keep).
+/// How many jobs are finished.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Done {
+    /// So many are, counting those of earlier runs.
+    pub finished: u64,
+    /// Of so many.
+    pub jobs: u64,
+}
+
+/// The folder of a sweep, opened by the sweep and locked until it goes. Whoever does the jobs, here or elsewhere, hands each
+/// outcome to [`keep`](Self::keep).
 #[derive(Debug)]
 pub struct SweepFolder {
     dir: PathBuf,
@@ -18,19 +27,19 @@ pub struct SweepFolder {
 }
 
 impl SweepFolder {
-    /// Opens the folder `dir`, made if missing, for this sweep.
+    /// Opens the folder `dir`, made if missing, for the sweep of this header, which has so many jobs.
     ///
     /// # Errors
     /// The folder belongs to another sweep, another program is at work in it, or it cannot be written.
-    pub fn open(sweep: &Sweep, dir: &Path) -> Result<Self, SweepError> {
+    pub(crate) fn open(dir: &Path, header: &Header, jobs: usize) -> Result<Self, SweepError> {
         std::fs::create_dir_all(dir).map_err(|error| SweepError::io(dir, &error))?;
         if !Journal::is_in(dir)
             && let Some(path) = table::FILES.iter().map(|name| dir.join(name)).find(|path| path.exists())
         {
             return Err(SweepError::Foreign { path: path.display().to_string() });
         }
-        let (journal, finished) = Journal::open(dir, &sweep.header()?)?;
-        let mut folder = Self { dir: dir.to_path_buf(), journal, outcomes: vec![None; sweep.jobs.len()], finished: 0 };
+        let (journal, finished) = Journal::open(dir, header)?;
+        let mut folder = Self { dir: dir.to_path_buf(), journal, outcomes: vec![None; jobs], finished: 0 };
         for outcome in finished {
             folder.put(outcome);
         }

@@ -26,7 +26,7 @@
 //! [`Sweep::run`] does all jobs on the threads of this machine; [`Sweep::run_in`] does so in a folder: what is finished is kept in a
 //! [journal], so that a sweep that was killed goes on where it was. The table has its rows in the order of the jobs, so
 //! that its bytes depend neither on the number of threads nor on how often the sweep was interrupted. Whoever has other machines
-//! to do the jobs opens a [`SweepFolder`] and hands it what comes back.
+//! to do the jobs opens a folder by [`Sweep::open`] and hands the [`SweepFolder`] what comes back.
 #![forbid(unsafe_code)]
 
 mod bounded;
@@ -49,7 +49,7 @@ mod threads;
 mod touchpad;
 mod unfold;
 
-pub use folder::SweepFolder;
+pub use folder::{Done, SweepFolder};
 pub use job::{Job, Outcome, Source};
 pub use log_job::LogJob;
 pub use object::{Object, ShapeName};
@@ -58,6 +58,6 @@ pub use plan_error::{PlanError, PlanProblem};
 pub use row::{Row, Status};
 pub use score::{MethodChoice, ReconstructChoice, ScoreChoice};
 pub use simulate_job::{MotionKind, NoLog, SimulateJob, Simulated};
-pub use sweep::{Done, Sweep};
+pub use sweep::Sweep;
 pub use sweep_error::SweepError;
 pub use touchpad::Touchpads;

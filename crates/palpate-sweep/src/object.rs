@@ -88,12 +88,12 @@ impl Object {
             }
             Self::Ellipse { axis_ratio, mean_radius_m, mass_offset } => {
                 let unit = ellipse(1.0, axis_ratio)?;
-                let shape = scaled(&unit, mean_radius_m / unit.mean_radius_m());
+                let shape = unit.scaled(mean_radius_m / unit.mean_radius_m());
                 Ok((format!("ellipse {axis_ratio}"), off_centre(&shape, mass_offset * mean_radius_m, rng)))
             }
             Self::Polygon { corners, mean_radius_m, mass_offset } => {
                 let unit = rounded_polygon(corners, CORNER_RADIUS, CORNER_SMOOTHNESS_RAD)?;
-                let shape = scaled(&unit, mean_radius_m);
+                let shape = unit.scaled(mean_radius_m);
                 Ok((format!("polygon {corners}"), off_centre(&shape, mass_offset * mean_radius_m, rng)))
             }
         }
@@ -117,7 +117,7 @@ fn mixed(rng: &mut ChaCha8Rng) -> Result<(String, SupportFunction), ShapeError> 
             let corners = rng.random_range(3..=6);
             let smoothness: f64 = rng.random_range(0.3..0.5);
             let shape = rounded_polygon(corners, rng.random_range(0.2..0.5), smoothness)?;
-            (format!("polygon {corners}"), scaled(&shape, radius))
+            (format!("polygon {corners}"), shape.scaled(radius))
         }
     };
     let offset = 0.2 * radius * rng.random_range(0.0f64..1.0).sqrt();
@@ -130,9 +130,4 @@ fn off_centre(shape: &SupportFunction, offset_m: f64, rng: &mut ChaCha8Rng) -> S
     let centroid = shape.centroid();
     let towards = rng.random_range(0.0..TAU);
     shape.translated(offset_m * towards.cos() - centroid.x_m, offset_m * towards.sin() - centroid.y_m)
-}
-
-fn scaled(shape: &SupportFunction, factor: f64) -> SupportFunction {
-    let harmonics = shape.harmonics_m().iter().map(|[a, b]| [a * factor, b * factor]).collect();
-    SupportFunction::new(shape.mean_radius_m() * factor, harmonics)
 }

@@ -3,9 +3,10 @@
 use std::f64::consts::TAU;
 
 use palpate::palms::{MotionError, PalmMotion, PalmPair};
+use palpate::plan::{PalmLimits, PlanError, plan_turn};
 use palpate::sensor::Touchpad;
 use palpate::shape::{ShapeError, SupportFunction};
-use palpate::simulate::{PalmLimits, PlanError, SimulateError, SimulateOptions, Simulation, plan_turn, simulate};
+use palpate::simulate::{SimulateError, SimulateOptions, Simulation, simulate};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};

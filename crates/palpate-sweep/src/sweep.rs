@@ -4,7 +4,7 @@ use std::num::NonZero;
 use std::path::{Path, PathBuf};
 
 use crate::digest::Digest;
-use crate::folder::SweepFolder;
+use crate::folder::{Done, SweepFolder};
 use crate::job::{Job, Outcome};
 use crate::journal::Header;
 use crate::plan::Plan;
@@ -19,15 +19,6 @@ pub struct Sweep {
     pub jobs: Vec<Job>,
     /// The folder from which logs are looked for.
     pub base: PathBuf,
-}
-
-/// How many jobs are finished.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Done {
-    /// So many are, counting those of earlier runs.
-    pub finished: u64,
-    /// Of so many.
-    pub jobs: u64,
 }
 
 impl Sweep {
@@ -74,7 +65,7 @@ impl Sweep {
         threads: NonZero<usize>,
         progress: &mut dyn FnMut(Done),
     ) -> Result<Vec<Outcome>, SweepError> {
-        let mut folder = SweepFolder::open(self, dir)?;
+        let mut folder = self.open(dir)?;
         progress(folder.done());
         self.each(&folder.todo(), threads, &mut |outcome| {
             folder.keep(outcome)?;
@@ -82,6 +73,14 @@ impl Sweep {
             Ok(())
         })?;
         folder.finish()
+    }
+
+    /// Opens the folder `dir`, made if missing, for this sweep, to be handed what comes of its jobs.
+    ///
+    /// # Errors
+    /// The folder belongs to another sweep, another program is at work in it, or it cannot be written.
+    pub fn open(&self, dir: &Path) -> Result<SweepFolder, SweepError> {
+        SweepFolder::open(dir, &self.header()?, self.jobs.len())
     }
 
     /// Does the jobs of these numbers on `threads` threads and hands each outcome over, on the calling thread, as it comes. An
@@ -101,7 +100,7 @@ impl Sweep {
     }
 
     /// Which sweep this is: the same for the same jobs on the same logs with the same version of palpate.
-    pub(crate) fn header(&self) -> Result<Header, SweepError> {
+    fn header(&self) -> Result<Header, SweepError> {
         let mut digest = Digest::new();
         for job in &self.jobs {
             let json = serde_json::to_vec(job).map_err(|error| SweepError::Encode(error.to_string()))?;

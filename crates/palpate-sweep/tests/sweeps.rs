@@ -5,7 +5,7 @@ use std::num::NonZero;
 use std::path::{Path, PathBuf};
 
 use palpate_sweep::table::{column_names, results_parquet};
-use palpate_sweep::{Done, Job, Source, Status, Sweep, SweepError, SweepFolder, parse_plan, read_plan};
+use palpate_sweep::{Done, Job, Source, Status, Sweep, SweepError, parse_plan, read_plan};
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::Field;
 
@@ -130,7 +130,7 @@ fn logs_are_reconstructed_and_held_against_the_truths_beside_them() {
 fn outcomes_may_come_from_anywhere_in_any_order_and_twice() {
     let dir = tempfile::tempdir().expect("a folder");
     let sweep = sweep(&format!("{SHORT}reconstruct.method = \"quadrature\"\n"), Path::new("."));
-    let mut folder = SweepFolder::open(&sweep, &dir.path().join("afar")).expect("a folder");
+    let mut folder = sweep.open(&dir.path().join("afar")).expect("a folder");
     assert_eq!(folder.todo(), [0, 1, 2, 3]);
     for number in [2, 0, 2] {
         folder.keep(sweep.outcome(number).expect("a job")).expect("kept");
@@ -139,7 +139,7 @@ fn outcomes_may_come_from_anywhere_in_any_order_and_twice() {
     let early = folder.finish().expect_err("two jobs are missing");
     assert!(matches!(early, SweepError::Unfinished { missing: 2, .. }), "{early}");
 
-    let mut folder = SweepFolder::open(&sweep, &dir.path().join("afar")).expect("the same folder");
+    let mut folder = sweep.open(&dir.path().join("afar")).expect("the same folder");
     assert_eq!(folder.todo(), [1, 3]);
     sweep.each(&[3, 1], TWO, &mut |outcome| folder.keep(outcome)).expect("the rest");
     folder.finish().expect("tables");

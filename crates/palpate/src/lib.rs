@@ -35,7 +35,8 @@
 //! * [`palms`]: the palm pair, its frames and contact angles, what two contacts say together, palm motions
 //! * [`mechanics`]: potential energy, balance, where an object rests and where it jumps to
 //! * [`sensor`]: touchpads and their faults
-//! * [`mod@simulate`]: the exact quasistatic forward model, and motions planned for a known object
+//! * [`mod@simulate`]: the exact quasistatic forward model
+//! * [`plan`]: palm motions for a known object, without jumps
 //! * [`mod@reconstruct`]: the estimator
 //! * [`mod@compare`]: error figures
 //!
@@ -46,9 +47,10 @@
 //!
 //! ```
 //! use palpate::palms::PalmPair;
+//! use palpate::plan::{PalmLimits, plan_turn};
 //! use palpate::reconstruct::{ReconstructOptions, reconstruct};
 //! use palpate::shape::NamedShape;
-//! use palpate::simulate::{PalmLimits, SimulateOptions, plan_turn, simulate};
+//! use palpate::simulate::{SimulateOptions, simulate};
 //!
 //! // What the robot cannot see: an egg of 30 mm mean radius that the palms carry round in 40 s.
 //! let egg = NamedShape::Egg.shape(0.030)?;
@@ -83,6 +85,7 @@ pub mod log;
 mod math;
 pub mod mechanics;
 pub mod palms;
+pub mod plan;
 pub mod reconstruct;
 pub mod sensor;
 pub mod shape;

@@ -20,11 +20,6 @@ fn egg() -> SupportFunction {
     NamedShape::Egg.shape(SIZE_M).expect("a positive size")
 }
 
-fn scaled(shape: &SupportFunction, factor: f64) -> SupportFunction {
-    let harmonics = shape.harmonics_m().iter().map(|[a, b]| [a * factor, b * factor]).collect();
-    SupportFunction::new(shape.mean_radius_m() * factor, harmonics)
-}
-
 /// A random motion of `seconds` that knows nothing of the object, at 20 samples per second.
 fn random_motion(shape: &SupportFunction, seed: u64, seconds: f64, touchpad: Touchpad) -> Simulation {
     let motion = PalmMotion::random(seed, seconds, 1.0).and_then(|motion| motion.sample(20.0)).expect("possible");
@@ -88,7 +83,7 @@ fn an_exact_circle() {
 #[test]
 fn a_nearly_flat_side() {
     // Nearly flat sides: d is nearly discontinuous, many harmonics. Right, or refused.
-    let shape = scaled(&rounded_polygon(3, 0.15, 0.12).expect("in range"), SIZE_M).translated(0.1 * SIZE_M, 0.0);
+    let shape = rounded_polygon(3, 0.15, 0.12).expect("in range").scaled(SIZE_M).translated(0.1 * SIZE_M, 0.0);
     for run in [turned(&shape, 600, noisy(NOISE_M)), random_motion(&shape, 5, 30.0, noisy(NOISE_M))] {
         assert_honest(&solve(&run.log), &run.truth, NOISE_M, 1);
     }
@@ -126,7 +121,7 @@ fn two_fold_symmetry() {
 
 #[test]
 fn three_fold_symmetry() {
-    let shape = scaled(&rounded_polygon(3, 0.4, 0.4).expect("in range"), SIZE_M);
+    let shape = rounded_polygon(3, 0.4, 0.4).expect("in range").scaled(SIZE_M);
     for seed in [1, 7] {
         let run = random_motion(&shape, seed, 25.0, noisy(NOISE_M));
         println!("{} jumps", run.jumps.len());

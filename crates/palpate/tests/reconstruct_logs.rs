@@ -6,10 +6,11 @@ mod reconstruct_support;
 use std::path::PathBuf;
 
 use palpate::palms::PalmPair;
+use palpate::plan::{PalmLimits, plan_turn};
 use palpate::reconstruct::{ReconstructOptions, Reconstruction, reconstruct};
 use palpate::sensor::Touchpad;
 use palpate::shape::NamedShape;
-use palpate::simulate::{PalmLimits, SimulateOptions, plan_turn, simulate};
+use palpate::simulate::{SimulateOptions, simulate};
 use palpate::truth::TruePose;
 use palpate::{Log, Sample, Truth};
 use reconstruct_support::{SIZE_M, errors, noisy, rms_psi_rad, solve, turned};

@@ -4,9 +4,10 @@ use std::f64::consts::PI;
 
 use palpate::mechanics::{EnergyLandscape, STANDARD_GRAVITY_M_PER_S2};
 use palpate::palms::{Palm, PalmMotion, PalmMove, PalmPair};
+use palpate::plan::{PalmLimits, plan_jump_free, plan_turn};
 use palpate::sensor::{PadContact, Touchpad};
 use palpate::shape::{NamedShape, RandomShape, SupportFunction, random_shape};
-use palpate::simulate::{PalmLimits, SimulateError, SimulateOptions, coverage, plan_jump_free, plan_turn, simulate};
+use palpate::simulate::{SimulateError, SimulateOptions, coverage, simulate};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 

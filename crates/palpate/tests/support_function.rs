@@ -77,6 +77,19 @@ proptest! {
     }
 
     #[test]
+    fn lengths_grow_with_the_scale_and_areas_with_its_square(
+        seed in 0_u64..10_000, theta in -4.0..4.0_f64, factor in 0.1..10.0_f64,
+    ) {
+        let shape = pebble(seed);
+        let larger = shape.scaled(factor);
+        prop_assert!((larger.perimeter_m() / shape.perimeter_m() / factor - 1.0).abs() < 1e-14);
+        prop_assert!((larger.area_m2() / shape.area_m2() / (factor * factor) - 1.0).abs() < 1e-12);
+        let (point, there) = (shape.boundary_point(theta), larger.boundary_point(theta));
+        prop_assert!((there.x_m - factor * point.x_m).hypot(there.y_m - factor * point.y_m) < 1e-14 * factor);
+        prop_assert_eq!(shape.scaled(1.0), shape);
+    }
+
+    #[test]
     fn random_shapes_are_as_convex_as_asked(seed in 0_u64..10_000, order in 1_usize..16, amplitude in 0.0..3.0_f64) {
         let kind = RandomShape { order, amplitude, ..RandomShape::default() };
         let shape = random_shape(&kind, seed).expect("a valid kind");

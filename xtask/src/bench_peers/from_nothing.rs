@@ -12,7 +12,8 @@ use palpate::palms::PalmMotion;
 use palpate::reconstruct::{ReconstructError, ReconstructOptions, reconstruct};
 use palpate::sensor::Touchpad;
 use palpate::shape::{RandomShape, random_shape};
-use palpate::simulate::{SimulateOptions, Simulation, plan_jump_free, simulate};
+use palpate::plan::plan_jump_free;
+use palpate::simulate::{SimulateOptions, Simulation, simulate};
 
 use super::Context;
 use super::row::{Agreement, Row};

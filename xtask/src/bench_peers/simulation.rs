@@ -13,7 +13,8 @@ use std::process::Command;
 use anyhow::{Context as _, bail};
 use palpate::palms::PalmPair;
 use palpate::shape::{NamedShape, SupportFunction, ellipse};
-use palpate::simulate::{PalmLimits, SimulateOptions, Simulation, plan_turn, simulate};
+use palpate::plan::{PalmLimits, plan_turn};
+use palpate::simulate::{SimulateOptions, Simulation, simulate};
 
 use super::Context;
 use super::row::{Agreement, Row};

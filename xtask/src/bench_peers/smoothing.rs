@@ -14,7 +14,8 @@ use anyhow::{Context as _, bail};
 use palpate::reconstruct::{ReconstructError, SmoothOptions, Smoothed, smooth_from};
 use palpate::sensor::Touchpad;
 use palpate::shape::{NamedShape, SupportFunction};
-use palpate::simulate::{PalmLimits, SimulateOptions, plan_turn, simulate};
+use palpate::plan::{PalmLimits, plan_turn};
+use palpate::simulate::{SimulateOptions, simulate};
 use palpate::{Log, Sample};
 
 use super::Context;

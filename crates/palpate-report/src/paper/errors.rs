@@ -3,7 +3,7 @@
 use palpate::compare::compare;
 use palpate::reconstruct::diagnostics;
 
-use super::{Method, PaperInput, Trial};
+use super::input::{Method, PaperInput, Trial};
 use crate::html::escape;
 
 /// The table as HTML.

@@ -1,8 +1,9 @@
 //! Figure 6: the shape as it is being reconstructed, in 27 frames.
 
+use super::colors::{GREEN, GREY, INK, OBJECT, RED, RULE};
+use super::input::{Method, Trial};
 use super::scene::{observed_points, outline, palm_ends, palms, pose, true_pose};
 use super::svg::{Anchor, Point, Sheet, View, area, line, plain};
-use super::{GREEN, GREY, INK, Method, OBJECT, RED, RULE, Trial};
 use palpate::palms::Palm;
 
 /// Frames that there are.

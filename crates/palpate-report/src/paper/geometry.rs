@@ -3,9 +3,9 @@
 use palpate::palms::{GeneralizedContactSupport, Palm, PalmPair};
 use palpate::shape::SupportFunction;
 
+use super::colors::{BLUE, GREEN, GREY, INK, OBJECT, ORANGE, RED};
 use super::scene::{outline, palm_ends, palms, view_of};
 use super::svg::{Anchor, Pen, Point, Sheet, View, arc, area, line, plain};
-use super::{BLUE, GREEN, GREY, INK, OBJECT, ORANGE, RED};
 use palpate::compare::RigidMotion;
 
 const PALM: Pen = line(INK, 5.0);

@@ -3,9 +3,12 @@
 //! [`figures`] draws them as SVG, [`png`] makes pictures of them, [`paper_page`] is the page. What they show is made
 //! elsewhere: logs are simulated and reconstructed by whoever calls.
 
+mod colors;
 mod errors;
+mod figure;
 mod frames;
 mod geometry;
+mod input;
 mod page;
 mod plot;
 mod png;
@@ -14,131 +17,13 @@ mod scene;
 mod svg;
 
 use palpate::palms::PalmPair;
-use palpate::sensor::VisionSystem;
-use palpate::shape::SupportFunction;
-use palpate::{Log, Reconstruction, Truth};
 
 use geometry::Rest;
 
+pub use figure::{FIGURE_NAMES, Figure};
+pub use input::{Method, PaperInput, Trial};
 pub use page::paper_page;
 pub use png::{PngError, png};
-
-/// Colours: of lines and text, of what is known, of grids, of the object; and of what is pointed at.
-const INK: &str = "#1d2733";
-const GREY: &str = "#8a94a0";
-const RULE: &str = "#dfe3e8";
-const OBJECT: &str = "#eef1f4";
-const RED: &str = "#c8102e";
-const GREEN: &str = "#1a7f37";
-const BLUE: &str = "#1f5fbf";
-const ORANGE: &str = "#c05a00";
-
-/// A way to reconstruct that the figures show.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Method {
-    /// The paper's differential equations.
-    Ode,
-    /// Maximum likelihood.
-    Likelihood,
-}
-
-impl Method {
-    const BOTH: [Self; 2] = [Self::Ode, Self::Likelihood];
-
-    fn name(self) -> &'static str {
-        match self {
-            Self::Ode => "differential equations",
-            Self::Likelihood => "maximum likelihood",
-        }
-    }
-
-    fn color(self) -> &'static str {
-        match self {
-            Self::Ode => ORANGE,
-            Self::Likelihood => BLUE,
-        }
-    }
-}
-
-/// A simulated log with its truth, reconstructed by both methods.
-#[derive(Clone, Copy, Debug)]
-pub struct Trial<'a> {
-    /// In a few words, such as "two palms".
-    pub name: &'a str,
-    /// What the palms felt.
-    pub log: &'a Log,
-    /// What is true, or what a camera says is.
-    pub truth: &'a Truth,
-    /// The true shape, in the frame that the true motion belongs to.
-    pub shape: &'a SupportFunction,
-    /// Length of the touchpads, metres; of use in figure 8.
-    pub pad_length_m: f64,
-    /// By the differential equations.
-    pub ode: &'a Reconstruction,
-    /// By maximum likelihood.
-    pub likelihood: &'a Reconstruction,
-}
-
-impl<'a> Trial<'a> {
-    fn found(&self, method: Method) -> &'a Reconstruction {
-        match method {
-            Method::Ode => self.ode,
-            Method::Likelihood => self.likelihood,
-        }
-    }
-}
-
-/// Everything that the figures show.
-#[derive(Clone, Copy, Debug)]
-pub struct PaperInput<'a> {
-    /// The simulation of figures 6 and 7, palms with a common hinge.
-    pub palms: Trial<'a>,
-    /// The same with two fingers.
-    pub fingers: Trial<'a>,
-    /// The experiment of figure 8.
-    pub experiment: Trial<'a>,
-    /// The camera of the experiment.
-    pub vision: &'a VisionSystem,
-    /// Boundary that was felt fewer times is left out of figure 8(b).
-    pub min_touches: u32,
-    /// Standard deviation of the contact positions in the simulations, metres.
-    pub simulation_sd_m: f64,
-    /// Version of the program, for the footer.
-    pub version: &'a str,
-}
-
-/// A figure: SVG text with what to say about it.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Figure {
-    /// Name of its files, without extension.
-    pub name: &'static str,
-    /// Number and title.
-    pub title: String,
-    /// What it shows.
-    pub caption: String,
-    /// The figure.
-    pub svg: String,
-    /// The figure belongs beside the one before it, which shows the same by the other method.
-    pub beside: bool,
-}
-
-/// Names of all figures, in the order of [`figures`].
-pub const FIGURE_NAMES: [&str; 14] = [
-    "figure-1-arrangements",
-    "figure-2-contact-support",
-    "figure-4-dependencies",
-    "figure-5-generalized-contact-support",
-    "figure-6-palms-ode",
-    "figure-6-palms-likelihood",
-    "figure-7-palms-ode",
-    "figure-7-palms-likelihood",
-    "figure-6-fingers-ode",
-    "figure-6-fingers-likelihood",
-    "figure-7-fingers-ode",
-    "figure-7-fingers-likelihood",
-    "figure-8-ode",
-    "figure-8-likelihood",
-];
 
 /// Draws all figures, in the order of [`FIGURE_NAMES`].
 pub fn figures(input: &PaperInput) -> Vec<Figure> {
@@ -243,6 +128,9 @@ fn rest<'a>(trial: &Trial<'a>) -> Rest<'a> {
 mod tests {
     use super::*;
     use palpate::compare::RigidMotion;
+    use palpate::sensor::VisionSystem;
+    use palpate::shape::SupportFunction;
+    use palpate::{Log, Reconstruction, Truth};
 
     #[test]
     fn nothing_gives_figures_of_nothing() {

@@ -1,6 +1,8 @@
 //! The page that ties the figures together.
 
-use super::{Figure, PaperInput, errors};
+use super::errors;
+use super::figure::{FIGURE_NAMES, Figure};
+use super::input::PaperInput;
 use crate::html::escape;
 
 const STYLE: &str = "\
@@ -68,7 +70,7 @@ pub fn paper_page(input: &PaperInput, figures: &[Figure]) -> String {
 }
 
 fn index_of(figure: &Figure) -> usize {
-    super::FIGURE_NAMES.iter().position(|name| *name == figure.name).unwrap_or(usize::MAX)
+    FIGURE_NAMES.iter().position(|name| *name == figure.name).unwrap_or(usize::MAX)
 }
 
 fn introduction(name: &str, input: &PaperInput) -> String {

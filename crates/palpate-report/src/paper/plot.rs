@@ -1,7 +1,7 @@
 //! A plot: a frame with ticks, and curves in it.
 
+use super::colors::{INK, RULE};
 use super::svg::{Anchor, Pen, Point, Sheet, area, line, plain};
-use super::{INK, RULE};
 
 /// A frame on a sheet and the ranges that it shows.
 #[derive(Clone, Debug)]

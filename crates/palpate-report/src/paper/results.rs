@@ -7,10 +7,11 @@ use palpate::palms::Palm;
 use palpate::reconstruct::diagnostics;
 use palpate::sensor::VisionSystem;
 
+use super::colors::{BLUE, GREEN, GREY, INK, OBJECT, RED, RULE};
+use super::input::{Method, Trial};
 use super::plot::{Labels, Plot, range};
 use super::scene::{observed_points, outline, palm_ends, palms, true_pose, view_of};
 use super::svg::{Anchor, Point, Sheet, View, area, line, plain};
-use super::{GREEN, GREY, INK, Method, OBJECT, RED, RULE, Trial};
 
 /// Size of a panel.
 const PANEL: Point = [480.0, 360.0];
@@ -184,14 +185,14 @@ fn set_up_panel(sheet: &mut Sheet, trial: &Trial, vision: &VisionSystem) {
         sheet.segment(view.at(base), view.at(end), line(INK, 4.0));
     }
     sheet.path(body.iter().map(|point| view.at(*point)), true, line(INK, 1.6).filled(OBJECT));
-    let marker = line(super::BLUE, 3.0);
+    let marker = line(BLUE, 3.0);
     let on_object: Vec<Point> = vision.object_markers_m.iter().map(|marker| view.at(pose.apply(*marker))).collect();
     if let [tail, head, others @ ..] = on_object.as_slice() {
         sheet.arrow(*tail, *head, marker);
-        others.iter().for_each(|point| sheet.dot(*point, 4.0, area(super::BLUE)));
+        others.iter().for_each(|point| sheet.dot(*point, 4.0, area(BLUE)));
     }
     for point in vision.on_palms(&felt.palms) {
-        sheet.dot(view.at(point), 3.4, line(super::BLUE, 1.6).filled("#ffffff"));
+        sheet.dot(view.at(point), 3.4, line(BLUE, 1.6).filled("#ffffff"));
     }
     let (one, two) = felt.palms.contact_points_m(felt.s1_m.unwrap_or(f64::NAN), felt.s2_m.unwrap_or(f64::NAN));
     for point in [one, two] {
@@ -204,6 +205,6 @@ fn set_up_panel(sheet: &mut Sheet, trial: &Trial, vision: &VisionSystem) {
     sheet.dot([135.0, y - 4.0], 4.6, area(RED));
     sheet.text([145.0, y], "contact", kind);
     sheet.arrow([212.0, y - 4.0], [232.0, y - 4.0], marker);
-    sheet.dot([243.0, y - 4.0], 3.4, line(super::BLUE, 1.6).filled("#ffffff"));
+    sheet.dot([243.0, y - 4.0], 3.4, line(BLUE, 1.6).filled("#ffffff"));
     sheet.text([252.0, y], "markers for the camera", kind);
 }

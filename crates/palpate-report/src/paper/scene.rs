@@ -6,7 +6,7 @@ use palpate::palms::{Palm, PalmPair};
 use palpate::shape::SupportFunction;
 use std::f64::consts::TAU;
 
-use super::Trial;
+use super::input::Trial;
 use super::svg::{Pen, Point, Sheet, View, area};
 
 /// The outline of a shape in its own frame, metres.

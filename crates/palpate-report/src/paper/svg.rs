@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use super::colors::INK;
 use crate::html::escape;
 
 /// Fonts of all text. The first is the one that PNG files are made with.
@@ -62,7 +63,7 @@ pub(super) struct Type {
 
 /// Plain text of that size in the middle of its point.
 pub(super) const fn plain(size: f64) -> Type {
-    Type { size, anchor: Anchor::Middle, color: super::INK, bold: false, italic: false }
+    Type { size, anchor: Anchor::Middle, color: INK, bold: false, italic: false }
 }
 
 impl Type {

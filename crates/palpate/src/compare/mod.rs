@@ -5,16 +5,15 @@
 
 mod alignment;
 mod hausdorff;
-mod procrustes;
 
 use thiserror::Error;
 
 use crate::math::angle::{mean_direction, wrapped};
+pub use crate::math::rigid_motion::{RigidMotion, procrustes, procrustes_rotation_rad};
 use crate::reconstruct::Reconstruction;
 use crate::shape::{ShapeError, SupportFunction};
 use crate::truth::Truth;
 use alignment::Felt;
-pub use procrustes::{RigidMotion, procrustes, procrustes_rotation_rad};
 
 /// Harmonics that a sampled true support function is fitted with, at most.
 const TRUTH_ORDER: usize = 90;

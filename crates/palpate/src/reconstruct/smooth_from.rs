@@ -119,7 +119,8 @@ mod tests {
     use crate::palms::PalmPair;
     use crate::sensor::Touchpad;
     use crate::shape::NamedShape;
-    use crate::simulate::{PalmLimits, SimulateOptions, Simulation, plan_turn, simulate};
+    use crate::plan::{PalmLimits, plan_turn};
+    use crate::simulate::{SimulateOptions, Simulation, simulate};
 
     const OPTIONS: SmoothOptions = SmoothOptions {
         harmonics: 6,

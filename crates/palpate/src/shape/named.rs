@@ -64,7 +64,7 @@ impl NamedShape {
             Self::Stone => return random(11, RandomShape { mass_offset: 0.15, ..RandomShape::default() }),
             Self::Random(seed) => return random(seed, RandomShape::default()),
         };
-        Ok(scaled(&unit, mean_radius_m / unit.mean_radius_m()))
+        Ok(unit.scaled(mean_radius_m / unit.mean_radius_m()))
     }
 }
 
@@ -169,9 +169,4 @@ pub fn rounded_polygon(corners: u32, corner_radius: f64, smoothness_rad: f64) ->
 fn about_centroid(shape: &SupportFunction) -> SupportFunction {
     let centroid = shape.centroid();
     shape.translated(-centroid.x_m, -centroid.y_m)
-}
-
-fn scaled(shape: &SupportFunction, factor: f64) -> SupportFunction {
-    let harmonics = shape.harmonics_m().iter().map(|[a, b]| [a * factor, b * factor]);
-    SupportFunction::new(shape.mean_radius_m() * factor, harmonics.collect())
 }

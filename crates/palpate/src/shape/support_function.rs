@@ -188,6 +188,12 @@ impl SupportFunction {
         Self::new(self.mean_m, harmonics)
     }
 
+    /// The same form in another size, `factor` times as large: every length grows with it.
+    pub fn scaled(&self, factor: f64) -> Self {
+        let harmonics = self.harmonics_m.iter().map(|[a, b]| [a * factor, b * factor]);
+        Self::new(self.mean_m * factor, harmonics.collect())
+    }
+
     /// The same object moved by (x, y) metres in its frame: the first harmonic gains (x, y).
     pub fn translated(&self, x_m: f64, y_m: f64) -> Self {
         let mut harmonics = self.harmonics_m.clone();

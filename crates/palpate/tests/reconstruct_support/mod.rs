@@ -6,10 +6,11 @@ use std::time::{Duration, Instant};
 
 use palpate::compare::{TruthError, compare};
 use palpate::palms::PalmPair;
+use palpate::plan::{PalmLimits, plan_turn};
 use palpate::reconstruct::{ReconstructError, ReconstructOptions, Reconstruction, reconstruct};
 use palpate::sensor::Touchpad;
 use palpate::shape::SupportFunction;
-use palpate::simulate::{PalmLimits, SimulateOptions, Simulation, plan_turn, simulate};
+use palpate::simulate::{SimulateOptions, Simulation, simulate};
 use palpate::{Log, Truth};
 
 /// Mean radius of most objects here, metres.

@@ -113,7 +113,8 @@ mod tests {
     use crate::estimate::model::prior::Prior;
     use crate::sensor::Touchpad;
     use crate::shape::NamedShape;
-    use crate::simulate::{PalmLimits, SimulateOptions, plan_turn, simulate};
+    use crate::plan::{PalmLimits, plan_turn};
+    use crate::simulate::{SimulateOptions, simulate};
 
     const SIZE_M: f64 = 0.03;
 

@@ -12,7 +12,8 @@ use crate::estimate::solver::gauss_newton::Estimate;
 use crate::palms::PalmPair;
 use crate::sensor::Touchpad;
 use crate::shape::{RandomShape, SupportFunction, random_shape, rounded_polygon};
-use crate::simulate::{PalmLimits, SimulateOptions, plan_turn, simulate};
+use crate::plan::{PalmLimits, plan_turn};
+use crate::simulate::{SimulateOptions, simulate};
 
 const SIZE_M: f64 = 0.03;
 const NOISE_M: f64 = 5e-5;

@@ -1,6 +1,7 @@
-//! The rigid motion that best carries one set of points onto another (orthogonal Procrustes problem), by singular value
-//! decomposition: G. H. Golub and C. F. Van Loan, *Matrix Computations*, third edition 1996, section 12.4.1. Moll & Erdmann
-//! (2001, section 4) align the observed shape with the actual one in this way.
+//! Rigid motions of the plane, and the one that best carries one set of points onto another: SVD alignment, the solution of
+//! the orthogonal Procrustes problem by singular value decomposition (G. H. Golub and C. F. Van Loan, *Matrix Computations*,
+//! third edition 1996, section 12.4.1). Moll & Erdmann (2001, section 4) align the observed shape with the actual one in
+//! this way.
 
 use nalgebra::Matrix2;
 
