@@ -1,5 +1,5 @@
-//! What the project does to itself: `cargo xtask test`, `cargo xtask monte-carlo`, `cargo xtask methods`,
-//! `cargo xtask python-cost`, `cargo xtask ray-cost`, `cargo xtask bench-peers`. Alone it lists its tasks.
+//! What the project does to itself: `cargo xtask test`, `cargo xtask monte-carlo`,
+//! `cargo xtask methods`, `cargo xtask python-cost`, `cargo xtask ray-cost`, `cargo xtask bench-peers`. Alone it lists its tasks.
 #![forbid(unsafe_code)]
 
 mod bench_peers;
@@ -10,6 +10,7 @@ mod monte_carlo;
 mod python;
 mod python_cost;
 mod ray_cost;
+mod tables;
 mod test;
 mod workspace;
 
