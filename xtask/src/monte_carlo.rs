@@ -13,6 +13,7 @@ use palpate_sweep::{
     Job, MotionKind, Object, Outcome, ReconstructChoice, ScoreChoice, SimulateJob, Source, Status, Sweep, Touchpads,
 };
 
+use crate::rows;
 use crate::tables::{self, Place, Table, Write};
 
 /// Options of `cargo xtask monte-carlo`.
@@ -36,6 +37,9 @@ pub struct Arguments {
     /// Folder for the table of all trials; a study that was stopped goes on from there.
     #[arg(short, long = "out", value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Write a row for each trial, without seconds, for `cargo xtask compare-rows`.
+    #[arg(long, value_name = "FILE")]
+    csv: Option<PathBuf>,
     #[command(flatten)]
     write: Write,
 }
@@ -186,6 +190,9 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         Some(dir) => sweep.run_in(dir, threads, &mut |_| ())?,
         None => sweep.run(threads, &mut |_| ())?,
     };
+    if let Some(path) = &arguments.csv {
+        rows::write(path, &outcomes)?;
+    }
     let trials: Vec<Trial> = trials
         .iter()
         .zip(&jobs)
