@@ -1,6 +1,7 @@
 //! What the project does to itself: `cargo xtask test`, `cargo xtask monte-carlo`, `cargo xtask compare-rows`,
 //! `cargo xtask methods`, `cargo xtask python-cost`, `cargo xtask ray-cost`, `cargo xtask bench-peers`. Alone it lists its tasks.
 #![forbid(unsafe_code)]
+#![allow(clippy::print_stdout, clippy::print_stderr, reason = "its tables and what it does are for the terminal")]
 
 mod bench_peers;
 mod browser;

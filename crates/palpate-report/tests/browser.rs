@@ -4,6 +4,7 @@
 //! Looks for Chromium in `PALPATE_CHROMIUM` and on the search path. Without one the test is skipped with a note, unless
 //! `PALPATE_REQUIRE_CHROMIUM=1`. With `PALPATE_SCREENSHOTS=DIR` it also leaves pictures there.
 #![cfg(unix)]
+#![allow(clippy::print_stderr, reason = "who is without a browser must know")]
 
 mod devtools;
 mod fixture;

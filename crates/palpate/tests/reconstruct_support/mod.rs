@@ -1,5 +1,6 @@
 //! What the tests of the estimator share: logs to reconstruct, and what makes an answer right.
 #![allow(dead_code, reason = "each test binary uses a part of it")]
+#![allow(clippy::print_stdout, reason = "shown where a test fails")]
 
 use std::f64::consts::TAU;
 use std::time::Instant;
