@@ -1,6 +1,7 @@
 //! Runs one piece of work once, on one thread, for a tool that counts its instructions; and sets the sums of the smoother beside what
 //! the processor can do (`docs/performance.md`).
 #![forbid(unsafe_code)]
+#![allow(clippy::print_stdout, reason = "what it does is to print")]
 
 use std::hint::black_box;
 use std::time::Instant;

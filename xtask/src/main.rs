@@ -1,6 +1,7 @@
-//! What the project does to itself: `cargo xtask test`, `cargo xtask monte-carlo`, `cargo xtask methods`,
-//! `cargo xtask python-cost`, `cargo xtask ray-cost`, `cargo xtask bench-peers`. Alone it lists its tasks.
+//! What the project does to itself: `cargo xtask test`, `cargo xtask monte-carlo`, `cargo xtask compare-rows`,
+//! `cargo xtask methods`, `cargo xtask python-cost`, `cargo xtask ray-cost`, `cargo xtask bench-peers`. Alone it lists its tasks.
 #![forbid(unsafe_code)]
+#![allow(clippy::print_stdout, clippy::print_stderr, reason = "its tables and what it does are for the terminal")]
 
 mod bench_peers;
 mod browser;
@@ -10,6 +11,8 @@ mod monte_carlo;
 mod python;
 mod python_cost;
 mod ray_cost;
+mod rows;
+mod tables;
 mod test;
 mod workspace;
 
@@ -31,6 +34,8 @@ enum Task {
     Test(test::Arguments),
     /// Measure accuracy over many simulated objects and write the tables that the documentation quotes.
     MonteCarlo(monte_carlo::Arguments),
+    /// Compare the trials of two studies row by row; fails where a verdict differs.
+    CompareRows(rows::Arguments),
     /// Hold the paper's method against maximum likelihood on the same logs, and write the table that the documentation quotes.
     Methods(methods::Arguments),
     /// Measure what it costs to reconstruct from Python rather than from Rust.
@@ -45,6 +50,7 @@ fn main() -> ExitCode {
     let done = match Arguments::parse().task {
         Some(Task::Test(arguments)) => test::run(&arguments),
         Some(Task::MonteCarlo(arguments)) => monte_carlo::run(&arguments),
+        Some(Task::CompareRows(arguments)) => rows::run(&arguments),
         Some(Task::Methods(arguments)) => methods::run(&arguments),
         Some(Task::PythonCost(arguments)) => python_cost::run(&arguments),
         Some(Task::RayCost(arguments)) => ray_cost::run(&arguments),

@@ -13,6 +13,7 @@ use palpate::simulate::Simulation;
 use rayon::prelude::*;
 
 use crate::monte_carlo::{NoiseKind, quantile, simulation};
+use crate::tables::{self, Write};
 
 /// Options of `cargo xtask methods`.
 #[derive(clap::Args)]
@@ -29,6 +30,21 @@ pub struct Arguments {
     /// Instead of trials, the logs (NAME.csv with NAME.truth beside it) of this folder, a row for each log and method
     #[arg(long, value_name = "DIR")]
     logs: Option<PathBuf>,
+    #[command(flatten)]
+    write: Write,
+}
+
+impl Arguments {
+    /// The command that makes the table again.
+    fn command(&self) -> String {
+        match &self.logs {
+            Some(dir) => format!("cargo xtask methods --logs {}", dir.display()),
+            None => format!(
+                "cargo xtask methods --trials {} --seed {} --noise-mm {}",
+                self.trials, self.seed, self.noise_mm
+            ),
+        }
+    }
 }
 
 /// How a method was run.
@@ -55,9 +71,20 @@ type Outcome = [Option<(TruthError, f64)>; RUNS.len()];
 
 /// Runs the comparison and prints its table.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    if let Some(dir) = &arguments.logs {
-        return on_logs(dir);
-    }
+    let place = if arguments.logs.is_some() { tables::METHODS_LOGS } else { tables::METHODS };
+    arguments.write.check(&[place])?;
+    let table = match &arguments.logs {
+        Some(dir) => on_logs(dir)?,
+        None => on_trials(arguments)?,
+    };
+    let command = arguments.command();
+    let text = format!("    {command}\n\n{table}");
+    println!("{text}");
+    arguments.write.tables(&[(place, text)], &command)
+}
+
+/// All methods, told the truth or nothing, on simulated logs.
+fn on_trials(arguments: &Arguments) -> anyhow::Result<String> {
     let started = Instant::now();
     let outcomes: Vec<Outcome> = (arguments.seed..arguments.seed + arguments.trials)
         .into_par_iter()
@@ -66,10 +93,10 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     if outcomes.is_empty() {
         bail!("no trial gave a log without a jump");
     }
-    println!(
-        "| method | results | RMS shape (mm) | Hausdorff (mm) | RMS orientation (deg) | RMS centre of mass (mm) | shape against likelihood | orientation against likelihood | seconds |"
-    );
-    println!("|---|---:|---:|---:|---:|---:|---:|---:|---:|");
+    let mut lines = vec![
+        "| method | results | RMS shape (mm) | Hausdorff (mm) | RMS orientation (deg) | RMS centre of mass (mm) | shape against likelihood | orientation against likelihood | seconds |".to_owned(),
+        "|---|---:|---:|---:|---:|---:|---:|---:|---:|".to_owned(),
+    ];
     for (index, run) in RUNS.iter().enumerate() {
         let of = |value: &dyn Fn(&TruthError) -> f64| -> Vec<f64> {
             outcomes.iter().filter_map(|outcome| outcome[index].as_ref()).map(|(errors, _)| value(errors)).collect()
@@ -79,7 +106,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
             both.map(|(this, best)| value(&this.0) / value(&best.0)).collect()
         };
         let seconds = outcomes.iter().filter_map(|outcome| outcome[index].as_ref()).map(|(_, seconds)| *seconds);
-        println!(
+        lines.push(format!(
             "| {} | {} | {} | {} | {} | {} | {} | {} | {} |",
             run.name,
             of(&|e| e.rms_r_m).len(),
@@ -90,27 +117,27 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
             spread(ratio(&|e| e.rms_r_m)),
             spread(ratio(&|e| e.rms_psi_rad)),
             spread(seconds.collect()),
-        );
+        ));
     }
-    println!(
+    lines.push(format!(
         "\n{} of {} trials gave a log without a jump; {:.0} s. Each cell: median (5 % to 95 % of the logs).",
         outcomes.len(),
         arguments.trials,
         started.elapsed().as_secs_f64()
-    );
-    Ok(())
+    ));
+    Ok(lines.join("\n"))
 }
 
 /// The methods, told nothing, on the logs of a folder.
-fn on_logs(dir: &Path) -> anyhow::Result<()> {
+fn on_logs(dir: &Path) -> anyhow::Result<String> {
     let mut logs: Vec<PathBuf> =
         std::fs::read_dir(dir)?.map(|entry| entry.map(|entry| entry.path())).collect::<Result<_, _>>()?;
     logs.retain(|path| path.extension().is_some_and(|extension| extension == "csv"));
     logs.sort();
-    println!(
-        "| log | method | RMS shape (mm) | Hausdorff (mm) | RMS orientation (deg) | RMS centre of mass (mm) | jumps | certified |"
-    );
-    println!("|---|---|---:|---:|---:|---:|---:|---|");
+    let mut lines = vec![
+        "| log | method | RMS shape (mm) | Hausdorff (mm) | RMS orientation (deg) | RMS centre of mass (mm) | jumps | certified |".to_owned(),
+        "|---|---|---:|---:|---:|---:|---:|---|".to_owned(),
+    ];
     for path in logs {
         let file = palpate_io::read_log(&path)?;
         let truth = palpate_io::read_truth(&palpate_io::truth_dir_of(&path))?;
@@ -118,11 +145,11 @@ fn on_logs(dir: &Path) -> anyhow::Result<()> {
         for method in [Method::Ode, Method::Quadrature, Method::Likelihood] {
             let options = ReconstructOptions { method, ..ReconstructOptions::default() };
             let Ok(found) = reconstruct(&file.log, &options, &|_| ()) else {
-                println!("| {name} | {method} | | | | | | no result |");
+                lines.push(format!("| {name} | {method} | | | | | | no result |"));
                 continue;
             };
             let errors = compare(&found, &truth)?;
-            println!(
+            lines.push(format!(
                 "| {name} | {method} | {} | {} | {} | {} | {} | {} |",
                 digits(1e3 * errors.rms_r_m),
                 digits(1e3 * errors.hausdorff_m),
@@ -130,10 +157,10 @@ fn on_logs(dir: &Path) -> anyhow::Result<()> {
                 digits(1e3 * errors.rms_com_m),
                 found.jumps.len(),
                 if found.certified { "yes" } else { "no" }
-            );
+            ));
         }
     }
-    Ok(())
+    Ok(lines.join("\n"))
 }
 
 /// Two significant digits, at most five decimals.

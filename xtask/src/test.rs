@@ -1,4 +1,11 @@
-//! `cargo xtask test`: everything that can be tested, with one command.
+//! `cargo xtask test`: everything that can be tested, with one command. With `--quick` what is worth testing after every change.
+
+use std::collections::BTreeSet;
+use std::ffi::OsStr;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
 
 use crate::{browser, python, workspace};
 
@@ -17,10 +24,65 @@ pub struct Arguments {
     /// Leave the Python package out
     #[arg(long, conflicts_with = "only_python")]
     no_python: bool,
+    /// In a minute or two, units and whatever else is fast: no whole studies, no browser, no documentation, no Python
+    #[arg(long, conflicts_with_all = ["only_python", "no_python", "no_install"])]
+    quick: bool,
+}
+
+/// The folder of the crates.
+const CRATES: &str = "crates";
+
+/// Tested in Python.
+const PYTHON: &str = "palpate-py";
+
+/// Integration tests that `--quick` leaves out: they reconstruct many logs, or start the program or a browser again and again. Those
+/// of a name that begins with [`ESTIMATOR`] are left out too.
+const SLOW: [&str; 6] = ["browser", "golden", "paper", "study", "sweep", "whole_path"];
+
+/// The estimator as a whole, on logs of all kinds.
+const ESTIMATOR: &str = "reconstruct_";
+
+/// Units and fast integration tests.
+fn quick() -> anyhow::Result<()> {
+    let mut test = workspace::cargo();
+    test.args(["test", "--workspace", "--exclude", PYTHON, "--no-fail-fast", "--quiet", "--lib", "--bins"]);
+    for name in integration_tests()?.iter().filter(|name| !is_slow(name)) {
+        test.args(["--test", name]);
+    }
+    workspace::run(&mut test)?;
+    eprintln!("\nThe quick tests passed; `cargo xtask test` runs all.");
+    Ok(())
+}
+
+fn is_slow(name: &str) -> bool {
+    name.starts_with(ESTIMATOR) || SLOW.contains(&name)
+}
+
+/// Names of the integration tests of all crates.
+fn integration_tests() -> anyhow::Result<BTreeSet<String>> {
+    let mut names = BTreeSet::new();
+    for package in files(&workspace::root().join(CRATES))? {
+        let tests = package.join("tests");
+        if !tests.is_dir() {
+            continue;
+        }
+        let sources = files(&tests)?.into_iter().filter(|path| path.extension() == Some(OsStr::new("rs")));
+        names.extend(sources.filter_map(|path| Some(path.file_stem()?.to_str()?.to_owned())));
+    }
+    Ok(names)
+}
+
+/// What is in a folder.
+fn files(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
+    let entries = fs::read_dir(folder).with_context(|| folder.display().to_string())?;
+    Ok(entries.map(|entry| entry.map(|entry| entry.path())).collect::<Result<_, _>>()?)
 }
 
 /// Runs all tests of the workspace, doctests and the Python package included.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    if arguments.quick {
+        return quick();
+    }
     if arguments.only_python {
         return python::test();
     }
@@ -45,4 +107,17 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         );
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quick_tests_leave_the_estimator_as_a_whole_out() {
+        let names = integration_tests().expect("the crates have tests");
+        let (slow, fast): (Vec<&String>, Vec<&String>) = names.iter().partition(|name| is_slow(name));
+        assert!(fast.iter().any(|name| *name == "statics") && fast.iter().any(|name| *name == "log_files"), "{fast:?}");
+        assert!(slow.iter().any(|name| *name == "study") && slow.iter().any(|name| *name == "reconstruct_logs"));
+    }
 }

@@ -43,6 +43,25 @@ fn job(line: &str) -> u64 {
     entry["row"]["job"].as_u64().expect("a number")
 }
 
+/// Starts a sweep and kills it as soon as two jobs are finished; whether there was anything left to do. If not, all is as before.
+fn killed_after_two_jobs(dir: &Path, out: &str) -> bool {
+    let mut running = command(dir, &["sweep", "plan.toml", "-o", out, "--threads", "1"])
+        .stdout(Stdio::null())
+        .spawn()
+        .expect("the program starts");
+    while journal(dir, out).len() < 3 && running.try_wait().expect("it can be asked").is_none() {
+        std::thread::yield_now();
+    }
+    // It may have ended by now.
+    let _ = running.kill();
+    running.wait().expect("it is dead");
+    let in_time = journal(dir, out).len() <= JOBS;
+    if !in_time {
+        fs::remove_dir_all(dir.join(out)).expect("there is a folder");
+    }
+    in_time
+}
+
 #[test]
 fn the_table_is_the_same_on_any_number_of_threads_and_after_a_kill() {
     let dir = folder();
@@ -54,19 +73,9 @@ fn the_table_is_the_same_on_any_number_of_threads_and_after_a_kill() {
     assert_eq!(sweep(dir.path(), "two", &["--threads", "2"]).code, Some(0));
     assert!(results(dir.path(), "one") == results(dir.path(), "two"), "threads change the table");
 
-    // Killed as soon as two jobs are finished.
-    let mut running = command(dir.path(), &["sweep", "plan.toml", "-o", "killed", "--threads", "1"])
-        .stdout(Stdio::null())
-        .spawn()
-        .expect("the program starts");
-    while journal(dir.path(), "killed").len() < 3 {
-        assert_eq!(running.try_wait().expect("it can be asked"), None, "it ended before it could be killed");
-        std::thread::yield_now();
-    }
-    running.kill().expect("it is killed");
-    running.wait().expect("it is dead");
+    let killed_in_time = (0..100).any(|_| killed_after_two_jobs(dir.path(), "killed"));
+    assert!(killed_in_time, "it always ended before it could be killed");
     let before = journal(dir.path(), "killed");
-    assert!(before.len() <= JOBS, "it was killed too late to tell anything");
     assert!(!dir.path().join("killed/results.parquet").exists());
 
     let ran = sweep(dir.path(), "killed", &["--threads", "2"]);

@@ -468,9 +468,9 @@ mod tests {
     fn quoted_cells_are_freed_of_their_quotes() {
         assert_eq!(
             cells(r#" a , "b, c" ,"d ""e""","#, ','),
-            Some(vec!["a".into(), "b, c".into(), "d \"e\"".into(), "".into()])
+            Some(vec!["a".into(), "b, c".into(), "d \"e\"".into(), String::new()])
         );
-        assert_eq!(cells("\"a\"\t\"b\"\t", '\t'), Some(vec!["a".into(), "b".into(), "".into()]));
+        assert_eq!(cells("\"a\"\t\"b\"\t", '\t'), Some(vec!["a".into(), "b".into(), String::new()]));
         assert_eq!(cells(r#""a,b"#, ','), None);
         assert_eq!(cells(r#""a"b,c"#, ','), None);
     }

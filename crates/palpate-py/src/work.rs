@@ -118,7 +118,7 @@ fn pool(threads: Option<u64>) -> PyResult<Arc<ThreadPool>> {
             *shared = Some((process, Arc::clone(&pool)));
             return Ok(pool);
         }
-        // Dropping it would wait for threads that are not there.
+        #[expect(clippy::mem_forget, reason = "dropping it would wait for threads that are not there")]
         Some(inherited) => std::mem::forget(inherited),
         None => {}
     }

@@ -7,6 +7,7 @@ python cluster.py PLAN.toml FOLDER
 
 from __future__ import annotations
 
+import contextlib
 import sys
 
 import psutil
@@ -26,6 +27,15 @@ def enough(_: str, share: float) -> None:
         raise EnoughError
 
 
+def at_work() -> psutil.Process | None:
+    """A worker that has jobs to do just now."""
+    for process in psutil.Process().children(recursive=True):
+        with contextlib.suppress(psutil.Error):  # it may have ended
+            if process.cmdline()[:1] == ["ray::_do"]:
+                return process
+    return None
+
+
 def main() -> None:
     cluster = Cluster(initialize_head=True, head_node_args=NODE)
     node = cluster.add_node(**NODE)
@@ -33,8 +43,9 @@ def main() -> None:
 
     def kill(_: str, share: float) -> None:
         if share >= 0.2 and not killed:
-            mine = psutil.Process().children(recursive=True)
-            worker = next(each for each in mine if each.cmdline()[:1] == ["ray::_do"])
+            worker = at_work()
+            if worker is None:
+                return  # all have done what they had; there will be more
             killed.append("worker")
             worker.kill()
             print("worker killed")

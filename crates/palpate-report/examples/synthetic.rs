@@ -1,5 +1,6 @@
 //! Writes the page of a made-up reconstruction, to look at while working on it:
 //! `cargo run -p palpate-report --example synthetic -- [FILE.html [SAMPLES]]`
+#![allow(clippy::print_stdout, reason = "it says where the page is")]
 
 #[path = "../tests/fixture/mod.rs"]
 mod fixture;

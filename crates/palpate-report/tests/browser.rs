@@ -4,14 +4,15 @@
 //! Looks for Chromium in `PALPATE_CHROMIUM` and on the search path. Without one the test is skipped with a note, unless
 //! `PALPATE_REQUIRE_CHROMIUM=1`. With `PALPATE_SCREENSHOTS=DIR` it also leaves pictures there.
 #![cfg(unix)]
+#![allow(clippy::print_stderr, reason = "who is without a browser must know")]
 
 mod devtools;
 mod fixture;
 
 use std::path::{Path, PathBuf};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-use devtools::Browser;
+use devtools::{Browser, PATIENCE};
 use fixture::fixture;
 use palpate::compare::TruthError;
 use palpate::shape::SupportFunction;
@@ -48,6 +49,19 @@ fn transform(browser: &mut Browser) -> String {
     value.as_str().expect("the object has a transform").to_owned()
 }
 
+/// Where the object is once it is no longer there.
+fn moved(browser: &mut Browser, from: &str, complaint: &str) -> String {
+    let deadline = Instant::now() + PATIENCE;
+    loop {
+        let now = transform(browser);
+        if now != from {
+            return now;
+        }
+        assert!(Instant::now() < deadline, "{complaint}");
+        std::thread::sleep(Duration::from_millis(50));
+    }
+}
+
 fn time(browser: &mut Browser) -> f64 {
     browser.evaluate("Number(document.getElementById('time').value)").as_f64().expect("a time")
 }
@@ -77,14 +91,12 @@ fn egg_page() -> String {
 #[test]
 fn the_page_plays_scrubs_and_changes_theme() {
     in_browser(&egg_page(), |browser, _| {
-        // Play: the object moves by itself, and the boundary fills in.
+        // Play: the object moves by itself, and the boundary fills in. Slowly, so that the end is not reached meanwhile.
         let at_rest = transform(browser);
+        browser.evaluate("document.getElementById('speed').value = '0.1'");
         browser.click("#play");
-        std::thread::sleep(Duration::from_millis(600));
-        let rolling = transform(browser);
-        assert_ne!(at_rest, rolling, "play did not move the object");
-        std::thread::sleep(Duration::from_millis(600));
-        assert_ne!(rolling, transform(browser), "the object stopped while playing");
+        let rolling = moved(browser, &at_rest, "play did not move the object");
+        moved(browser, &rolling, "the object stopped while playing");
         let drawn =
             "[...document.querySelectorAll('#object .felt')].reduce((n, p) => n + p.getAttribute('d').length, 0)";
         let early = browser.evaluate(drawn).as_f64().expect("a length");
@@ -218,8 +230,7 @@ fn the_choice_of_an_arrangement_changes_what_is_shown() {
         assert!(stepped > 0.0 && stepped < 0.031, "an arrow key stepped by {stepped} s");
         let at_rest = transform(browser);
         browser.click("#play");
-        std::thread::sleep(Duration::from_millis(500));
-        assert_ne!(at_rest, transform(browser), "play did not move the object");
+        moved(browser, &at_rest, "play did not move the object");
 
         // A jump of the table is a time of the stage.
         browser.evaluate("document.querySelector('.jumps:not([hidden])').scrollIntoView()");

@@ -1,4 +1,5 @@
 //! Error bars against the scatter over repeated noise, and the Cramér-Rao bound against its laws.
+#![allow(clippy::print_stdout, reason = "shown where a test fails")]
 
 mod reconstruct_support;
 

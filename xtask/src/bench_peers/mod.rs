@@ -21,6 +21,7 @@ use std::path::PathBuf;
 use anyhow::Context as _;
 
 use crate::python::Environment;
+use crate::tables::{self, Place, Table, Write};
 use crate::workspace;
 use row::Row;
 
@@ -42,6 +43,26 @@ pub struct Arguments {
     /// Folder of the numpy prototype (grow.py), for those who have it
     #[arg(long, value_name = "DIR")]
     prototype: Option<PathBuf>,
+    #[command(flatten)]
+    write: Write,
+}
+
+impl Arguments {
+    /// The command that makes the tables again.
+    fn command(&self) -> String {
+        let quick = if self.quick { " --quick" } else { "" };
+        let only = self.only.as_ref().map(|job| format!(" --only {job}")).unwrap_or_default();
+        format!("cargo xtask bench-peers{quick}{only}")
+    }
+
+    /// The tables of the documentation that are whole after these jobs: one for smoothing, one for all else.
+    fn places(&self) -> &'static [Place] {
+        match self.only.as_deref() {
+            None => &[tables::PEERS_SMOOTHING, tables::PEERS],
+            Some(smoothing::JOB) => &[tables::PEERS_SMOOTHING],
+            Some(_) => &[],
+        }
+    }
 }
 
 /// A kind of work that palpate and its peers can both do.
@@ -89,6 +110,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     if cfg!(debug_assertions) {
         return as_users_have_it();
     }
+    arguments.write.check(arguments.places())?;
     let folder = workspace::target().join("peers");
     for folder in [&folder, &arguments.output] {
         fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
@@ -104,7 +126,10 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         table::save(&rows, &arguments.output)?;
     }
     println!("{}", table::markdown(&rows));
-    Ok(())
+    let (smoothing, others): (Vec<Row>, Vec<Row>) = rows.into_iter().partition(|row| row.job == smoothing::JOB);
+    let texts = [table::smoothing(&smoothing), table::markdown(&others)];
+    let tables: Vec<Table> = arguments.places().iter().copied().zip(texts).collect();
+    arguments.write.tables(&tables, &arguments.command())
 }
 
 /// The same task again, compiled with the optimisations that users have.

@@ -4,6 +4,9 @@ use serde::Serialize;
 
 use super::turns::Medians;
 
+/// The peer of what palpate does alone.
+pub const NOBODY: &str = "none";
+
 /// palpate and one peer on one input.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Row {

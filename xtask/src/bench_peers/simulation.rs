@@ -125,6 +125,7 @@ const PEERS: [Peer; 5] = [
 ];
 
 /// Compares with each engine.
+#[expect(clippy::unnecessary_wraps, reason = "other jobs may fail")]
 pub fn run(context: &Context, rows: &mut Vec<Row>) -> anyhow::Result<()> {
     for peer in PEERS.iter().filter(|peer| !(context.quick && peer.long)) {
         rows.push(compare(context, peer).unwrap_or_else(|error| Row::remark(JOB, peer.name, format!("{error:#}"))));

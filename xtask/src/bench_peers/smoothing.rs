@@ -19,12 +19,13 @@ use palpate::simulate::{SimulateOptions, simulate};
 use palpate::{Log, Sample};
 
 use super::Context;
-use super::row::{Agreement, Row};
+use super::row::{Agreement, NOBODY, Row};
 use super::turns::{Turns, timed};
 use super::worker::Worker;
 use crate::{debian, workspace};
 
-const JOB: &str = "smoothing";
+/// Name of this job.
+pub const JOB: &str = "smoothing";
 
 /// Mean radius of the pebble, metres.
 const SIZE_M: f64 = 0.03;
@@ -110,7 +111,7 @@ fn many() -> anyhow::Result<Row> {
     smoothed?;
     let memory = peak_memory_gib().map_or_else(|| "unknown".to_owned(), |gib| format!("{gib:.1} GiB"));
     let text = format!("palpate alone; peak memory of the process, log and start included: {memory}");
-    Ok(Row { n: Some(n), k: Some(k), palpate_s: Some(seconds), ..Row::remark(JOB, "none", text) })
+    Ok(Row { n: Some(n), k: Some(k), palpate_s: Some(seconds), ..Row::remark(JOB, NOBODY, text) })
 }
 
 /// The most memory that this process has ever had, where Linux says so.
