@@ -103,7 +103,7 @@ pub(crate) fn felt_nodes(problem: &Problem, psi: &[f64]) -> impl Iterator<Item =
 }
 
 /// A contact that moves further than this between two samples did not feel what lies between, radians.
-const LONGEST_SLIDE: f64 = 0.3;
+pub(crate) const LONGEST_SLIDE: f64 = 0.3;
 
 #[cfg(test)]
 mod tests {

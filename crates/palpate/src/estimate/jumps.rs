@@ -141,28 +141,4 @@ fn passage(shape: &SupportFunction, palms: &[PalmPair], from: (usize, f64), to: 
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn leap(sample: usize, psi_before: f64, psi_after: f64, foretold: bool) -> Leap {
-        let (height_before_m, height_after_m) = (0.03, 0.03);
-        Leap { sample, psi_before, psi_after, height_before_m, height_after_m, physical: true, foretold }
-    }
-
-    #[test]
-    fn to_and_fro_is_a_leap_that_is_undone_at_once_and_not_foretold() {
-        let there = leap(100, 1.0, 1.1, false);
-        assert_eq!(to_and_fro(&[there, leap(103, 1.1, 1.01, false)]), 1);
-        assert_eq!(to_and_fro(&[there, leap(103, 1.1, 1.2, false)]), 0, "onwards");
-        assert_eq!(to_and_fro(&[there, leap(300, 1.1, 1.01, false)]), 0, "much later");
-        let foretold = Leap { foretold: true, ..there };
-        assert_eq!(to_and_fro(&[foretold, leap(103, 1.1, 1.01, true)]), 0, "as statics has it");
-    }
-
-    #[test]
-    fn no_step_much_longer_than_a_leap_is_its_ringing() {
-        let whole = leap(100, 1.0, 1.1, true);
-        assert!(whole.rings_with(&leap(100, 1.0, 1.4, false)));
-        assert!(!whole.rings_with(&leap(100, 1.0, -0.2, false)));
-    }
-}
+mod tests;

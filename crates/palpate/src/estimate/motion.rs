@@ -44,7 +44,7 @@ pub(crate) fn moved(a: &[f64], b: &[f64]) -> usize {
 }
 
 /// Sine of half the angle between poses that count as different.
-const ELSEWHERE: f64 = 0.05;
+pub(crate) const ELSEWHERE: f64 = 0.05;
 
 /// Whether two motions over the same instants are one, but for a common rotation.
 pub(crate) fn same_motion(a: &[f64], b: &[f64]) -> bool {
@@ -56,7 +56,7 @@ pub(crate) fn same_motion(a: &[f64], b: &[f64]) -> bool {
 }
 
 /// Pieces with fewer samples than this are not placed by their own contacts alone.
-const BRIEF: usize = 6;
+pub(crate) const BRIEF: usize = 6;
 
 /// The pieces, between the samples `starts` at which one begins besides the first, that are too short.
 pub(crate) fn brief_pieces(starts: &[usize], samples: usize) -> Vec<Range<usize>> {

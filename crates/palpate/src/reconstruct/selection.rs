@@ -119,3 +119,6 @@ const MOST_RIVALS: usize = 4;
 
 /// Two arrangements whose sums of squares differ by less than this explain the log equally well.
 const NEAR_EQUAL: f64 = 40.0;
+
+#[cfg(test)]
+mod tests;

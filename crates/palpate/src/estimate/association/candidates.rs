@@ -74,3 +74,6 @@ pub(crate) fn minima(start: f64, function: &dyn Fn(f64) -> f64) -> Vec<(f64, f64
         })
         .collect()
 }
+
+#[cfg(test)]
+mod tests;

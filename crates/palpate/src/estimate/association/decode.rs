@@ -220,3 +220,6 @@ fn anchor(psi: &[f64]) -> usize {
     let longest = edges.windows(2).max_by_key(|edge| edge[1] - edge[0]);
     longest.map_or(0, |edge| (edge[0] + edge[1]) / 2)
 }
+
+#[cfg(test)]
+mod tests;

@@ -65,3 +65,6 @@ impl Known {
         (margin, others.into_iter().map(|(psi, _)| psi).collect())
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -51,3 +51,6 @@ pub(crate) fn placed_anew(problem: &Problem, fit: &Fit, starts: &[usize], doubts
     }
     rivals
 }
+
+#[cfg(test)]
+mod tests;

@@ -15,9 +15,9 @@ pub(crate) const LONGEST_STEP: f64 = 0.15;
 
 /// What a fall costs that statics foretells (the pose before vanishes, and the object goes downhill to the pose after), in
 /// squared standard deviations as everything here: −2 ln of how rarely one sample in a log has it, some five of a thousand.
-const FALL: f64 = 10.0;
+pub(crate) const FALL: f64 = 10.0;
 
-const HALF_TURN: f64 = 40.0;
+pub(crate) const HALF_TURN: f64 = 40.0;
 
 /// What a leap costs that statics does not foretell, and what more if it is by half a turn: an object does not turn to and fro
 /// to come from one pose to another.
@@ -25,10 +25,10 @@ pub(crate) const LEAP: f64 = 20.0;
 
 /// What such a leap costs where friction or pace spoil the balance, and no contact leapt. It cannot be: an object that looks
 /// the same after half a turn would else turn wherever the balance is spoilt for long.
-const MIRACLE: f64 = 1000.0;
+pub(crate) const MIRACLE: f64 = 1000.0;
 
 /// Orientations closer than this are one, radians.
-const SAME: f64 = 0.06;
+pub(crate) const SAME: f64 = 0.06;
 
 /// The way from one angle to another, radians, at most half a turn.
 pub(crate) fn turn(from: f64, to: f64) -> f64 {
@@ -56,7 +56,7 @@ pub(crate) struct Ahead<'a> {
 
 impl Ahead<'_> {
     /// Where an object that was at `psi` comes to rest.
-    fn rest(&self, before: &Instant, psi: f64) -> f64 {
+    pub fn rest(&self, before: &Instant, psi: f64) -> f64 {
         if self.instant.palms.sin2 <= 0.0 || before.palms.sin2 <= 0.0 {
             return psi;
         }
@@ -68,13 +68,13 @@ impl Ahead<'_> {
     }
 
     /// Whether both contacts were seen and neither leapt.
-    fn still_since(&self, before: &Instant) -> bool {
+    pub fn still_since(&self, before: &Instant) -> bool {
         let moved = (self.instant.s1 - before.s1).abs().max((self.instant.s2 - before.s2).abs());
         before.both_seen() && self.instant.both_seen() && moved < self.still_m
     }
 
     /// How far the centre of mass would have to rise on the way from one orientation to another, metres.
-    fn hill_m(&self, from: f64, to: f64) -> f64 {
+    pub fn hill_m(&self, from: f64, to: f64) -> f64 {
         const STEPS: usize = 32;
         let way = turn(from, to);
         let height = |psi: f64| self.table.height_m(self.instant, psi);

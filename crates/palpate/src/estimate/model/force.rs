@@ -50,3 +50,32 @@ const NOISY: f64 = 3e-4;
 pub(crate) fn missed(sensor_m: f64, balance_m: f64, mean_radius_m: f64) -> bool {
     sensor_m > NOISY * mean_radius_m.abs() && balance_m > INEXACT * sensor_m
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const RADIUS_M: f64 = 0.03;
+
+    #[test]
+    fn the_balance_is_missed_only_above_its_share_of_the_sensor_noise() {
+        let sensor_m = 2.0 * NOISY * RADIUS_M;
+        assert!(missed(sensor_m, 1.001 * INEXACT * sensor_m, RADIUS_M));
+        assert!(!missed(sensor_m, 0.999 * INEXACT * sensor_m, RADIUS_M));
+        assert!(!missed(sensor_m, INEXACT * sensor_m, RADIUS_M), "the limit itself is not above it");
+    }
+
+    #[test]
+    fn the_balance_is_missed_only_where_the_contacts_are_noisy() {
+        let balance_m = RADIUS_M;
+        assert!(missed(1.001 * NOISY * RADIUS_M, balance_m, RADIUS_M));
+        assert!(!missed(0.999 * NOISY * RADIUS_M, balance_m, RADIUS_M));
+        assert!(!missed(NOISY * RADIUS_M, balance_m, RADIUS_M), "the limit itself is not above it");
+    }
+
+    #[test]
+    fn a_mean_radius_that_comes_out_negative_limits_the_noise_as_its_size_does() {
+        assert!(missed(1.001 * NOISY * RADIUS_M, RADIUS_M, -RADIUS_M));
+        assert!(!missed(0.999 * NOISY * RADIUS_M, RADIUS_M, -RADIUS_M));
+    }
+}

@@ -459,3 +459,6 @@ pub(crate) fn misfit(problem: &Problem, estimate: &Estimate, noise: Noise) -> f6
     };
     problem.instants.iter().zip(&estimate.psi).map(square).sum()
 }
+
+#[cfg(test)]
+mod tests;

@@ -211,3 +211,6 @@ fn chi2(problem: &Problem, left: &[(Option<f64>, Option<f64>)], sd_m: f64, unkno
     let dof = f64::max(count - unknowns as f64, 1.0);
     (sum / dof, dof)
 }
+
+#[cfg(test)]
+mod tests;

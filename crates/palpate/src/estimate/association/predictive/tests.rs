@@ -1,0 +1,174 @@
+use crate::estimate::model::prior::Prior;
+use crate::estimate::solver::gauss_newton::Estimate;
+use super::*;
+use crate::log::{Log, Sample};
+use crate::palms::PalmPair;
+use crate::shape::SupportFunction;
+
+const SIZE_M: f64 = 0.03;
+const NOISE: Noise = Noise { sensor_m: 2e-4, balance_m: 5e-5 };
+/// Of the two harmonics (a0, a1, a2, b1, b2).
+const COEFFICIENTS: [f64; 5] = [SIZE_M, 2e-3, 3e-3, -1e-3, 1.5e-3];
+
+/// A shape known to within a Gaussian whose coefficients hang together.
+fn known() -> Known {
+    let root = DMatrix::from_fn(5, 5, |i, j| 1e-4 * ((3 * i + 5 * j + i * j) % 7) as f64 - 2e-4);
+    let covariance = &root * root.transpose() + DMatrix::identity(5, 5) * 1e-9;
+    Known { coefficients: COEFFICIENTS.to_vec(), covariance, noise: NOISE }
+}
+
+fn palms() -> PalmPair {
+    PalmPair { phi1_rad: 0.5, phi2_rad: 1.3, base1_m: [0.01, -0.02], base2_m: [-0.03, 0.005] }
+}
+
+fn instant_of(sample: Sample) -> Instant {
+    Problem::new(&Log { samples: vec![sample] }, None).instants[0]
+}
+
+/// What the forward model says of contacts and balance.
+fn forward(coefficients: &[f64], psi: f64) -> Vector3<f64> {
+    let (shape, palms) = (SupportFunction::from_coefficients(coefficients), palms());
+    let (s1, s2) = palms.contact_positions_m(&shape, psi);
+    let (theta1, theta2) = palms.contact_angles(psi);
+    let balance = shape.at(theta1).d * palms.phi12_rad().sin() + shape.at(theta2).d * palms.phi1_rad.sin();
+    Vector3::new(s1, s2, balance)
+}
+
+/// −2 log of the density of what is seen (which of both contacts, then the balance given these) less that of the noise alone.
+fn dense_surprise(known: &Known, seen: [Option<f64>; 2], weights: [f64; 2], psi: f64) -> f64 {
+    let (step, count) = (1e-3, known.coefficients.len());
+    let here = forward(&known.coefficients, psi);
+    let mut jacobian = DMatrix::zeros(3, count);
+    for coefficient in 0..count {
+        let mut moved = known.coefficients.clone();
+        moved[coefficient] += step;
+        jacobian.set_column(coefficient, &((forward(&moved, psi) - here) / step));
+    }
+    let sds = [NOISE.sensor_m / weights[0], NOISE.sensor_m / weights[1], NOISE.balance_m];
+    let noise = DMatrix::from_fn(3, 3, |i, j| if i == j { sds[i] * sds[i] } else { 0.0 });
+    let all = &jacobian * &known.covariance * jacobian.transpose() + noise;
+    let rows: Vec<usize> = (0..2).filter(|&contact| seen[contact].is_some()).collect();
+    let missed = |contact: usize| here[contact] - seen[contact].expect("seen");
+    let contacts = DMatrix::from_fn(rows.len(), rows.len(), |i, j| all[(rows[i], rows[j])]);
+    let off = DMatrix::from_fn(rows.len(), 1, |i, _| missed(rows[i]));
+    let with_balance = DMatrix::from_fn(rows.len(), 1, |i, _| all[(rows[i], 2)]);
+    let inverse = contacts.clone().try_inverse().expect("positive definite");
+    let mean = (with_balance.transpose() * &inverse * &off)[(0, 0)];
+    let variance = all[(2, 2)] - (with_balance.transpose() * &inverse * &with_balance)[(0, 0)];
+    let gaussian = (off.transpose() * &inverse * &off)[(0, 0)] + contacts.determinant().ln();
+    let student = 4.0 * (1.0 + (here[2] - mean).powi(2) / (3.0 * variance)).ln() + variance.ln();
+    let of_noise: f64 = rows.iter().chain(&[2]).map(|&row| 2.0 * sds[row].ln()).sum();
+    gaussian + student - of_noise
+}
+
+#[test]
+fn the_surprise_is_that_of_a_gaussian_for_the_contacts_and_of_students_t_for_the_balance() {
+    let known = known();
+    let (s1, s2) = palms().contact_positions_m(&SupportFunction::from_coefficients(&COEFFICIENTS), 0.7);
+    let (s1, s2) = (s1 + 3e-4, s2 - 5e-4);
+    let mut instant = instant_of(Sample::new(0.0, palms(), s1, s2));
+    (instant.weight1, instant.weight2) = (0.5, 1.5);
+    for psi in [0.5, 0.7, 1.1, 4.0] {
+        let expected = dense_surprise(&known, [Some(s1), Some(s2)], [0.5, 1.5], psi);
+        let found = known.surprise(&instant, psi);
+        assert!((found - expected).abs() < 1e-6 * expected.abs().max(1.0), "{found} {expected} at {psi}");
+    }
+}
+
+#[test]
+fn a_contact_that_was_not_seen_tells_nothing() {
+    let known = known();
+    let (s1, s2) = (0.05, 0.06);
+    let one = instant_of(Sample { s2_m: None, ..Sample::new(0.0, palms(), s1, s2) });
+    let other = instant_of(Sample { s1_m: None, ..Sample::new(0.0, palms(), s1, s2) });
+    for psi in [0.5, 1.1, 4.0] {
+        for (instant, seen) in [(one, [Some(s1), None]), (other, [None, Some(s2)])] {
+            let expected = dense_surprise(&known, seen, [1.0, 1.0], psi);
+            let found = known.surprise(&instant, psi);
+            assert!((found - expected).abs() < 1e-6 * expected.abs().max(1.0), "{found} {expected} at {psi}");
+        }
+        // Wherever it may have been.
+        assert_eq!(known.surprise(&one, psi), known.surprise(&Instant { s2: 0.01, ..one }, psi));
+    }
+}
+
+#[test]
+fn the_balance_of_a_sample_that_lost_its_weight_in_the_fit_counts_in_full() {
+    let instant = instant_of(Sample::new(0.0, palms(), 0.05, 0.06));
+    let without = Instant { balance_weight: 0.0, ..instant };
+    assert_eq!(known().surprise(&instant, 0.7), known().surprise(&without, 0.7));
+}
+
+/// A shape with so many equal sides, known well, and a sample at an orientation where it is at rest.
+fn regular(sides: usize) -> (Known, Instant, f64) {
+    let mut harmonics = vec![[0.0; 2]; sides];
+    harmonics[sides - 1] = [0.5 * SIZE_M / (sides * sides) as f64, 0.0];
+    let shape = SupportFunction::new(SIZE_M, harmonics);
+    let palms = PalmPair::hinged(0.6, 1.7);
+    let rest = crate::mechanics::EnergyLandscape::new(&shape, &palms).stable_poses()[0].psi_rad;
+    let (s1, s2) = palms.contact_positions_m(&shape, rest);
+    let coefficients = shape.coefficients();
+    let covariance = DMatrix::identity(coefficients.len(), coefficients.len()) * 1e-10;
+    (Known { coefficients, covariance, noise: NOISE }, instant_of(Sample::new(0.0, palms, s1, s2)), rest)
+}
+
+#[test]
+fn a_shape_that_looks_the_same_after_half_a_turn_may_as_well_be_turned_around() {
+    let (known, instant, rest) = regular(2);
+    let (margin, others) = known.elsewhere(&instant, rest);
+    assert!(margin.abs() < 1e-3, "{margin}");
+    let turned = others.first().copied().expect("another orientation");
+    assert!((0.5 * (turned - rest)).cos().abs() < 1e-4, "{turned} {rest}");
+}
+
+#[test]
+fn the_margin_is_the_surprise_of_the_likeliest_other_orientation_over_that_of_the_nearest() {
+    let (mut known, instant, rest) = regular(3);
+    // Not quite regular any more, so that the three ways to lie differ.
+    (known.coefficients[1], known.coefficients[2]) = (1e-4, 3e-4);
+    let near_rest = rest + 0.05;
+    let (margin, others) = known.elsewhere(&instant, near_rest);
+    let surprise = |psi: f64| known.surprise(&instant, psi);
+    let scanned = |from: f64, to: f64| {
+        let trials = (0..=1000).map(|i| from + (to - from) * f64::from(i) / 1000.0).map(|psi| (surprise(psi), psi));
+        trials.min_by(|a, b| a.0.total_cmp(&b.0)).expect("trials")
+    };
+    let scan = |from: f64, to: f64| {
+        let (coarse, step) = (scanned(from, to).1, (to - from) / 1000.0);
+        scanned(coarse - step, coarse + step).0
+    };
+    let here = scan(rest - 0.1, rest + 0.1);
+    let third = std::f64::consts::TAU / 3.0;
+    let elsewhere = scan(rest + 0.5 * third, rest + 2.5 * third);
+    assert!((margin - (elsewhere - here)).abs() < 1e-3 * margin.abs(), "{margin} {elsewhere} {here}");
+    assert!(others.windows(2).all(|pair| surprise(pair[0]) <= surprise(pair[1])), "the likeliest first");
+    assert!(others.iter().all(|other| !near(*other, near_rest)));
+}
+
+#[test]
+fn of_many_other_orientations_the_four_likeliest_are_told() {
+    let (known, instant, rest) = regular(7);
+    let (margin, others) = known.elsewhere(&instant, rest);
+    assert_eq!(others.len(), 4);
+    assert!(margin.abs() < 1e-3, "{margin}");
+}
+
+#[test]
+fn a_shape_is_known_as_the_samples_leave_it() {
+    let sample = |index: usize| {
+        let palms = PalmPair::hinged(0.5 + 0.05 * index as f64, 1.3);
+        let (s1, s2) = palms.contact_positions_m(&SupportFunction::from_coefficients(&COEFFICIENTS), 0.7);
+        Sample::new(index as f64, palms, s1, s2)
+    };
+    let problem = Problem::new(&Log { samples: (0..12).map(sample).collect() }, None);
+    let estimate = Estimate { coefficients: COEFFICIENTS.to_vec(), psi: vec![0.7; 12], cost: 0.0 };
+    let prior = Prior { size_m: SIZE_M, scale_m: 0.5 * SIZE_M };
+    let mut fit = Fit { estimate, order: 2, noise: NOISE, prior, log_evidence: 0.0 };
+    let known = Known::from(&problem, &fit).expect("a shape");
+    assert_eq!(known.coefficients, COEFFICIENTS);
+    let information = Smoother::new(&problem, 2, NOISE, prior).belief(&fit.estimate).expect("finite").information;
+    let unit = &information * &known.covariance;
+    assert!((unit - DMatrix::identity(5, 5)).amax() < 1e-6);
+    fit.estimate.coefficients[0] = f64::NAN;
+    assert!(Known::from(&problem, &fit).is_none());
+}

@@ -1,0 +1,128 @@
+use super::*;
+use crate::palms::PalmMotion;
+use crate::shape::NamedShape;
+use crate::simulate::{SimulateOptions, Simulation, simulate};
+
+fn leap(sample: usize, psi_before: f64, psi_after: f64, foretold: bool) -> Leap {
+    let (height_before_m, height_after_m) = (0.03, 0.03);
+    Leap { sample, psi_before, psi_after, height_before_m, height_after_m, physical: true, foretold }
+}
+
+#[test]
+fn to_and_fro_is_a_leap_that_is_undone_at_once_and_not_foretold() {
+    let there = leap(100, 1.0, 1.1, false);
+    assert_eq!(to_and_fro(&[there, leap(103, 1.1, 1.01, false)]), 1);
+    assert_eq!(to_and_fro(&[there, leap(103, 1.1, 1.2, false)]), 0, "onwards");
+    assert_eq!(to_and_fro(&[there, leap(300, 1.1, 1.01, false)]), 0, "much later");
+    let foretold = Leap { foretold: true, ..there };
+    assert_eq!(to_and_fro(&[foretold, leap(103, 1.1, 1.01, true)]), 0, "as statics has it");
+}
+
+#[test]
+fn no_step_much_longer_than_a_leap_is_its_ringing() {
+    let whole = leap(100, 1.0, 1.1, true);
+    assert!(whole.rings_with(&leap(100, 1.0, 1.4, false)));
+    assert!(!whole.rings_with(&leap(100, 1.0, -0.2, false)));
+}
+
+/// An egg between palms that turn and open, with the jumps that its simulation makes.
+fn jumping() -> (SupportFunction, Vec<PalmPair>, Simulation, Vec<f64>) {
+    let shape = NamedShape::Egg.shape(0.03).expect("a positive size");
+    let motion = PalmMotion::random(3, 20.0, 0.5).and_then(|motion| motion.sample(25.0)).expect("possible");
+    let run = simulate(&shape, &motion, &SimulateOptions::default()).expect("possible");
+    let palms = run.log.samples.iter().map(|sample| sample.palms).collect();
+    let psi = run.truth.motion.iter().map(|pose| pose.psi_rad).collect();
+    (shape, palms, run, psi)
+}
+
+/// First sample after the one jump of that motion.
+fn first_after(run: &Simulation) -> usize {
+    let [jump] = &run.jumps[..] else { panic!("one jump: {:?}", run.jumps) };
+    run.log.samples.iter().position(|sample| sample.time_s > jump.time_s).expect("samples after the jump")
+}
+
+#[test]
+fn the_jump_of_a_simulated_motion_is_found_with_its_sample_and_its_poses() {
+    let (shape, palms, run, psi) = jumping();
+    let at = first_after(&run);
+    let [leap] = leaps(&shape, &palms, &psi)[..] else { panic!("one leap") };
+    assert_eq!((leap.sample, leap.psi_before, leap.psi_after), (at, psi[at - 1], psi[at]));
+    assert!(leap.physical && leap.foretold);
+    let height = |psi: f64| {
+        let (one, two) = palms[at].contact_angles(psi);
+        palms[at].center_of_mass_m(shape.at(one), shape.at(two))[1]
+    };
+    assert!((leap.height_before_m - height(psi[at - 1])).abs() < 1e-12);
+    assert!((leap.height_after_m - height(psi[at])).abs() < 1e-12);
+    assert!(leap.height_after_m < leap.height_before_m);
+}
+
+#[test]
+fn a_step_over_a_hill_is_an_impossible_leap() {
+    let (shape, palms, run, mut psi) = jumping();
+    let wrong = 150;
+    assert!(
+        !run.jumps.is_empty() && !standing_out(&psi).iter().any(|sample| sample.abs_diff(wrong) < 10),
+        "a calm place"
+    );
+    psi[wrong..].iter_mut().for_each(|psi| *psi += 0.8);
+    let found = leaps(&shape, &palms, &psi);
+    let of_step = found.first().expect("the step is found");
+    assert_eq!(of_step.sample, wrong);
+    assert!(!of_step.physical && !of_step.foretold);
+    assert_eq!((of_step.psi_before, of_step.psi_after), (psi[wrong - 1], psi[wrong]));
+}
+
+#[test]
+fn a_step_too_early_is_possible_only_over_a_hill_that_errors_of_the_shape_may_feign() {
+    let (shape, palms, run, psi) = jumping();
+    let at = first_after(&run);
+    let mut verdicts = Vec::new();
+    for early in 1..8 {
+        // The object is on its later branch of poses a few samples before the earlier one ends.
+        let mut hasty = psi.clone();
+        for sample in (at - early..at).rev() {
+            hasty[sample] = followed(&shape, &palms[sample + 1], &palms[sample], hasty[sample + 1]).0;
+        }
+        let sample = at - early;
+        let landscape = EnergyLandscape::new(&shape, &palms[sample]);
+        let (before, after) = (hasty[sample - 1], hasty[sample]);
+        let way = (0..=1000).map(|step| landscape.height_m(before + (after - before) * f64::from(step) / 1000.0));
+        let hill_m = way.fold(f64::NEG_INFINITY, f64::max) - landscape.height_m(before);
+        let Passage { leap, jumped, physical } = passage(&shape, &palms, (sample - 1, before), (sample, after));
+        assert!(jumped && !leap.foretold && leap.physical == physical);
+        assert_eq!(physical, hill_m < FEIGNED_RISE * shape.mean_radius_m(), "{early} early, {hill_m}");
+        verdicts.push(physical);
+    }
+    assert!(verdicts.contains(&true) && verdicts.contains(&false), "{verdicts:?}");
+}
+
+/// The motion of an object that rings after its jump, so often to and fro as there are amplitudes.
+fn ringing(psi: &[f64], at: usize, amplitudes: &[f64]) -> Vec<f64> {
+    let mut rings = psi.to_vec();
+    for (number, (psi, amplitude)) in rings[at..].iter_mut().zip(amplitudes).enumerate() {
+        *psi += if number % 2 == 0 { *amplitude } else { -amplitude };
+    }
+    rings
+}
+
+#[test]
+fn a_jump_with_ringing_after_it_is_one_jump_from_the_rest_before_to_the_rest_after() {
+    let (shape, palms, run, psi) = jumping();
+    let at = first_after(&run);
+    let rings = ringing(&psi, at, &[0.45, 0.4, 0.35, 0.3, 0.25, 0.2, 0.15, 0.1]);
+    let [leap] = leaps(&shape, &palms, &rings)[..] else { panic!("one leap") };
+    assert!(leap.physical && leap.foretold);
+    assert_eq!(leap.sample, at, "the longest step of the unrest");
+    assert!(leap.psi_before < psi[at - 1] + 1e-9 && leap.psi_after != rings[at]);
+    assert!((leap.psi_after - psi[at]).abs() < 0.1, "at rest again: {} {}", leap.psi_after, psi[at]);
+}
+
+#[test]
+fn a_step_much_longer_than_the_jump_is_not_explained_as_its_ringing() {
+    let (shape, palms, run, psi) = jumping();
+    let at = first_after(&run);
+    let found = leaps(&shape, &palms, &ringing(&psi, at, &[1.5, 0.4, 0.3, 0.2, 0.1]));
+    let first = found.first().expect("a leap");
+    assert!((first.sample, first.physical) == (at, false), "{found:?}");
+}
