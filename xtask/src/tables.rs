@@ -61,6 +61,9 @@ pub type Table = (Place, String);
 impl Write {
     /// Fails where a table that is to be written has no place: better before a study than after it.
     pub fn check(&self, places: &[Place]) -> anyhow::Result<()> {
+        if self.write.is_some() && places.is_empty() {
+            bail!("no table of the documentation is made with these options; leave --write out");
+        }
         let tables: Vec<Table> = places.iter().map(|place| (*place, String::new())).collect();
         self.replaced(&tables, "").map(drop)
     }
@@ -160,13 +163,13 @@ mod tests {
         fs::create_dir_all(&folder).expect("a folder");
         fs::write(folder.join("page.md"), PAGE).expect("it can be written");
         let write = Write { write: Some(folder.clone()) };
-        let checked = (write.check(&[ONE, MORE]).is_ok(), write.check(&[ONE, NOWHERE]).is_ok());
+        let checked = [&[ONE, MORE][..], &[ONE, NOWHERE], &[]].map(|places| write.check(places).is_ok());
         let half = write.tables(&[(ONE, TABLE.to_owned()), (NOWHERE, TABLE.to_owned())], "new");
         let untouched = read(&folder.join("page.md"));
         let whole = write.tables(&[(ONE, TABLE.to_owned()), (MORE, TABLE.to_owned())], "new");
         let written = read(&folder.join("page.md"));
         fs::remove_dir_all(&folder).expect("it can be removed");
-        assert_eq!(checked, (true, false));
+        assert_eq!(checked, [true, false, false]);
         assert!(half.is_err() && whole.is_ok());
         assert_eq!(untouched.expect("it is there"), PAGE);
         let written = written.expect("it is there");
