@@ -10,6 +10,7 @@
 //! What stands between them is replaced, and COMMAND becomes the command that was run, so that it never says anything else.
 
 use std::collections::BTreeMap;
+use std::ffi::OsString;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -24,7 +25,7 @@ const END: &str = "<!-- END table -->";
 pub struct Write {
     /// Write the tables into the documentation as well; with DIR, into a copy of it there
     #[arg(long, value_name = "DIR", num_args = 0..=1, default_missing_value = "")]
-    write: Option<PathBuf>,
+    write: Option<OsString>,
 }
 
 /// Where a table stands.
@@ -61,6 +62,9 @@ pub type Table = (Place, String);
 impl Write {
     /// Fails where a table that is to be written has no place: better before a study than after it.
     pub fn check(&self, places: &[Place]) -> anyhow::Result<()> {
+        if self.write.is_some() && places.is_empty() {
+            bail!("no table of the documentation is made with these options; leave --write out");
+        }
         let tables: Vec<Table> = places.iter().map(|place| (*place, String::new())).collect();
         self.replaced(&tables, "").map(drop)
     }
@@ -78,7 +82,7 @@ impl Write {
     fn replaced(&self, tables: &[Table], command: &str) -> anyhow::Result<BTreeMap<PathBuf, String>> {
         let mut files = BTreeMap::new();
         let Some(root) = &self.write else { return Ok(files) };
-        let root = if root.as_os_str().is_empty() { workspace::root() } else { root.clone() };
+        let root = if root.is_empty() { workspace::root() } else { PathBuf::from(root) };
         for (place, table) in tables {
             let path = root.join(place.file);
             let text = match files.remove(&path) {
@@ -116,6 +120,8 @@ fn replaced(text: &str, name: &str, table: &str, command: &str) -> anyhow::Resul
 
 #[cfg(test)]
 mod tests {
+    use clap::{Args as _, FromArgMatches as _};
+
     use super::*;
 
     const PAGE: &str = "Before.\n\n<!-- BEGIN table: one (old) -->\n| 1 |\n<!-- END table -->\n\n\
@@ -159,14 +165,14 @@ mod tests {
         let folder = std::env::temp_dir().join(format!("palpate-tables-{}", std::process::id()));
         fs::create_dir_all(&folder).expect("a folder");
         fs::write(folder.join("page.md"), PAGE).expect("it can be written");
-        let write = Write { write: Some(folder.clone()) };
-        let checked = (write.check(&[ONE, MORE]).is_ok(), write.check(&[ONE, NOWHERE]).is_ok());
+        let write = Write { write: Some(folder.clone().into()) };
+        let checked = [&[ONE, MORE][..], &[ONE, NOWHERE], &[]].map(|places| write.check(places).is_ok());
         let half = write.tables(&[(ONE, TABLE.to_owned()), (NOWHERE, TABLE.to_owned())], "new");
         let untouched = read(&folder.join("page.md"));
         let whole = write.tables(&[(ONE, TABLE.to_owned()), (MORE, TABLE.to_owned())], "new");
         let written = read(&folder.join("page.md"));
         fs::remove_dir_all(&folder).expect("it can be removed");
-        assert_eq!(checked, (true, false));
+        assert_eq!(checked, [true, false, false]);
         assert!(half.is_err() && whole.is_ok());
         assert_eq!(untouched.expect("it is there"), PAGE);
         let written = written.expect("it is there");
@@ -177,8 +183,20 @@ mod tests {
     fn the_documentation_has_a_place_for_every_table() {
         let places =
             [ACCURACY, ACCURACY_JUMPS, MONTE_CARLO, MONTE_CARLO_JUMPS, MONTE_CARLO_SETS, METHODS, METHODS_LOGS];
-        let write = Write { write: Some(PathBuf::new()) };
+        let write = Write { write: Some(OsString::new()) };
         write.check(&places).expect("the markers are there");
         write.check(&[PEERS_SMOOTHING, PEERS]).expect("the markers are there");
+    }
+
+    #[test]
+    fn the_folder_of_the_copy_may_be_left_out() {
+        let given = |arguments: &[&str]| {
+            let command = Write::augment_args(clap::Command::new("task"));
+            let matches = command.try_get_matches_from([&["task"], arguments].concat()).expect("it is understood");
+            Write::from_arg_matches(&matches).expect("it is understood").write
+        };
+        assert_eq!(given(&[]), None);
+        assert_eq!(given(&["--write"]), Some(OsString::new()));
+        assert_eq!(given(&["--write", "copy"]), Some("copy".into()));
     }
 }
