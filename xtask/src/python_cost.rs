@@ -9,10 +9,10 @@ use std::time::Instant;
 
 use anyhow::{Context, bail};
 use palpate::palms::PalmPair;
+use palpate::plan::{PalmLimits, plan_turn};
 use palpate::reconstruct::{ReconstructOptions, reconstruct};
 use palpate::sensor::Touchpad;
 use palpate::shape::NamedShape;
-use palpate::plan::{PalmLimits, plan_turn};
 use palpate::simulate::{SimulateOptions, simulate};
 
 use crate::python::Environment;

@@ -9,10 +9,10 @@ use std::path::Path;
 use anyhow::Context as _;
 use palpate::Reconstruction;
 use palpate::palms::PalmMotion;
+use palpate::plan::plan_jump_free;
 use palpate::reconstruct::{ReconstructError, ReconstructOptions, reconstruct};
 use palpate::sensor::Touchpad;
 use palpate::shape::{RandomShape, random_shape};
-use palpate::plan::plan_jump_free;
 use palpate::simulate::{SimulateOptions, Simulation, simulate};
 
 use super::Context;

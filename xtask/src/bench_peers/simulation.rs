@@ -12,8 +12,8 @@ use std::process::Command;
 
 use anyhow::{Context as _, bail};
 use palpate::palms::PalmPair;
-use palpate::shape::{NamedShape, SupportFunction, ellipse};
 use palpate::plan::{PalmLimits, plan_turn};
+use palpate::shape::{NamedShape, SupportFunction, ellipse};
 use palpate::simulate::{SimulateOptions, Simulation, simulate};
 
 use super::Context;

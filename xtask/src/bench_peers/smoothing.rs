@@ -11,10 +11,10 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use anyhow::{Context as _, bail};
+use palpate::plan::{PalmLimits, plan_turn};
 use palpate::reconstruct::{ReconstructError, SmoothOptions, Smoothed, smooth_from};
 use palpate::sensor::Touchpad;
 use palpate::shape::{NamedShape, SupportFunction};
-use palpate::plan::{PalmLimits, plan_turn};
 use palpate::simulate::{SimulateOptions, simulate};
 use palpate::{Log, Sample};
 

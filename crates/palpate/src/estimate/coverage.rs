@@ -1,7 +1,7 @@
 //! Which parts of the boundary were felt, and how often.
 
-use crate::estimate::measurements::Problem;
-use crate::estimate::motion::{brief_pieces, standing_out, unwrap};
+use crate::estimate::measurements::Measurements;
+use crate::estimate::motion::{outlying_steps, short_segments, unwrap};
 use std::f64::consts::TAU;
 
 /// Number of equally spaced normal angles at which the boundary is reported.
@@ -70,12 +70,12 @@ fn passes(track: &[f64]) -> Vec<(f64, f64)> {
 
 /// The contact angles of each contact over each piece, where it was seen. Pieces too short to be placed with certainty
 /// feel nothing, and a long step of ψ feels nothing in between.
-pub(crate) fn tracks(problem: &Problem, angles: &[(f64, f64)], starts: &[usize]) -> Vec<Vec<f64>> {
-    let brief = brief_pieces(starts, angles.len());
+pub(crate) fn tracks(measurements: &Measurements, angles: &[(f64, f64)], starts: &[usize]) -> Vec<Vec<f64>> {
+    let brief = short_segments(starts, angles.len());
     let mut tracks = Vec::new();
     for contact in [1, 2] {
         let mut track: Vec<f64> = Vec::new();
-        for (index, instant) in problem.instants.iter().enumerate() {
+        for (index, instant) in measurements.instants.iter().enumerate() {
             let (theta, weight) =
                 if contact == 1 { (angles[index].0, instant.weight1) } else { (angles[index].1, instant.weight2) };
             let broken = track.last().is_some_and(|last| (theta - last).abs() > LONGEST_SLIDE);
@@ -92,13 +92,13 @@ pub(crate) fn tracks(problem: &Problem, angles: &[(f64, f64)], starts: &[usize])
 }
 
 /// The outline nodes that a motion feels.
-pub(crate) fn felt_nodes(problem: &Problem, psi: &[f64]) -> impl Iterator<Item = usize> + use<> {
+pub(crate) fn felt_nodes(measurements: &Measurements, psi: &[f64]) -> impl Iterator<Item = usize> + use<> {
     let mut unwrapped = psi.to_vec();
     unwrap(&mut unwrapped);
-    let starts = standing_out(&unwrapped);
+    let starts = outlying_steps(&unwrapped);
     let angles: Vec<(f64, f64)> =
-        problem.instants.iter().zip(&unwrapped).map(|(instant, psi)| instant.contact_angles(*psi)).collect();
-    let counts = touches(&tracks(problem, &angles, &starts));
+        measurements.instants.iter().zip(&unwrapped).map(|(instant, psi)| instant.contact_angles(*psi)).collect();
+    let counts = touches(&tracks(measurements, &angles, &starts));
     (0..NODES).filter(move |&node| counts[node] > 0)
 }
 

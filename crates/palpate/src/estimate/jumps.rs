@@ -1,17 +1,15 @@
 //! Where the object jumped to another pose, and whether it would: at a jump the potential energy falls, and the new pose is
 //! the one that the object reaches downhill from the old one.
 
-use crate::estimate::motion::{SMALLEST_STEP, standing_out};
+use crate::estimate::motion::{SMALLEST_STEP, outlying_steps};
 use crate::mechanics::EnergyLandscape;
-use crate::mechanics::frictionless::followed;
+use crate::mechanics::frictionless::Frictionless;
+use crate::mechanics::passage::{barrier_m, carried, is_same_pose};
 use crate::palms::PalmPair;
 use crate::shape::SupportFunction;
 
-/// Orientations closer than this are one pose, radians.
-const SAME_POSE: f64 = 0.06;
-
 /// A rise of the centre of mass on the way down that errors of the shape may feign, as a share of the mean radius.
-const FEIGNED_RISE: f64 = 3e-3;
+const BARRIER_ALLOWANCE: f64 = 3e-3;
 
 /// Longest ringing after a jump, samples; and how far an object turns between two samples that was only shaken,
 /// radians.
@@ -21,7 +19,7 @@ const LONGEST_SWING: f64 = 0.5;
 
 /// The object went from one pose to another between two samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Leap {
+pub(crate) struct DetectedJump {
     /// First sample after it.
     pub sample: usize,
     pub psi_before: f64,
@@ -32,31 +30,31 @@ pub(crate) struct Leap {
     /// Whether an object at rest would have gone this way.
     pub physical: bool,
     /// Whether statics foretells it to the letter: no hill had to be laid to errors of the shape.
-    pub foretold: bool,
+    pub predicted: bool,
 }
 
-impl Leap {
+impl DetectedJump {
     fn turn(&self) -> f64 {
         self.psi_after - self.psi_before
     }
 
-    /// Whether a step from one sample to the next may be part of the ringing about this leap: not much longer than it.
+    /// Whether a step from one sample to the next may be part of the ringing about this jump: not much longer than it.
     fn rings_with(&self, step: &Self) -> bool {
         step.turn().abs() < self.turn().abs() + LONGEST_SWING
     }
 }
 
 /// The jumps in an unwrapped motion of `shape`; a fast slide along one branch of poses is none.
-pub(crate) fn leaps(shape: &SupportFunction, palms: &[PalmPair], psi: &[f64]) -> Vec<Leap> {
-    let mut leaps = Vec::new();
+pub(crate) fn detect_jumps(shape: &SupportFunction, palms: &[PalmPair], psi: &[f64]) -> Vec<DetectedJump> {
+    let mut jumps = Vec::new();
     let mut settled = 0;
-    for sample in standing_out(psi) {
+    for sample in outlying_steps(psi) {
         if sample < settled {
             continue;
         }
         let direct = passage(shape, palms, (sample - 1, psi[sample - 1]), (sample, psi[sample]));
         if direct.physical {
-            leaps.extend(direct.jumped.then_some(direct.leap));
+            jumps.extend(direct.jumped.then_some(direct.jump));
             continue;
         }
         // Not from one rest to another: perhaps from before the unrest to after it.
@@ -69,34 +67,34 @@ pub(crate) fn leaps(shape: &SupportFunction, palms: &[PalmPair], psi: &[f64]) ->
         let calm_after = (sample..last).find(|&i| quiet(i)).unwrap_or(last);
         let whole = passage(shape, palms, (calm_before, psi[calm_before]), (calm_after, psi[calm_after]));
         settled = calm_after + 1;
-        if whole.physical && whole.leap.rings_with(&direct.leap) {
+        if whole.physical && whole.jump.rings_with(&direct.jump) {
             // In the unrest the jump is its longest step.
             let step = |i: &usize| (psi[*i] - psi[*i - 1]).abs();
             let longest = (calm_before + 1..=calm_after).max_by(|a, b| step(a).total_cmp(&step(b))).unwrap_or(sample);
-            leaps.extend(whole.jumped.then_some(Leap { sample: longest, ..whole.leap }));
+            jumps.extend(whole.jumped.then_some(DetectedJump { sample: longest, ..whole.jump }));
         } else {
-            leaps.push(direct.leap);
+            jumps.push(direct.jump);
         }
     }
-    leaps
+    jumps
 }
 
-/// Leaps that are undone at once, though statics foretells neither to the letter: an object that goes to and fro between poses is
+/// Jumps that are undone at once, though statics foretells neither to the letter: an object that goes to and fro between poses is
 /// too round for hills to part them, and seems to be wherever the noise has it.
-pub(crate) fn to_and_fro(leaps: &[Leap]) -> usize {
-    leaps
+pub(crate) fn jump_reversals(jumps: &[DetectedJump]) -> usize {
+    jumps
         .windows(2)
         .filter(|pair| {
             let [one, two] = [pair[0], pair[1]];
             let at_once = two.sample - one.sample <= LONGEST_RINGING;
             let undone = (two.psi_after - one.psi_before).abs() < 0.5 * one.turn().abs();
-            at_once && undone && !(one.foretold && two.foretold)
+            at_once && undone && !(one.predicted && two.predicted)
         })
         .count()
 }
 
 struct Passage {
-    leap: Leap,
+    jump: DetectedJump,
     jumped: bool,
     physical: bool,
 }
@@ -106,38 +104,26 @@ fn passage(shape: &SupportFunction, palms: &[PalmPair], from: (usize, f64), to: 
     let ((from, before), (to, after)) = (from, to);
     let landscape = EnergyLandscape::new(shape, &palms[to]);
     let height = |psi: f64| landscape.height_m(psi);
-    let mut path = Vec::with_capacity(to - from);
-    let mut jumped = false;
-    let mut end = before;
-    for index in from..to {
-        let (next, jumps) = followed(shape, &palms[index], &palms[index + 1], end);
-        jumped |= !jumps.is_empty();
-        end = next;
-        path.push(next);
-    }
-    let same = |a: f64, b: f64| (0.5 * (a - b)).sin().abs() < 0.5 * SAME_POSE;
-    let foretold = same(end, after);
-    let rise = FEIGNED_RISE * shape.mean_radius_m();
-    // Where the shape, not quite right, would still hold the old pose: the hill in between must be next to nothing.
-    let over_a_feigned_hill = !foretold && {
-        let steps = 48;
-        let top = (0..=steps)
-            .map(|step| height(before + (after - before) * f64::from(step) / f64::from(steps)))
-            .fold(f64::NEG_INFINITY, f64::max);
-        top <= height(before) + rise
-            && (same(landscape.descend(after), after) || height(after) <= height(landscape.descend(after)) + rise)
+    let (end, jumped) = carried(&Frictionless, shape, &palms[from..=to], before);
+    let predicted = is_same_pose(end, after);
+    let allowance_m = BARRIER_ALLOWANCE * shape.mean_radius_m();
+    // Where the shape, not quite right, would still hold the old pose: the barrier in between must be next to nothing.
+    let over_a_negligible_barrier = !predicted && {
+        let bottom = landscape.descend(after);
+        barrier_m(height, before, after) <= allowance_m
+            && (is_same_pose(bottom, after) || height(after) <= height(bottom) + allowance_m)
     };
-    let physical = foretold || over_a_feigned_hill;
-    let leap = Leap {
+    let physical = predicted || over_a_negligible_barrier;
+    let jump = DetectedJump {
         sample: to,
         psi_before: before,
         psi_after: after,
         height_before_m: height(before),
         height_after_m: height(after),
         physical,
-        foretold,
+        predicted,
     };
-    Passage { leap, jumped: if foretold { jumped } else { !same(before, after) }, physical }
+    Passage { jump, jumped: if predicted { jumped } else { !is_same_pose(before, after) }, physical }
 }
 
 #[cfg(test)]

@@ -75,11 +75,11 @@ impl Instant {
 
 /// All instants of a log, in order of time.
 #[derive(Clone, Debug)]
-pub(crate) struct Problem {
+pub(crate) struct Measurements {
     pub instants: Vec<Instant>,
 }
 
-impl Problem {
+impl Measurements {
     /// From a log; `sd_scale_m` is the common standard deviation that stated ones are relative to.
     pub fn new(log: &Log, sd_scale_m: Option<f64>) -> Self {
         let instants =

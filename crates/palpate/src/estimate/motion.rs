@@ -19,7 +19,7 @@ pub(crate) fn unwrap(psi: &mut [f64]) {
 }
 
 /// Steps of ψ (index of the sample after) that stand out from those around them.
-pub(crate) fn standing_out(psi: &[f64]) -> Vec<usize> {
+pub(crate) fn outlying_steps(psi: &[f64]) -> Vec<usize> {
     let steps: Vec<f64> = psi.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
     (0..steps.len())
         .filter(|&index| steps[index] > SMALLEST_STEP)
@@ -33,13 +33,13 @@ pub(crate) fn standing_out(psi: &[f64]) -> Vec<usize> {
 }
 
 /// The rotation that brings the motion `b` closest to `a`, radians.
-pub(crate) fn common_turn(a: &[f64], b: &[f64]) -> f64 {
+pub(crate) fn common_rotation(a: &[f64], b: &[f64]) -> f64 {
     mean_direction(a.iter().zip(b).map(|(a, b)| a - b))
 }
 
 /// Samples that two motions put at different poses, but for a common rotation.
 pub(crate) fn moved(a: &[f64], b: &[f64]) -> usize {
-    let turned = common_turn(a, b);
+    let turned = common_rotation(a, b);
     a.iter().zip(b).filter(|(a, b)| (0.5 * (*a - *b - turned)).sin().abs() > ELSEWHERE).count()
 }
 
@@ -48,7 +48,7 @@ pub(crate) const ELSEWHERE: f64 = 0.05;
 
 /// Whether two motions over the same instants are one, but for a common rotation.
 pub(crate) fn same_motion(a: &[f64], b: &[f64]) -> bool {
-    let turned = common_turn(a, b);
+    let turned = common_rotation(a, b);
     let apart = |(a, b): (&f64, &f64)| 1.0 - (a - b - turned).cos();
     let mean = a.iter().zip(b).map(apart).sum::<f64>() / a.len().max(1) as f64;
     // 1 − cos of 3 degrees.
@@ -56,17 +56,21 @@ pub(crate) fn same_motion(a: &[f64], b: &[f64]) -> bool {
 }
 
 /// Pieces with fewer samples than this are not placed by their own contacts alone.
-pub(crate) const BRIEF: usize = 6;
+pub(crate) const SHORT_SEGMENT: usize = 6;
 
 /// The pieces, between the samples `starts` at which one begins besides the first, that are too short.
-pub(crate) fn brief_pieces(starts: &[usize], samples: usize) -> Vec<Range<usize>> {
+pub(crate) fn short_segments(starts: &[usize], samples: usize) -> Vec<Range<usize>> {
     if starts.is_empty() {
         return Vec::new();
     }
     let mut edges = vec![0];
     edges.extend(starts);
     edges.push(samples);
-    edges.windows(2).filter(|edge| edge[1] < edge[0] + BRIEF).map(|edge| edge[0]..edge[1].max(edge[0])).collect()
+    edges
+        .windows(2)
+        .filter(|edge| edge[1] < edge[0] + SHORT_SEGMENT)
+        .map(|edge| edge[0]..edge[1].max(edge[0]))
+        .collect()
 }
 
 #[cfg(test)]
@@ -76,9 +80,9 @@ mod tests {
     #[test]
     fn a_leap_stands_out_and_a_steady_turn_does_not() {
         let mut psi: Vec<f64> = (0..100).map(|i| 0.05 * i as f64).collect();
-        assert!(standing_out(&psi).is_empty());
+        assert!(outlying_steps(&psi).is_empty());
         psi[40..].iter_mut().for_each(|psi| *psi += 0.8);
-        assert_eq!(standing_out(&psi), [40]);
+        assert_eq!(outlying_steps(&psi), [40]);
     }
 
     #[test]

@@ -2,7 +2,7 @@
 //! those given.
 
 use crate::estimate::coverage::{NODES, felt_nodes};
-use crate::estimate::measurements::Problem;
+use crate::estimate::measurements::Measurements;
 use crate::estimate::model::layout::coefficients_to_order;
 use crate::estimate::model::noise::Noise;
 use crate::estimate::model::prior::Prior;
@@ -24,7 +24,7 @@ pub fn cramer_rao_bound_m(log: &Log, shape: &SupportFunction, psi_rad: &[f64], s
     if psi_rad.len() != log.samples.len() || sensor_sd_m.is_nan() || sensor_sd_m <= 0.0 {
         return None;
     }
-    let problem = Problem::new(log, None);
+    let measurements = Measurements::new(log, None);
     let harmonics = shape.harmonics_m();
     let mut tail = 0.0;
     let mut order = harmonics.len();
@@ -47,8 +47,8 @@ pub fn cramer_rao_bound_m(log: &Log, shape: &SupportFunction, psi_rad: &[f64], s
         prior: Prior { size_m, scale_m: 1e6 * size_m },
         log_evidence: 0.0,
     };
-    let felt: Vec<f64> = felt_nodes(&problem, psi_rad).map(|node| TAU * node as f64 / NODES as f64).collect();
-    let error_bars = ErrorBars::new(&problem, &fit, &felt, 1.0)?;
+    let felt: Vec<f64> = felt_nodes(&measurements, psi_rad).map(|node| TAU * node as f64 / NODES as f64).collect();
+    let error_bars = ErrorBars::new(&measurements, &fit, &felt, 1.0)?;
     let mean: f64 = felt.iter().map(|&theta| error_bars.r_sd_m(theta).powi(2)).sum::<f64>() / felt.len() as f64;
     mean.is_finite().then(|| mean.sqrt())
 }

@@ -6,6 +6,7 @@
 pub(crate) mod force_model;
 pub(crate) mod frictionless;
 mod jump;
+pub(crate) mod passage;
 
 pub use frictionless::{EnergyLandscape, RestPose, STANDARD_GRAVITY_M_PER_S2, contact_forces_n, follow};
 pub use jump::Jump;

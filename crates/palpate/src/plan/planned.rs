@@ -5,11 +5,11 @@ use std::f64::consts::TAU;
 use super::limits::PalmLimits;
 use super::surface::Place;
 use super::timing::{smoothed, subdivided, timed};
+use crate::mechanics::EnergyLandscape;
 use crate::palms::PalmMotion;
 use crate::sensor::Touchpad;
 use crate::shape::SupportFunction;
 use crate::simulate::{SimulateOptions, coverage, simulate};
-use crate::mechanics::EnergyLandscape;
 
 /// Samples that a planned motion is checked with.
 const CHECKS: f64 = 1500.0;

@@ -10,10 +10,10 @@ use std::f64::consts::PI;
 
 use super::limits::PalmLimits;
 use crate::math::angle::wrapped;
-use crate::palms::PalmPair;
-use crate::shape::SupportFunction;
 use crate::mechanics::EnergyLandscape;
 use crate::mechanics::frictionless::followed;
+use crate::palms::PalmPair;
+use crate::shape::SupportFunction;
 
 /// Spacing of the grid of palm angles, radians.
 const SPACING_RAD: f64 = 4.0 * PI / 180.0;

@@ -5,8 +5,8 @@
 //! 1. `noise`, `pieces`, `windows`: how noisy the log is, where the contacts leap, and what to look at;
 //! 2. `start` (on the closed forms of `quadrature`): starts from nothing, over stretches that explain themselves;
 //! 3. `grow`, `search`: from there over the whole log, through jumps, as several hypotheses;
-//! 4. `task` (on `valley`): each of them taken to the optimum over all samples, by these three:
-//! 5. `smooth` (on `residuals` and `problem`): maximum likelihood over all samples, every pose eliminated exactly;
+//! 4. `job` (on `valley`): each of them taken to the optimum over all samples, by these three:
+//! 5. `smooth` (on `residuals` and `measurements`): maximum likelihood over all samples, every pose eliminated exactly;
 //! 6. `evidence`: number of harmonics, noise and prior, by what the data say of them;
 //! 7. `track` (on `place`, `tabulated` and `known`): the way of the shape through the log; samples put at a wrong pose are placed anew;
 //! 8. `assemble` (on `posterior`, `felt`, `brief`): error bars, which boundary was felt, and what too few samples cannot tell;
@@ -45,10 +45,10 @@ use crate::shape::SupportFunction;
 
 use check::{check_log, check_start};
 use paper::initial_conditions as integral;
-use refine::job::Task;
+use refine::job::Job;
 use search::schedule::{self, Found};
-use search::segments::pieces;
-use verdict::assemble::Judged;
+use search::segments::segments;
+use verdict::assemble::Candidate;
 
 /// Reconstructs shape, motion and centre of mass from a palm log and nothing else.
 ///
@@ -67,30 +67,30 @@ pub fn reconstruct(
     if options.method != Method::Likelihood {
         return integral::reconstruct(log, options, &|share| tell("integrating", share));
     }
-    let task = Task::new(log, options);
-    let mut best: Option<Judged> = None;
+    let job = Job::new(log, options);
+    let mut best: Option<Candidate> = None;
     let mut explanations = 0;
     let mut failure = None;
     schedule::search(
-        &task.problem,
-        task.scatter_m,
-        task.prior,
+        &job.measurements,
+        job.scatter_m,
+        job.prior,
         &|share| tell("searching for arrangements", 0.9 * share),
         &mut |found| {
-            match task.judge(&found) {
-                Ok(judged) => {
-                    explanations += usize::from(judged.result.verdict.is_explained());
-                    if best.as_ref().is_none_or(|other| judged.is_likelier_than(other)) {
-                        best = Some(judged);
+            match job.judge(&found) {
+                Ok(candidate) => {
+                    explanations += usize::from(candidate.result.verdict.is_explained());
+                    if best.as_ref().is_none_or(|other| candidate.is_likelier_than(other)) {
+                        best = Some(candidate);
                     }
                 }
                 Err(error) => failure = Some(error),
             }
-            best.as_ref().is_some_and(|judged| judged.is_enough(explanations))
+            best.as_ref().is_some_and(|candidate| candidate.is_enough(explanations))
         },
     );
     tell("done", 1.0);
-    best.map(|judged| judged.result).ok_or_else(|| {
+    best.map(|candidate| candidate.result).ok_or_else(|| {
         failure.unwrap_or_else(|| ReconstructError::NoStart {
             advice: "check the units and signs of the palm angles and contact positions".to_owned(),
         })
@@ -114,14 +114,14 @@ pub fn reconstruct_from(
     if options.method != Method::Likelihood {
         return integral::reconstruct_from(log, shape, psi_rad, options);
     }
-    let task = Task::new(log, options);
-    let ranges = pieces(&task.problem, task.scatter_m);
+    let job = Job::new(log, options);
+    let ranges = segments(&job.measurements, job.scatter_m);
     let mut coefficients = shape.coefficients();
     coefficients_to_order(&mut coefficients, START_ORDER);
     let estimate = Estimate { coefficients, psi: psi_rad.to_vec(), cost: 0.0 };
-    let found = Found { thin: task.problem.clone(), ranges, estimates: vec![estimate] };
-    let refined = task.refine(&found, 0)?;
-    Ok(task.assemble(refined)?.result)
+    let found = Found { thin: job.measurements.clone(), ranges, estimates: vec![estimate] };
+    let refined = job.refine(&found, 0)?;
+    Ok(job.assemble(refined)?.result)
 }
 
 /// Harmonics that a given start is cut to before the number is chosen.

@@ -1,10 +1,10 @@
 //! Maximum likelihood with everything given but shape and motion: no search, no estimate of the noise, no choice of the number
 //! of harmonics, no verdict. For a log whose noise is known and whose motion is known roughly, and for comparison with other solvers.
 
-use crate::estimate::measurements::Problem;
+use crate::estimate::measurements::Measurements;
 use crate::estimate::model::noise::Noise;
 use crate::estimate::model::prior::Prior;
-use crate::estimate::solver::gauss_newton::{Effort, Smoother};
+use crate::estimate::solver::gauss_newton::{Smoother, StoppingCriteria};
 use crate::log::Log;
 use crate::reconstruct::check::{check_harmonics, check_samples, check_start};
 use crate::reconstruct::error::ReconstructError;
@@ -80,12 +80,12 @@ pub fn smooth_from(
     check_samples(log)?;
     check_options(options)?;
     check_start(log, psi_rad)?;
-    let problem = Problem::new(log, Some(options.sensor_sd_m));
+    let measurements = Measurements::new(log, Some(options.sensor_sd_m));
     let noise = Noise { sensor_m: options.sensor_sd_m, balance_m: options.balance_sd_m };
     let prior = Prior { size_m: options.size_m, scale_m: options.prior_scale_m };
-    let smoother = Smoother::new(&problem, options.harmonics, noise, prior).strictly_convex();
-    let effort = Effort { iterations: options.most_steps, tolerance: options.tolerance };
-    let found = smoother.run_near(shape.coefficients(), psi_rad.to_vec(), effort);
+    let smoother = Smoother::new(&measurements, options.harmonics, noise, prior).strictly_convex();
+    let effort = StoppingCriteria { iterations: options.most_steps, tolerance: options.tolerance };
+    let found = smoother.run_chord(shape.coefficients(), psi_rad.to_vec(), effort);
     if !found.cost.is_finite() {
         return Err(ReconstructError::NotSolvable);
     }
@@ -117,9 +117,9 @@ fn check_options(options: &SmoothOptions) -> Result<(), ReconstructError> {
 mod tests {
     use super::*;
     use crate::palms::PalmPair;
+    use crate::plan::{PalmLimits, plan_turn};
     use crate::sensor::Touchpad;
     use crate::shape::NamedShape;
-    use crate::plan::{PalmLimits, plan_turn};
     use crate::simulate::{SimulateOptions, Simulation, simulate};
 
     const OPTIONS: SmoothOptions = SmoothOptions {

@@ -4,31 +4,31 @@
 use crate::estimate::association::transitions::{LONGEST_STEP, near};
 use crate::estimate::evidence::laplace::log_evidence;
 use crate::estimate::evidence::motion_prior::CERTAIN;
-use crate::estimate::measurements::Problem;
-use crate::estimate::motion::common_turn;
+use crate::estimate::measurements::Measurements;
+use crate::estimate::motion::common_rotation;
 use crate::estimate::solver::gauss_newton::Fit;
-use crate::estimate::solver::gauss_newton::{Effort, Estimate, Smoother};
+use crate::estimate::solver::gauss_newton::{Estimate, Smoother, StoppingCriteria};
 use crate::math::angle::wrapped;
 use rayon::prelude::*;
 use std::ops::Range;
 
 /// Another way through the log.
-pub(crate) struct Rival {
+pub(crate) struct Alternative {
     /// One orientation for each sample.
     pub psi: Vec<f64>,
     /// Samples that it was looked up for.
     pub samples: Vec<usize>,
-    /// What its leaps and its poses at no minimum cost more.
-    pub leaps: f64,
+    /// What its jumps and its poses at no minimum cost more.
+    pub motion_cost: f64,
 }
 
-const EFFORT: Effort = Effort { iterations: 20, tolerance: 1e-7 };
+const STOPPING: StoppingCriteria = StoppingCriteria { iterations: 20, tolerance: 1e-7 };
 
 /// A rival whose margin is below minus this is the likelier one (−2 ln of the odds).
 const LIKELIER: f64 = 1.0;
 
 /// How sure the pose of each sample is.
-pub(crate) struct Doubts {
+pub(crate) struct Ambiguity {
     /// How much more it costs to put it elsewhere (squared standard deviations).
     margin: Vec<f64>,
     /// How far away elsewhere is, radians.
@@ -38,25 +38,25 @@ pub(crate) struct Doubts {
 /// The standard deviation of an angle of which nothing is known: that of a uniform distribution over the circle, radians.
 const ANYWHERE: f64 = 1.813_8;
 
-impl Doubts {
+impl Ambiguity {
     pub fn new(margin: Vec<f64>) -> Self {
         Self { way: vec![ANYWHERE; margin.len()], margin }
     }
 
     fn is_open(&self, sample: usize) -> bool {
-        self.margin[sample] < CERTAIN
+        self.margin[sample] < CERTAIN.deviance()
     }
 
     /// For each sample, how far from its pose another is that explains it about as well, radians; 0 where there is none.
-    pub fn astray(&self) -> Vec<f64> {
+    pub fn ambiguity_rad(&self) -> Vec<f64> {
         (0..self.margin.len()).map(|sample| if self.is_open(sample) { self.way[sample] } else { 0.0 }).collect()
     }
 
-    /// Doubts the samples of a fit that another way puts elsewhere, without the fit having followed it yet: that way, as a rival.
-    pub fn unsettled(&mut self, fitted: &[f64], other: &[f64]) -> Option<Rival> {
+    /// Ambiguity the samples of a fit that another way puts elsewhere, without the fit having followed it yet: that way, as a rival.
+    pub fn unsettled(&mut self, fitted: &[f64], other: &[f64]) -> Option<Alternative> {
         let samples: Vec<usize> = (0..fitted.len()).filter(|&sample| !near(fitted[sample], other[sample])).collect();
         samples.iter().for_each(|&sample| self.lower(sample..sample + 1, 0.0));
-        (!samples.is_empty()).then(|| Rival { psi: other.to_vec(), samples, leaps: 0.0 })
+        (!samples.is_empty()).then(|| Alternative { psi: other.to_vec(), samples, motion_cost: 0.0 })
     }
 
     /// Adds a doubt of a run of samples.
@@ -67,38 +67,45 @@ impl Doubts {
 
 /// Weighs the rivals of the poses of a fit, and settles the doubts of the samples that they were looked up for. The estimate of the
 /// best of them where it is the better one.
-pub(crate) fn weigh(problem: &Problem, fit: &Fit, rivals: &[Rival], doubts: &mut Doubts) -> Option<Estimate> {
-    if rivals.is_empty() {
+pub(crate) fn compare_evidence(
+    measurements: &Measurements,
+    fit: &Fit,
+    alternatives: &[Alternative],
+    doubts: &mut Ambiguity,
+) -> Option<Estimate> {
+    if alternatives.is_empty() {
         return None;
     }
-    let smoother = Smoother::new(problem, fit.order, fit.noise, fit.prior).strictly_convex();
+    let smoother = Smoother::new(measurements, fit.order, fit.noise, fit.prior).strictly_convex();
     let evidence = |estimate: &Estimate| {
         let normal = smoother.linearise(&estimate.coefficients, &estimate.psi);
         Some(log_evidence(&smoother, estimate, &normal, &smoother.factor(&normal)?))
     };
     let Estimate { coefficients, psi, .. } = fit.estimate.clone();
-    let here = smoother.run(coefficients, psi, EFFORT);
+    let here = smoother.run(coefficients, psi, STOPPING);
     let here_evidence = evidence(&here)?;
-    let weighed: Vec<(Estimate, f64)> = rivals
+    let weighed: Vec<(Estimate, f64)> = alternatives
         .par_iter()
-        .map(|Rival { psi, leaps, .. }| {
-            let there = smoother.run_near(here.coefficients.clone(), psi.clone(), EFFORT);
-            let margin = evidence(&there).map_or(f64::INFINITY, |evidence| 2.0 * (here_evidence - evidence) + leaps);
+        .map(|Alternative { psi, motion_cost, .. }| {
+            let there = smoother.run_chord(here.coefficients.clone(), psi.clone(), STOPPING);
+            let margin =
+                evidence(&there).map_or(f64::INFINITY, |evidence| 2.0 * (here_evidence - evidence) + motion_cost);
             (there, if margin.is_nan() { f64::INFINITY } else { margin })
         })
         .collect();
     let open: Vec<usize> = (0..here.psi.len()).filter(|&sample| doubts.is_open(sample)).collect();
-    for &sample in rivals.iter().flat_map(|rival| &rival.samples) {
+    for &sample in alternatives.iter().flat_map(|alternative| &alternative.samples) {
         (doubts.margin[sample], doubts.way[sample]) = (f64::INFINITY, 0.0);
     }
     for (there, margin) in &weighed {
-        let turned = common_turn(&here.psi, &there.psi);
+        let turned = common_rotation(&here.psi, &there.psi);
         for &sample in &open {
             let way = wrapped(there.psi[sample] + turned - here.psi[sample]).abs();
             // What slid back to where it was is no rival.
             if way >= LONGEST_STEP {
                 doubts.margin[sample] = doubts.margin[sample].min(*margin);
-                doubts.way[sample] = if *margin < CERTAIN { doubts.way[sample].max(way) } else { doubts.way[sample] };
+                doubts.way[sample] =
+                    if *margin < CERTAIN.deviance() { doubts.way[sample].max(way) } else { doubts.way[sample] };
             }
         }
     }
@@ -111,15 +118,15 @@ mod tests {
     use super::*;
     use crate::estimate::model::noise::Noise;
     use crate::estimate::model::prior::Prior;
+    use crate::plan::{PalmLimits, plan_turn};
     use crate::sensor::Touchpad;
     use crate::shape::NamedShape;
-    use crate::plan::{PalmLimits, plan_turn};
     use crate::simulate::{SimulateOptions, simulate};
 
     const SIZE_M: f64 = 0.03;
 
     /// A pebble turned around, and the optimum near the truth.
-    fn setting() -> (Problem, Fit) {
+    fn setting() -> (Measurements, Fit) {
         let pebble = NamedShape::Pebble.shape(SIZE_M).expect("a valid size");
         let plan = plan_turn(&pebble, &PalmLimits::default(), 40.0).expect("a motion without a jump");
         let options = SimulateOptions {
@@ -128,13 +135,13 @@ mod tests {
             ..SimulateOptions::default()
         };
         let run = simulate(&pebble, &plan.motion.sample(5.0).expect("possible"), &options).expect("possible");
-        let problem = Problem::new(&run.log, None);
+        let measurements = Measurements::new(&run.log, None);
         let psi = run.truth.motion.iter().map(|pose| pose.psi_rad).collect();
         let (noise, prior) =
             (Noise { sensor_m: 1e-4, balance_m: 2e-5 }, Prior { size_m: SIZE_M, scale_m: 0.5 * SIZE_M });
         let order = pebble.harmonics_m().len();
-        let estimate = Smoother::new(&problem, order, noise, prior).run(pebble.coefficients(), psi, EFFORT);
-        (problem, Fit { estimate, order, noise, prior, log_evidence: 0.0 })
+        let estimate = Smoother::new(&measurements, order, noise, prior).run(pebble.coefficients(), psi, STOPPING);
+        (measurements, Fit { estimate, order, noise, prior, log_evidence: 0.0 })
     }
 
     /// The motion of a fit with some samples elsewhere.
@@ -146,33 +153,36 @@ mod tests {
 
     #[test]
     fn a_doubt_that_the_evidence_does_not_share_is_settled() {
-        let (problem, fit) = setting();
-        let count = problem.len();
-        let mut doubts = Doubts::new(vec![f64::INFINITY; count]);
+        let (measurements, fit) = setting();
+        let count = measurements.len();
+        let mut doubts = Ambiguity::new(vec![f64::INFINITY; count]);
         doubts.lower(50..52, 1.0);
         doubts.lower(80..81, 1.0);
-        let astray = doubts.astray();
-        assert!(astray[50] > 1.8 && astray[51] > 1.8 && astray[80] > 1.8 && astray[49] == 0.0);
-        let rival = Rival { psi: elsewhere(&fit, 50..52, 1.5), samples: vec![50, 51], leaps: 20.0 };
-        assert!(weigh(&problem, &fit, &[rival], &mut doubts).is_none());
-        let astray = doubts.astray();
-        assert_eq!((astray[50], astray[51]), (0.0, 0.0));
-        assert!(astray[80] > 1.8, "nothing was looked up for it");
+        let ambiguity_rad = doubts.ambiguity_rad();
+        assert!(
+            ambiguity_rad[50] > 1.8 && ambiguity_rad[51] > 1.8 && ambiguity_rad[80] > 1.8 && ambiguity_rad[49] == 0.0
+        );
+        let alternative = Alternative { psi: elsewhere(&fit, 50..52, 1.5), samples: vec![50, 51], motion_cost: 20.0 };
+        assert!(compare_evidence(&measurements, &fit, &[alternative], &mut doubts).is_none());
+        let ambiguity_rad = doubts.ambiguity_rad();
+        assert_eq!((ambiguity_rad[50], ambiguity_rad[51]), (0.0, 0.0));
+        assert!(ambiguity_rad[80] > 1.8, "nothing was looked up for it");
     }
 
     #[test]
     fn a_rival_that_is_better_is_taken_and_is_a_doubt_until_then() {
-        let (problem, right) = setting();
+        let (measurements, right) = setting();
         let mut wrong = right.clone();
         wrong.estimate.psi = elsewhere(&right, 50..52, 1.5);
-        let mut doubts = Doubts::new(vec![f64::INFINITY; problem.len()]);
-        let rival = doubts.unsettled(&wrong.estimate.psi, &right.estimate.psi).expect("two samples differ");
-        assert_eq!(rival.samples, [50, 51]);
-        let better = weigh(&problem, &wrong, &[rival], &mut doubts).expect("the right poses are likelier");
+        let mut doubts = Ambiguity::new(vec![f64::INFINITY; measurements.len()]);
+        let alternative = doubts.unsettled(&wrong.estimate.psi, &right.estimate.psi).expect("two samples differ");
+        assert_eq!(alternative.samples, [50, 51]);
+        let better =
+            compare_evidence(&measurements, &wrong, &[alternative], &mut doubts).expect("the right poses are likelier");
         for (found, truth) in better.psi.iter().zip(&right.estimate.psi) {
             assert!((found - truth).abs() < 1e-3, "{found} {truth}");
         }
-        let astray = doubts.astray();
-        assert!(astray[50] > 0.5 && astray[49] == 0.0, "{}", astray[50]);
+        let ambiguity_rad = doubts.ambiguity_rad();
+        assert!(ambiguity_rad[50] > 0.5 && ambiguity_rad[49] == 0.0, "{}", ambiguity_rad[50]);
     }
 }

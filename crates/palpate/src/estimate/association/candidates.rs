@@ -3,7 +3,7 @@
 use crate::estimate::measurements::Instant;
 use crate::estimate::model::contact::residuals;
 use crate::estimate::model::noise::Spread;
-use crate::estimate::model::table::Tabulated;
+use crate::estimate::model::table::SupportTable;
 use std::f64::consts::TAU;
 
 /// Trial orientations of one sample.
@@ -38,17 +38,17 @@ pub(crate) fn best_orientation(instant: &Instant, coefficients: &[f64], nearest:
 
 /// Orientations that one sample might have, each with its misfit, best first: minima of the misfit that are not out of the
 /// question.
-pub(crate) fn candidates(table: &Tabulated, instant: &Instant, spread: Spread, near: f64) -> Vec<(f64, f64)> {
+pub(crate) fn candidates(table: &SupportTable, instant: &Instant, spread: Spread, near: f64) -> Vec<(f64, f64)> {
     let mut found = minima(near, &|psi| spread.misfit(table, instant, psi));
     found.sort_by(|a, b| a.1.total_cmp(&b.1));
     let least = found.first().map_or(0.0, |(_, misfit)| *misfit);
-    found.retain(|(_, misfit)| *misfit < least + OUT_OF_THE_QUESTION);
+    found.retain(|(_, misfit)| *misfit < least + IMPLAUSIBLE);
     found.truncate(MOST_CANDIDATES);
     found
 }
 
 /// Orientations missed by this much more than the best (squared standard deviations) are not looked at.
-const OUT_OF_THE_QUESTION: f64 = 400.0;
+const IMPLAUSIBLE: f64 = 400.0;
 
 /// Orientations of one sample that are looked at.
 const MOST_CANDIDATES: usize = 6;

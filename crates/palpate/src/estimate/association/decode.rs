@@ -1,23 +1,24 @@
 //! The way of a known shape through the log: of all orientations that each sample might have, those that explain the contacts
-//! with the fewest leaps that statics does not foretell (Viterbi's algorithm, forward and backward).
+//! with the fewest jumps that statics does not foretell (Viterbi's algorithm, forward and backward).
 //!
 //! This mends samples that the search put at a wrong pose (beside a jump, in the ringing after it, in a stretch that was put
 //! off), and it tells what cannot be known: a sample that a way of nearly the same cost puts elsewhere. Elsewhere is where the
 //! object can only come by a leap; how uncertain a pose is about its place, the error bars say.
 
-use crate::estimate::association::alternatives::Rival;
+use crate::estimate::association::alternatives::Alternative;
 use crate::estimate::association::candidates::Choice;
 use crate::estimate::association::candidates::{candidates, minima};
-use crate::estimate::association::predictive::Known;
-use crate::estimate::association::transitions::{Ahead, near, same, steps, turn};
-use crate::estimate::association::viterbi::Lattice;
-use crate::estimate::evidence::motion_prior::CERTAIN;
-use crate::estimate::measurements::{Instant, Problem};
+use crate::estimate::association::predictive::PredictiveShape;
+use crate::estimate::association::transitions::{Transition, near, steps, turn};
+use crate::estimate::association::viterbi::Trellis;
+use crate::estimate::evidence::motion_prior::{CERTAIN, UNSTABLE_POSE};
+use crate::estimate::measurements::{Instant, Measurements};
 use crate::estimate::model::force::balance_limit_m;
 use crate::estimate::model::noise::Spread;
-use crate::estimate::model::table::Tabulated;
+use crate::estimate::model::table::SupportTable;
 use crate::estimate::solver::gauss_newton::Fit;
 use crate::math::statistics::{correlation_time, median};
+use crate::mechanics::passage::is_same_pose;
 use crate::shape::SupportFunction;
 use rayon::prelude::*;
 
@@ -29,10 +30,10 @@ const WORTH_CHANGING: f64 = 9.0;
 
 /// Standard deviation of a hill that errors of the shape feign where the object falls: as a share of that of a contact
 /// position, and of the mean radius.
-const FEIGNED_HILL: [f64; 2] = [0.03, 1e-4];
+const BARRIER_SD: [f64; 2] = [0.03, 1e-4];
 
 /// The most likely way through a log.
-pub(crate) struct Track {
+pub(crate) struct Decoded {
     /// One orientation for each sample.
     pub psi: Vec<f64>,
     /// Samples that it puts elsewhere than the fit did.
@@ -42,13 +43,13 @@ pub(crate) struct Track {
     /// Squared standard deviations by which each sample is missed.
     pub misfit: Vec<f64>,
     /// For samples that are not certain, the likeliest ways that put them elsewhere.
-    pub rivals: Vec<Rival>,
+    pub alternatives: Vec<Alternative>,
 }
 
-impl Track {
+impl Decoded {
     /// Whether the pose of a sample is open to doubt: another is not much less likely, or none explains it.
     pub fn doubts(&self, sample: usize) -> bool {
-        self.margin[sample] < 2.0 * CERTAIN || self.misfit[sample] > UNEXPLAINED
+        self.margin[sample] < 2.0 * CERTAIN.deviance() || self.misfit[sample] > UNEXPLAINED
     }
 }
 
@@ -60,34 +61,34 @@ pub(crate) struct Aside<'a> {
     /// Those of which statics is not asked, since it foretells no better than the shape is known.
     pub doubtful: &'a (dyn Fn(usize) -> bool + Sync),
     /// The shape that the others leave.
-    pub known: &'a Known,
+    pub known: &'a PredictiveShape,
 }
 
 /// Tracks the fitted shape through the log. Contacts are never believed to be more exact than `floor_m`.
-pub(crate) fn track(problem: &Problem, fit: &Fit, floor_m: f64, aside: Option<Aside>) -> Track {
+pub(crate) fn decode(measurements: &Measurements, fit: &Fit, floor_m: f64, aside: Option<Aside>) -> Decoded {
     let coefficients = &fit.estimate.coefficients;
-    let (shape, table) = (SupportFunction::from_coefficients(coefficients), Tabulated::new(coefficients));
+    let (shape, table) = (SupportFunction::from_coefficients(coefficients), SupportTable::new(coefficients));
     let here = &fit.estimate.psi;
-    let spread = spread(problem, &table, here, floor_m.max(1e-5 * coefficients[0].abs()));
-    let hill_sd_m = FEIGNED_HILL[0] * spread.contact_m2.sqrt() + FEIGNED_HILL[1] * coefficients[0].abs();
+    let spread = spread(measurements, &table, here, floor_m.max(1e-5 * coefficients[0].abs()));
+    let barrier_sd_m = BARRIER_SD[0] * spread.contact_m2.sqrt() + BARRIER_SD[1] * coefficients[0].abs();
     let contact_sd_m = spread.contact_m2.sqrt();
     let balance_m = spread.balance_m2.sqrt();
     let spoilt = balance_m > balance_limit_m(contact_sd_m, coefficients[0].abs());
     let still_m = if spoilt { STILL * coefficients[0].abs() + 6.0 * contact_sd_m } else { 0.0 };
     let anchor = anchor(here);
-    let mut choices: Vec<Vec<Choice>> = (0..problem.len())
+    let mut choices: Vec<Vec<Choice>> = (0..measurements.len())
         .into_par_iter()
         .map(|index| {
-            let instant = &problem.instants[index];
-            let restlessness = |psi: f64| restlessness(&table, instant, psi, balance_m);
-            let misfit = spread.misfit(&table, instant, here[index]) + restlessness(here[index]);
+            let instant = &measurements.instants[index];
+            let instability_cost = |psi: f64| instability_cost(&table, instant, psi, balance_m);
+            let misfit = spread.misfit(&table, instant, here[index]) + instability_cost(here[index]);
             let mut choices = vec![Choice { psi: here[index], misfit }];
             if index == anchor {
                 return choices;
             }
             for (psi, misfit) in candidates(&table, instant, spread, here[index]) {
-                let misfit = misfit + restlessness(psi);
-                if !same(psi, here[index]) {
+                let misfit = misfit + instability_cost(psi);
+                if !is_same_pose(psi, here[index]) {
                     choices.push(Choice { psi, misfit });
                 } else if misfit + 1.0 < choices[0].misfit {
                     choices[0] = Choice { psi: here[index] + turn(here[index], psi), misfit };
@@ -97,17 +98,23 @@ pub(crate) fn track(problem: &Problem, fit: &Fit, floor_m: f64, aside: Option<As
         })
         .collect();
     if let Some(aside) = aside {
-        place_anew(&mut choices, problem, &table, balance_m, aside);
+        reassociate(&mut choices, measurements, &table, balance_m, aside);
     }
-    let steps: Vec<Vec<f64>> = (1..problem.len())
+    let steps: Vec<Vec<f64>> = (1..measurements.len())
         .into_par_iter()
         .map(|index| {
-            let ahead = Ahead { shape: &shape, table: &table, instant: &problem.instants[index], hill_sd_m, still_m };
+            let ahead = Transition {
+                shape: &shape,
+                table: &table,
+                instant: &measurements.instants[index],
+                barrier_sd_m,
+                still_m,
+            };
             let blind = aside.is_some_and(|aside| (aside.doubtful)(index));
-            steps(&ahead, &problem.instants[index - 1], &choices[index - 1], &choices[index], blind)
+            steps(&ahead, &measurements.instants[index - 1], &choices[index - 1], &choices[index], blind)
         })
         .collect();
-    let lattice = Lattice::new(&choices, &steps);
+    let lattice = Trellis::new(&choices, &steps);
     let (way, cost) = lattice.best();
     let stay: f64 =
         choices.iter().map(|choices| choices[0].misfit).sum::<f64>() + steps.iter().map(|steps| steps[0]).sum::<f64>();
@@ -116,28 +123,33 @@ pub(crate) fn track(problem: &Problem, fit: &Fit, floor_m: f64, aside: Option<As
     let chosen = along(&way);
     let psi: Vec<f64> = chosen.iter().map(|choice| choice.psi).collect();
     let elsewhere: Vec<(f64, usize)> = (0..psi.len()).map(|index| lattice.elsewhere(index, psi[index])).collect();
-    let mut rivals: Vec<(Vec<usize>, Vec<usize>)> = Vec::new();
-    for (index, &(other, choice)) in elsewhere.iter().enumerate().filter(|(_, (other, _))| *other < cost + CERTAIN) {
-        let rival = lattice.through(index, choice);
-        match rivals.iter().position(|(known, _)| *known == rival) {
-            Some(known) => rivals[known].1.push(index),
-            None if other.is_finite() && rivals.len() < MOST_RIVALS => rivals.push((rival, vec![index])),
+    let mut alternatives: Vec<(Vec<usize>, Vec<usize>)> = Vec::new();
+    for (index, &(other, choice)) in
+        elsewhere.iter().enumerate().filter(|(_, (other, _))| *other < cost + CERTAIN.deviance())
+    {
+        let alternative = lattice.through(index, choice);
+        match alternatives.iter().position(|(known, _)| *known == alternative) {
+            Some(known) => alternatives[known].1.push(index),
+            None if other.is_finite() && alternatives.len() < MOST_ALTERNATIVES => {
+                alternatives.push((alternative, vec![index]))
+            }
             None => {}
         }
     }
-    let leaps = |way: &[usize]| -> f64 {
-        let poses = problem.instants.iter().zip(along(way));
-        let restless = poses.map(|(instant, choice)| restlessness(&table, instant, choice.psi, balance_m)).sum::<f64>();
+    let prior_cost = |way: &[usize]| -> f64 {
+        let poses = measurements.instants.iter().zip(along(way));
+        let restless =
+            poses.map(|(instant, choice)| instability_cost(&table, instant, choice.psi, balance_m)).sum::<f64>();
         restless + lattice.steps_along(way)
     };
-    let of_way = leaps(&way);
-    let rivals = rivals.into_iter().map(|(rival, samples)| Rival {
-        psi: along(&rival).iter().map(|choice| choice.psi).collect(),
+    let of_way = prior_cost(&way);
+    let alternatives = alternatives.into_iter().map(|(alternative, samples)| Alternative {
+        psi: along(&alternative).iter().map(|choice| choice.psi).collect(),
         samples,
-        leaps: leaps(&rival) - of_way,
+        motion_cost: prior_cost(&alternative) - of_way,
     });
-    Track {
-        rivals: rivals.collect(),
+    Decoded {
+        alternatives: alternatives.collect(),
         psi,
         moved: way.iter().filter(|choice| **choice > 0).count(),
         margin: elsewhere.iter().map(|(other, _)| other - cost).collect(),
@@ -146,27 +158,27 @@ pub(crate) fn track(problem: &Problem, fit: &Fit, floor_m: f64, aside: Option<As
 }
 
 /// Rivals that are looked up at the most.
-const MOST_RIVALS: usize = 24;
+const MOST_ALTERNATIVES: usize = 24;
 
 /// Lets samples be wherever a shape that is known to within a Gaussian explains them.
-fn place_anew(
+fn reassociate(
     choices: &mut [Vec<Choice>],
-    problem: &Problem,
-    table: &Tabulated,
+    measurements: &Measurements,
+    table: &SupportTable,
     balance_m: f64,
     Aside { samples, known, .. }: Aside,
 ) {
     let placed: Vec<Vec<Choice>> = samples
         .par_iter()
         .map(|&index| {
-            let instant = &problem.instants[index];
-            let surprise = |psi: f64| known.surprise(instant, psi);
-            let misfit = |psi: f64| surprise(psi) + restlessness(table, instant, psi, balance_m);
+            let instant = &measurements.instants[index];
+            let neg_log_predictive = |psi: f64| known.neg_log_predictive(instant, psi);
+            let misfit = |psi: f64| neg_log_predictive(psi) + instability_cost(table, instant, psi, balance_m);
             let mut placed: Vec<Choice> =
                 choices[index].iter().map(|choice| Choice { misfit: misfit(choice.psi), ..*choice }).collect();
-            for (psi, _) in minima(choices[index][0].psi, &surprise) {
+            for (psi, _) in minima(choices[index][0].psi, &neg_log_predictive) {
                 let misfit = misfit(psi);
-                match placed.iter_mut().find(|choice| same(choice.psi, psi)) {
+                match placed.iter_mut().find(|choice| is_same_pose(choice.psi, psi)) {
                     Some(choice) if choice.misfit > misfit => {
                         *choice = Choice { psi: choice.psi + turn(choice.psi, psi), misfit };
                     }
@@ -183,10 +195,8 @@ fn place_anew(
 }
 
 /// What it costs to be at a pose that is no minimum of the potential energy: such a sample is not explained.
-const RESTLESS: f64 = 20.0;
-
-fn restlessness(table: &Tabulated, instant: &Instant, psi: f64, balance_m: f64) -> f64 {
-    if table.residuals(instant, psi).is_restless(balance_m) { RESTLESS } else { 0.0 }
+fn instability_cost(table: &SupportTable, instant: &Instant, psi: f64, balance_m: f64) -> f64 {
+    if table.residuals(instant, psi).is_unstable(balance_m) { UNSTABLE_POSE.deviance() } else { 0.0 }
 }
 
 /// A sample missed by this many squared standard deviations is not explained.
@@ -194,8 +204,8 @@ const UNEXPLAINED: f64 = 16.0;
 
 /// How far off contacts and balance usually are. Half of the samples at least are placed well; they tell it whatever the
 /// others do.
-fn spread(problem: &Problem, table: &Tabulated, psi: &[f64], floor_m: f64) -> Spread {
-    let both_seen = || problem.instants.iter().zip(psi).filter(|(instant, _)| instant.both_seen());
+fn spread(measurements: &Measurements, table: &SupportTable, psi: &[f64], floor_m: f64) -> Spread {
+    let both_seen = || measurements.instants.iter().zip(psi).filter(|(instant, _)| instant.both_seen());
     let (mut contacts, balance): (Vec<f64>, Vec<f64>) = both_seen()
         .map(|(instant, psi)| {
             let [one, two, balance] = table.residuals(instant, *psi).value;

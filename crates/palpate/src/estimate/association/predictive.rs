@@ -2,7 +2,7 @@
 
 use crate::estimate::association::candidates::minima;
 use crate::estimate::association::transitions::near;
-use crate::estimate::measurements::{Instant, Problem};
+use crate::estimate::measurements::{Instant, Measurements};
 use crate::estimate::model::contact::Linearised;
 use crate::estimate::model::noise::Noise;
 use crate::estimate::solver::gauss_newton::Fit;
@@ -10,22 +10,22 @@ use crate::estimate::solver::gauss_newton::Smoother;
 use nalgebra::{DMatrix, Matrix3, Vector3};
 
 /// The shape that some samples leave.
-pub(crate) struct Known {
+pub(crate) struct PredictiveShape {
     coefficients: Vec<f64>,
     covariance: DMatrix<f64>,
     noise: Noise,
 }
 
-impl Known {
+impl PredictiveShape {
     /// What the samples of a problem tell of the shape that was fitted. `None` when that is nothing.
-    pub fn from(problem: &Problem, fit: &Fit) -> Option<Self> {
-        let belief = Smoother::new(problem, fit.order, fit.noise, fit.prior).belief(&fit.estimate)?;
+    pub fn from(measurements: &Measurements, fit: &Fit) -> Option<Self> {
+        let belief = Smoother::new(measurements, fit.order, fit.noise, fit.prior).belief(&fit.estimate)?;
         let covariance = belief.covariance()?;
         Some(Self { coefficients: belief.mean.as_slice().to_vec(), covariance, noise: fit.noise })
     }
 
     /// −2 log of the probability of a sample at an orientation, the shape integrated out, but for a constant.
-    pub fn surprise(&self, instant: &Instant, psi: f64) -> f64 {
+    pub fn neg_log_predictive(&self, instant: &Instant, psi: f64) -> f64 {
         let mut linearised = Linearised::new(self.coefficients.len() / 2);
         let value = linearised.at(instant, &self.coefficients, psi).value;
         let weights = self.noise.weights(&Instant { balance_weight: 1.0, ..*instant });
@@ -50,18 +50,18 @@ impl Known {
     /// first of them first.
     pub fn elsewhere(&self, instant: &Instant, psi: f64) -> (f64, Vec<f64>) {
         const OTHERS: usize = 4;
-        let mut here = self.surprise(instant, psi);
+        let mut here = self.neg_log_predictive(instant, psi);
         let mut others = Vec::new();
-        for (other, surprise) in minima(psi, &|psi| self.surprise(instant, psi)) {
+        for (other, neg_log_predictive) in minima(psi, &|psi| self.neg_log_predictive(instant, psi)) {
             if near(psi, other) {
-                here = here.min(surprise);
+                here = here.min(neg_log_predictive);
             } else {
-                others.push((other, surprise));
+                others.push((other, neg_log_predictive));
             }
         }
         others.sort_by(|a, b| a.1.total_cmp(&b.1));
         others.truncate(OTHERS);
-        let margin = others.first().map_or(f64::INFINITY, |(_, surprise)| surprise - here);
+        let margin = others.first().map_or(f64::INFINITY, |(_, neg_log_predictive)| neg_log_predictive - here);
         (margin, others.into_iter().map(|(psi, _)| psi).collect())
     }
 }

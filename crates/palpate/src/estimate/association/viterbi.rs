@@ -4,7 +4,7 @@ use crate::estimate::association::candidates::Choice;
 use crate::estimate::association::transitions::near;
 
 /// All ways through the choices: what each choice costs together with the cheapest way up to it, and with the cheapest way on.
-pub(crate) struct Lattice<'a> {
+pub(crate) struct Trellis<'a> {
     choices: &'a [Vec<Choice>],
     steps: &'a [Vec<f64>],
     /// Cost up to and with each choice, and the choice before it on the way there.
@@ -13,7 +13,7 @@ pub(crate) struct Lattice<'a> {
     after: Vec<Vec<(usize, f64)>>,
 }
 
-impl<'a> Lattice<'a> {
+impl<'a> Trellis<'a> {
     pub fn new(choices: &'a [Vec<Choice>], steps: &'a [Vec<f64>]) -> Self {
         let least = |costs: &mut dyn Iterator<Item = f64>| {
             costs.enumerate().min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0, f64::INFINITY))
@@ -81,7 +81,7 @@ impl<'a> Lattice<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::estimate::association::transitions::LEAP;
+    use crate::estimate::evidence::motion_prior::UNPREDICTED_JUMP;
 
     /// Two poses explain each sample about equally well; the noise prefers now one, now the other.
     fn undecided() -> (Vec<Vec<Choice>>, Vec<Vec<f64>>) {
@@ -91,14 +91,14 @@ mod tests {
                 vec![Choice { psi: 0.0, misfit: one }, Choice { psi: 1.0, misfit: two }]
             })
             .collect();
-        (choices, vec![vec![0.0, LEAP, LEAP, 0.0]; 7])
+        (choices, vec![vec![0.0, UNPREDICTED_JUMP.deviance(), UNPREDICTED_JUMP.deviance(), 0.0]; 7])
     }
 
     #[test]
     fn the_cheapest_way_leaps_never_where_each_sample_alone_would_leap_often() {
         let (mut choices, steps) = undecided();
         choices[0][1].misfit += 2.0;
-        let lattice = Lattice::new(&choices, &steps);
+        let lattice = Trellis::new(&choices, &steps);
         let (way, cost) = lattice.best();
         assert_eq!(way, [0; 8]);
         assert!((cost - 16.0).abs() < 1e-12);
@@ -108,7 +108,7 @@ mod tests {
             assert!((other - cost - 2.0).abs() < 1e-12, "{other}");
             assert_eq!(lattice.through(index, choice), [1; 8]);
         }
-        assert_eq!(lattice.steps_along(&[0, 1, 1, 0, 0, 0, 0, 0]), 2.0 * LEAP);
+        assert_eq!(lattice.steps_along(&[0, 1, 1, 0, 0, 0, 0, 0]), 2.0 * UNPREDICTED_JUMP.deviance());
     }
 
     #[test]
@@ -127,7 +127,7 @@ mod tests {
             .collect();
         // From sample 4 on the second pose explains all.
         choices[4..7].iter_mut().for_each(|choices| choices[0].misfit += 50.0);
-        let lattice = Lattice::new(&choices, &steps);
+        let lattice = Trellis::new(&choices, &steps);
         let (way, cost) = lattice.best();
         let orientations: Vec<f64> = way.iter().zip(&choices).map(|(&c, choices)| choices[c].psi).collect();
         assert_eq!(orientations[4..], [1.0; 4]);

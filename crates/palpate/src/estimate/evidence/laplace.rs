@@ -18,7 +18,7 @@ pub(crate) fn log_evidence(
     let half_log_determinant: f64 = factor.l_dirty().diagonal().iter().map(|value| value.ln()).sum();
     let mut sum = -0.5 * estimate.cost - half_log_determinant;
     sum -= smoother.prior.standard_deviations(smoother.order).iter().map(|sd| sd.ln()).sum::<f64>();
-    for (index, (instant, &psi)) in smoother.problem.instants.iter().zip(&estimate.psi).enumerate() {
+    for (index, (instant, &psi)) in smoother.measurements.instants.iter().zip(&estimate.psi).enumerate() {
         let seen = f64::from(instant.weight1 > 0.0) + f64::from(instant.weight2 > 0.0);
         sum -= seen * smoother.noise.sensor_m.ln();
         let stiffness = residuals(instant, &estimate.coefficients, psi).by_psi[2];

@@ -1,8 +1,8 @@
 //! The number of harmonics, by the evidence.
 
 use crate::estimate::evidence::fit::{ROUNDS, fit};
-use crate::estimate::evidence::variance_components::Freedom;
-use crate::estimate::measurements::Problem;
+use crate::estimate::evidence::variance_components::VarianceComponents;
+use crate::estimate::measurements::Measurements;
 use crate::estimate::model::noise::Noise;
 use crate::estimate::model::prior::Prior;
 use crate::estimate::solver::gauss_newton::Estimate;
@@ -17,15 +17,15 @@ const PATIENCE: usize = 2;
 /// The number of harmonics with the largest evidence: up from the number of the start while the evidence grows, then down
 /// from it. Every fit begins at the optimum of its neighbour, never at a shape with too few harmonics to hold the motion.
 pub(crate) fn choose_order(
-    problem: &mut Problem,
+    measurements: &mut Measurements,
     start: Estimate,
     noise: Noise,
     prior: Prior,
-    freedom: Freedom,
+    variance_components: VarianceComponents,
 ) -> Option<Fit> {
     let here = start.coefficients.len() / 2;
     let middle = ORDERS.iter().position(|&order| order >= here).unwrap_or(ORDERS.len() - 1);
-    let first = fit(problem, ORDERS[middle], start, noise, prior, freedom, ROUNDS)?;
+    let first = fit(measurements, ORDERS[middle], start, noise, prior, variance_components, ROUNDS)?;
     let mut best = first.clone();
     let climbs: [&mut dyn Iterator<Item = usize>; 2] =
         [&mut ORDERS[middle + 1..].iter().copied(), &mut ORDERS[..middle].iter().rev().copied()];
@@ -33,7 +33,11 @@ pub(crate) fn choose_order(
         let mut from = first.clone();
         let mut worse = 0;
         for order in orders {
-            let Some(next) = fit(problem, order, from.estimate, from.noise, from.prior, freedom, ROUNDS) else { break };
+            let Some(next) =
+                fit(measurements, order, from.estimate, from.noise, from.prior, variance_components, ROUNDS)
+            else {
+                break;
+            };
             from = next.clone();
             if next.log_evidence > best.log_evidence {
                 best = next;
@@ -48,5 +52,5 @@ pub(crate) fn choose_order(
     }
     // One step more than the evidence asks for: what was not resolved belongs into the error bars.
     let richer = ORDERS.iter().copied().find(|&order| order > best.order).unwrap_or(best.order);
-    fit(problem, richer, best.estimate.clone(), best.noise, best.prior, freedom, ROUNDS).or(Some(best))
+    fit(measurements, richer, best.estimate.clone(), best.noise, best.prior, variance_components, ROUNDS).or(Some(best))
 }

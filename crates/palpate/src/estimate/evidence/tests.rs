@@ -1,18 +1,18 @@
 //! Noise, prior and number of harmonics on simulated logs.
 
 use crate::estimate::evidence::fit::{ROUNDS, fit};
-use crate::estimate::evidence::motion_prior::{LEAP, RESTLESS, wonder};
+use crate::estimate::evidence::motion_prior::{PREDICTED_JUMP, UNSTABLE_POSE, neg_log_prior};
 use crate::estimate::evidence::order::choose_order;
-use crate::estimate::evidence::variance_components::{Freedom, weigh_balance};
-use crate::estimate::measurements::Problem;
+use crate::estimate::evidence::variance_components::{VarianceComponents, weigh_balance};
+use crate::estimate::measurements::Measurements;
 use crate::estimate::model::layout::coefficients_to_order;
 use crate::estimate::model::noise::Noise;
 use crate::estimate::model::prior::Prior;
 use crate::estimate::solver::gauss_newton::Estimate;
 use crate::palms::PalmPair;
+use crate::plan::{PalmLimits, plan_turn};
 use crate::sensor::Touchpad;
 use crate::shape::{RandomShape, SupportFunction, random_shape, rounded_polygon};
-use crate::plan::{PalmLimits, plan_turn};
 use crate::simulate::{SimulateOptions, simulate};
 
 const SIZE_M: f64 = 0.03;
@@ -23,7 +23,7 @@ fn pebble() -> SupportFunction {
 }
 
 /// Carried around without a jump; with the start that a perfect search would give.
-fn setting(shape: &SupportFunction, samples: usize, noise_sd_m: f64) -> (Problem, Estimate) {
+fn setting(shape: &SupportFunction, samples: usize, noise_sd_m: f64) -> (Measurements, Estimate) {
     let plan = plan_turn(shape, &PalmLimits::default(), 40.0).expect("a motion without a jump");
     let motion: Vec<(f64, PalmPair)> = plan.motion.sample(samples as f64 / 40.0).expect("possible");
     let options = SimulateOptions {
@@ -35,11 +35,11 @@ fn setting(shape: &SupportFunction, samples: usize, noise_sd_m: f64) -> (Problem
     let mut coefficients = shape.coefficients();
     coefficients_to_order(&mut coefficients, 8);
     let psi = run.truth.motion.iter().map(|pose| pose.psi_rad).collect();
-    (Problem::new(&run.log, None), Estimate { coefficients, psi, cost: f64::INFINITY })
+    (Measurements::new(&run.log, None), Estimate { coefficients, psi, cost: f64::INFINITY })
 }
 
-fn free() -> Freedom {
-    Freedom { sensor: true, floor_m: 1e-6 * SIZE_M }
+fn free() -> VarianceComponents {
+    VarianceComponents { sensor: true, floor_m: 1e-6 * SIZE_M }
 }
 
 const PRIOR: Prior = Prior { size_m: SIZE_M, scale_m: 0.5 * SIZE_M };
@@ -53,22 +53,22 @@ fn flat_sided() -> SupportFunction {
 #[test]
 fn as_many_harmonics_as_the_object_has_and_more_for_flat_sides() {
     let noise = Noise { sensor_m: NOISE_M, balance_m: NOISE_M };
-    let (mut problem, start) = setting(&pebble(), 400, NOISE_M);
-    let smooth = choose_order(&mut problem, start, noise, PRIOR, free()).expect("solvable").order;
+    let (mut measurements, start) = setting(&pebble(), 400, NOISE_M);
+    let smooth = choose_order(&mut measurements, start, noise, PRIOR, free()).expect("solvable").order;
     // Six, and a step of reserve.
     assert!((6..=8).contains(&smooth), "{smooth}");
-    let (mut problem, start) = setting(&flat_sided(), 400, NOISE_M);
-    let flat = choose_order(&mut problem, start, noise, PRIOR, free()).expect("solvable").order;
+    let (mut measurements, start) = setting(&flat_sided(), 400, NOISE_M);
+    let flat = choose_order(&mut measurements, start, noise, PRIOR, free()).expect("solvable").order;
     assert!(flat >= 12, "{flat}");
 }
 
 #[test]
 fn the_noise_of_the_sensors_is_estimated_to_a_tenth() {
     for noise_m in [2e-5, 1e-4, 4e-4] {
-        let (mut problem, start) = setting(&pebble(), 500, noise_m);
+        let (mut measurements, start) = setting(&pebble(), 500, noise_m);
         // From a guess that is wrong by a factor of three.
         let noise = Noise { sensor_m: 3.0 * noise_m, balance_m: noise_m };
-        let fit = fit(&mut problem, 6, start, noise, PRIOR, free(), 8).expect("solvable");
+        let fit = fit(&mut measurements, 6, start, noise, PRIOR, free(), 8).expect("solvable");
         assert!((fit.noise.sensor_m / noise_m - 1.0).abs() < 0.1, "{} for {noise_m}", fit.noise.sensor_m);
         // The simulated balance is exact; it is never believed to be more so than this.
         assert!(fit.noise.balance_m < 0.2 * noise_m, "{} for {noise_m}", fit.noise.balance_m);
@@ -77,35 +77,35 @@ fn the_noise_of_the_sensors_is_estimated_to_a_tenth() {
 
 #[test]
 fn stated_noise_stays() {
-    let (mut problem, start) = setting(&pebble(), 200, NOISE_M);
+    let (mut measurements, start) = setting(&pebble(), 200, NOISE_M);
     let stated = Noise { sensor_m: 3e-4, balance_m: 3e-4 };
-    let freedom = Freedom { sensor: false, ..free() };
-    let fit = fit(&mut problem, 6, start, stated, PRIOR, freedom, ROUNDS).expect("solvable");
+    let variance_components = VarianceComponents { sensor: false, ..free() };
+    let fit = fit(&mut measurements, 6, start, stated, PRIOR, variance_components, ROUNDS).expect("solvable");
     assert_eq!(fit.noise.sensor_m, 3e-4);
 }
 
 #[test]
 fn leaps_and_restless_poses_are_counted_against_a_motion() {
-    let (problem, start) = setting(&pebble(), 200, NOISE_M);
+    let (measurements, start) = setting(&pebble(), 200, NOISE_M);
     // A fast slide may look like a leap.
-    let before = wonder(&problem, &start, NOISE_M);
-    assert!(before <= LEAP, "{before}");
+    let before = neg_log_prior(&measurements, &start, NOISE_M);
+    assert!(before <= PREDICTED_JUMP.0, "{before}");
     let mut leaping = start.clone();
     leaping.psi[50] += 0.5;
-    assert_eq!(wonder(&problem, &leaping, NOISE_M) - before, 2.0 * LEAP, "there and back");
+    assert_eq!(neg_log_prior(&measurements, &leaping, NOISE_M) - before, 2.0 * PREDICTED_JUMP.0, "there and back");
     // With the centre of mass mirrored in the centre of the shape, the same poses are highest where they were lowest.
     let mut turned = start;
     turned.coefficients.iter_mut().skip(1).for_each(|a| *a = -*a);
-    let restless = wonder(&problem, &turned, NOISE_M) / RESTLESS;
+    let restless = neg_log_prior(&measurements, &turned, NOISE_M) / UNSTABLE_POSE.0;
     assert!(restless > 150.0, "{restless}");
 }
 
 #[test]
 fn samples_out_of_balance_lose_their_weight_in_it() {
-    let (mut problem, start) = setting(&pebble(), 200, NOISE_M);
+    let (mut measurements, start) = setting(&pebble(), 200, NOISE_M);
     let mut fitted = start.clone();
     fitted.psi[50] += 0.5;
-    weigh_balance(&mut problem, &fitted, NOISE_M);
-    assert!(problem.instants[50].balance_weight < 0.1, "{}", problem.instants[50].balance_weight);
-    assert!(problem.instants[20].balance_weight > 1.0, "{}", problem.instants[20].balance_weight);
+    weigh_balance(&mut measurements, &fitted, NOISE_M);
+    assert!(measurements.instants[50].balance_weight < 0.1, "{}", measurements.instants[50].balance_weight);
+    assert!(measurements.instants[20].balance_weight > 1.0, "{}", measurements.instants[20].balance_weight);
 }

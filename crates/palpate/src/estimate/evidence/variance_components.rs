@@ -1,6 +1,6 @@
 //! Noise and size of the prior, as large as the data have them (variance components, expectation-maximisation).
 
-use crate::estimate::measurements::Problem;
+use crate::estimate::measurements::Measurements;
 use crate::estimate::model::contact::residuals;
 use crate::estimate::model::noise::{Noise, STUDENT};
 use crate::estimate::model::prior::Prior;
@@ -8,7 +8,7 @@ use crate::estimate::solver::gauss_newton::{Estimate, Smoother};
 
 /// Which standard deviations the data may change.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Freedom {
+pub(crate) struct VarianceComponents {
     /// The sensor noise is estimated (not stated by log or user).
     pub sensor: bool,
     /// Smallest standard deviation of a sensor that makes sense, metres.
@@ -20,8 +20,9 @@ const STRICTEST_BALANCE: f64 = 0.1;
 
 /// Balance is missed in bursts (ringing after a jump, a stick and a slip), so its errors follow Student's t, not a Gaussian:
 /// each sample weighs (ν + 1)/(ν + (g/σ_b)²).
-pub(crate) fn weigh_balance(problem: &mut Problem, estimate: &Estimate, balance_m: f64) {
-    let counted = problem.instants.iter_mut().zip(&estimate.psi).filter(|(instant, _)| instant.balance_weight > 0.0);
+pub(crate) fn weigh_balance(measurements: &mut Measurements, estimate: &Estimate, balance_m: f64) {
+    let counted =
+        measurements.instants.iter_mut().zip(&estimate.psi).filter(|(instant, _)| instant.balance_weight > 0.0);
     for (instant, &psi) in counted {
         let g = residuals(instant, &estimate.coefficients, psi).value[2];
         instant.balance_weight = ((STUDENT + 1.0) / (STUDENT + (g / balance_m).powi(2))).sqrt();
@@ -29,10 +30,15 @@ pub(crate) fn weigh_balance(problem: &mut Problem, estimate: &Estimate, balance_
 }
 
 /// Variance components: squared residuals of each kind over the redundancy that the fit leaves them.
-pub(crate) fn updated_noise(smoother: &Smoother, estimate: &Estimate, variance: &[f64], freedom: Freedom) -> Noise {
+pub(crate) fn updated_noise(
+    smoother: &Smoother,
+    estimate: &Estimate,
+    variance: &[f64],
+    variance_components: VarianceComponents,
+) -> Noise {
     let Noise { sensor_m, balance_m } = smoother.noise;
     let (mut squares, mut redundancy) = ([0.0; 2], [0.0; 2]);
-    for (instant, &psi) in smoother.problem.instants.iter().zip(&estimate.psi) {
+    for (instant, &psi) in smoother.measurements.instants.iter().zip(&estimate.psi) {
         let at = residuals(instant, &estimate.coefficients, psi);
         let weights = smoother.noise.weights(instant);
         let information: f64 = (0..3).map(|j| (weights[j] * at.by_psi[j]).powi(2)).sum();
@@ -55,7 +61,8 @@ pub(crate) fn updated_noise(smoother: &Smoother, estimate: &Estimate, variance: 
         let ratio: f64 = squares[kind] / (redundancy[kind] * share).max(1e-9);
         ratio.sqrt().clamp(0.2, 5.0)
     };
-    let sensor = if freedom.sensor { (sensor_m * step(0)).max(freedom.floor_m) } else { sensor_m };
+    let sensor =
+        if variance_components.sensor { (sensor_m * step(0)).max(variance_components.floor_m) } else { sensor_m };
     Noise { sensor_m: sensor, balance_m: (balance_m * step(1)).max(STRICTEST_BALANCE * sensor) }
 }
 

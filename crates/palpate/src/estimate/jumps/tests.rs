@@ -1,28 +1,29 @@
 use super::*;
+use crate::mechanics::frictionless::followed;
 use crate::palms::PalmMotion;
 use crate::shape::NamedShape;
 use crate::simulate::{SimulateOptions, Simulation, simulate};
 
-fn leap(sample: usize, psi_before: f64, psi_after: f64, foretold: bool) -> Leap {
+fn jump(sample: usize, psi_before: f64, psi_after: f64, predicted: bool) -> DetectedJump {
     let (height_before_m, height_after_m) = (0.03, 0.03);
-    Leap { sample, psi_before, psi_after, height_before_m, height_after_m, physical: true, foretold }
+    DetectedJump { sample, psi_before, psi_after, height_before_m, height_after_m, physical: true, predicted }
 }
 
 #[test]
 fn to_and_fro_is_a_leap_that_is_undone_at_once_and_not_foretold() {
-    let there = leap(100, 1.0, 1.1, false);
-    assert_eq!(to_and_fro(&[there, leap(103, 1.1, 1.01, false)]), 1);
-    assert_eq!(to_and_fro(&[there, leap(103, 1.1, 1.2, false)]), 0, "onwards");
-    assert_eq!(to_and_fro(&[there, leap(300, 1.1, 1.01, false)]), 0, "much later");
-    let foretold = Leap { foretold: true, ..there };
-    assert_eq!(to_and_fro(&[foretold, leap(103, 1.1, 1.01, true)]), 0, "as statics has it");
+    let there = jump(100, 1.0, 1.1, false);
+    assert_eq!(jump_reversals(&[there, jump(103, 1.1, 1.01, false)]), 1);
+    assert_eq!(jump_reversals(&[there, jump(103, 1.1, 1.2, false)]), 0, "onwards");
+    assert_eq!(jump_reversals(&[there, jump(300, 1.1, 1.01, false)]), 0, "much later");
+    let predicted = DetectedJump { predicted: true, ..there };
+    assert_eq!(jump_reversals(&[predicted, jump(103, 1.1, 1.01, true)]), 0, "as statics has it");
 }
 
 #[test]
 fn no_step_much_longer_than_a_leap_is_its_ringing() {
-    let whole = leap(100, 1.0, 1.1, true);
-    assert!(whole.rings_with(&leap(100, 1.0, 1.4, false)));
-    assert!(!whole.rings_with(&leap(100, 1.0, -0.2, false)));
+    let whole = jump(100, 1.0, 1.1, true);
+    assert!(whole.rings_with(&jump(100, 1.0, 1.4, false)));
+    assert!(!whole.rings_with(&jump(100, 1.0, -0.2, false)));
 }
 
 /// An egg between palms that turn and open, with the jumps that its simulation makes.
@@ -45,16 +46,16 @@ fn first_after(run: &Simulation) -> usize {
 fn the_jump_of_a_simulated_motion_is_found_with_its_sample_and_its_poses() {
     let (shape, palms, run, psi) = jumping();
     let at = first_after(&run);
-    let [leap] = leaps(&shape, &palms, &psi)[..] else { panic!("one leap") };
-    assert_eq!((leap.sample, leap.psi_before, leap.psi_after), (at, psi[at - 1], psi[at]));
-    assert!(leap.physical && leap.foretold);
+    let [jump] = detect_jumps(&shape, &palms, &psi)[..] else { panic!("one jump") };
+    assert_eq!((jump.sample, jump.psi_before, jump.psi_after), (at, psi[at - 1], psi[at]));
+    assert!(jump.physical && jump.predicted);
     let height = |psi: f64| {
         let (one, two) = palms[at].contact_angles(psi);
         palms[at].center_of_mass_m(shape.at(one), shape.at(two))[1]
     };
-    assert!((leap.height_before_m - height(psi[at - 1])).abs() < 1e-12);
-    assert!((leap.height_after_m - height(psi[at])).abs() < 1e-12);
-    assert!(leap.height_after_m < leap.height_before_m);
+    assert!((jump.height_before_m - height(psi[at - 1])).abs() < 1e-12);
+    assert!((jump.height_after_m - height(psi[at])).abs() < 1e-12);
+    assert!(jump.height_after_m < jump.height_before_m);
 }
 
 #[test]
@@ -62,14 +63,14 @@ fn a_step_over_a_hill_is_an_impossible_leap() {
     let (shape, palms, run, mut psi) = jumping();
     let wrong = 150;
     assert!(
-        !run.jumps.is_empty() && !standing_out(&psi).iter().any(|sample| sample.abs_diff(wrong) < 10),
+        !run.jumps.is_empty() && !outlying_steps(&psi).iter().any(|sample| sample.abs_diff(wrong) < 10),
         "a calm place"
     );
     psi[wrong..].iter_mut().for_each(|psi| *psi += 0.8);
-    let found = leaps(&shape, &palms, &psi);
+    let found = detect_jumps(&shape, &palms, &psi);
     let of_step = found.first().expect("the step is found");
     assert_eq!(of_step.sample, wrong);
-    assert!(!of_step.physical && !of_step.foretold);
+    assert!(!of_step.physical && !of_step.predicted);
     assert_eq!((of_step.psi_before, of_step.psi_after), (psi[wrong - 1], psi[wrong]));
 }
 
@@ -88,10 +89,10 @@ fn a_step_too_early_is_possible_only_over_a_hill_that_errors_of_the_shape_may_fe
         let landscape = EnergyLandscape::new(&shape, &palms[sample]);
         let (before, after) = (hasty[sample - 1], hasty[sample]);
         let way = (0..=1000).map(|step| landscape.height_m(before + (after - before) * f64::from(step) / 1000.0));
-        let hill_m = way.fold(f64::NEG_INFINITY, f64::max) - landscape.height_m(before);
-        let Passage { leap, jumped, physical } = passage(&shape, &palms, (sample - 1, before), (sample, after));
-        assert!(jumped && !leap.foretold && leap.physical == physical);
-        assert_eq!(physical, hill_m < FEIGNED_RISE * shape.mean_radius_m(), "{early} early, {hill_m}");
+        let barrier_m = way.fold(f64::NEG_INFINITY, f64::max) - landscape.height_m(before);
+        let Passage { jump, jumped, physical } = passage(&shape, &palms, (sample - 1, before), (sample, after));
+        assert!(jumped && !jump.predicted && jump.physical == physical);
+        assert_eq!(physical, barrier_m < BARRIER_ALLOWANCE * shape.mean_radius_m(), "{early} early, {barrier_m}");
         verdicts.push(physical);
     }
     assert!(verdicts.contains(&true) && verdicts.contains(&false), "{verdicts:?}");
@@ -111,18 +112,18 @@ fn a_jump_with_ringing_after_it_is_one_jump_from_the_rest_before_to_the_rest_aft
     let (shape, palms, run, psi) = jumping();
     let at = first_after(&run);
     let rings = ringing(&psi, at, &[0.45, 0.4, 0.35, 0.3, 0.25, 0.2, 0.15, 0.1]);
-    let [leap] = leaps(&shape, &palms, &rings)[..] else { panic!("one leap") };
-    assert!(leap.physical && leap.foretold);
-    assert_eq!(leap.sample, at, "the longest step of the unrest");
-    assert!(leap.psi_before < psi[at - 1] + 1e-9 && leap.psi_after != rings[at]);
-    assert!((leap.psi_after - psi[at]).abs() < 0.1, "at rest again: {} {}", leap.psi_after, psi[at]);
+    let [jump] = detect_jumps(&shape, &palms, &rings)[..] else { panic!("one jump") };
+    assert!(jump.physical && jump.predicted);
+    assert_eq!(jump.sample, at, "the longest step of the unrest");
+    assert!(jump.psi_before < psi[at - 1] + 1e-9 && jump.psi_after != rings[at]);
+    assert!((jump.psi_after - psi[at]).abs() < 0.1, "at rest again: {} {}", jump.psi_after, psi[at]);
 }
 
 #[test]
 fn a_step_much_longer_than_the_jump_is_not_explained_as_its_ringing() {
     let (shape, palms, run, psi) = jumping();
     let at = first_after(&run);
-    let found = leaps(&shape, &palms, &ringing(&psi, at, &[1.5, 0.4, 0.3, 0.2, 0.1]));
-    let first = found.first().expect("a leap");
+    let found = detect_jumps(&shape, &palms, &ringing(&psi, at, &[1.5, 0.4, 0.3, 0.2, 0.1]));
+    let first = found.first().expect("a jump");
     assert!((first.sample, first.physical) == (at, false), "{found:?}");
 }

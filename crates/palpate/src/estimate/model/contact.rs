@@ -17,7 +17,7 @@ pub(crate) struct Residuals {
 
 impl Residuals {
     /// Whether the pose is balanced, the balance being missed by `balance_m` as a rule, but at no minimum of the potential energy.
-    pub fn is_restless(&self, balance_m: f64) -> bool {
+    pub fn is_unstable(&self, balance_m: f64) -> bool {
         let [_, _, value] = self.value;
         let residual = ForceResidual { value, by_psi: self.by_psi[2], by_psi_rates: [0.0; 2] };
         Frictionless.is_unstable(&residual, 0.0, AT_REST * balance_m)
@@ -163,7 +163,7 @@ impl Linearised {
 mod tests {
     use super::*;
     use crate::Log;
-    use crate::estimate::measurements::Problem;
+    use crate::estimate::measurements::Measurements;
     use crate::log::Sample;
     use crate::palms::PalmPair;
     use crate::shape::SupportFunction;
@@ -171,7 +171,7 @@ mod tests {
     fn instant() -> Instant {
         let palms = PalmPair { phi1_rad: 0.5, phi2_rad: 1.3, base1_m: [0.01, -0.02], base2_m: [-0.03, 0.005] };
         let log = Log { samples: vec![Sample::new(0.0, palms, 0.03, 0.04)] };
-        Problem::new(&log, None).instants[0]
+        Measurements::new(&log, None).instants[0]
     }
 
     const COEFFICIENTS: [f64; 7] = [0.03, 0.002, -0.001, 0.0005, 0.003, 0.0007, -0.0004];

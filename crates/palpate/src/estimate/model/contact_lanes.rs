@@ -98,7 +98,7 @@ impl<F: ForceModel> Block<F> {
 
     /// Brings each ψ (as many as there are samples) to the minimum of its own sample by a few Newton steps; the residuals there.
     #[inline(always)]
-    pub fn settle(
+    pub fn project_orientations(
         &self,
         coefficients: &[f64],
         samples: &mut [f64],

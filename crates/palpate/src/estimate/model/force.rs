@@ -1,6 +1,6 @@
 //! What the estimator asks of the balance: how exact it is, and how far it may be missed.
 
-use crate::estimate::measurements::Problem;
+use crate::estimate::measurements::Measurements;
 use crate::estimate::model::contact::{AT_REST, contacts};
 use crate::mechanics::force_model::ForceModel;
 use crate::mechanics::force_model::MotionState;
@@ -22,13 +22,13 @@ pub(crate) fn balance_limit_m(sensor_m: f64, mean_radius_m: f64) -> f64 {
 /// Samples that rest at a pose that is no minimum of the potential energy, by more than errors of the shape explain.
 /// `slack_m` is forgiven in the stiffness; the balance is missed by `balance_m` as a rule.
 pub(crate) fn unstable_samples(
-    problem: &Problem,
+    measurements: &Measurements,
     coefficients: &[f64],
     psi: &[f64],
     slack_m: f64,
     balance_m: f64,
 ) -> usize {
-    let poses = problem.instants.iter().zip(psi);
+    let poses = measurements.instants.iter().zip(psi);
     poses
         .filter(|(instant, psi)| {
             let state = MotionState::at_rest(instant.palms, contacts(instant, coefficients, **psi));
@@ -47,7 +47,7 @@ pub(crate) const INEXACT: f64 = 0.5;
 const NOISY: f64 = 3e-4;
 
 /// Whether the balance is missed by more than exact statics would, and contacts too noisy to tell why.
-pub(crate) fn missed(sensor_m: f64, balance_m: f64, mean_radius_m: f64) -> bool {
+pub(crate) fn balance_is_missed(sensor_m: f64, balance_m: f64, mean_radius_m: f64) -> bool {
     sensor_m > NOISY * mean_radius_m.abs() && balance_m > INEXACT * sensor_m
 }
 
@@ -60,22 +60,22 @@ mod tests {
     #[test]
     fn the_balance_is_missed_only_above_its_share_of_the_sensor_noise() {
         let sensor_m = 2.0 * NOISY * RADIUS_M;
-        assert!(missed(sensor_m, 1.001 * INEXACT * sensor_m, RADIUS_M));
-        assert!(!missed(sensor_m, 0.999 * INEXACT * sensor_m, RADIUS_M));
-        assert!(!missed(sensor_m, INEXACT * sensor_m, RADIUS_M), "the limit itself is not above it");
+        assert!(balance_is_missed(sensor_m, 1.001 * INEXACT * sensor_m, RADIUS_M));
+        assert!(!balance_is_missed(sensor_m, 0.999 * INEXACT * sensor_m, RADIUS_M));
+        assert!(!balance_is_missed(sensor_m, INEXACT * sensor_m, RADIUS_M), "the limit itself is not above it");
     }
 
     #[test]
     fn the_balance_is_missed_only_where_the_contacts_are_noisy() {
         let balance_m = RADIUS_M;
-        assert!(missed(1.001 * NOISY * RADIUS_M, balance_m, RADIUS_M));
-        assert!(!missed(0.999 * NOISY * RADIUS_M, balance_m, RADIUS_M));
-        assert!(!missed(NOISY * RADIUS_M, balance_m, RADIUS_M), "the limit itself is not above it");
+        assert!(balance_is_missed(1.001 * NOISY * RADIUS_M, balance_m, RADIUS_M));
+        assert!(!balance_is_missed(0.999 * NOISY * RADIUS_M, balance_m, RADIUS_M));
+        assert!(!balance_is_missed(NOISY * RADIUS_M, balance_m, RADIUS_M), "the limit itself is not above it");
     }
 
     #[test]
     fn a_mean_radius_that_comes_out_negative_limits_the_noise_as_its_size_does() {
-        assert!(missed(1.001 * NOISY * RADIUS_M, RADIUS_M, -RADIUS_M));
-        assert!(!missed(0.999 * NOISY * RADIUS_M, RADIUS_M, -RADIUS_M));
+        assert!(balance_is_missed(1.001 * NOISY * RADIUS_M, RADIUS_M, -RADIUS_M));
+        assert!(!balance_is_missed(0.999 * NOISY * RADIUS_M, RADIUS_M, -RADIUS_M));
     }
 }

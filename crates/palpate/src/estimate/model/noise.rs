@@ -1,7 +1,7 @@
 //! Errors of contact positions and balance, as the estimator believes them.
 
 use crate::estimate::measurements::Instant;
-use crate::estimate::model::table::Tabulated;
+use crate::estimate::model::table::SupportTable;
 
 /// Standard deviations of the measurements, metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,7 +32,7 @@ pub(crate) struct Spread {
 impl Spread {
     /// Squared standard deviations by which a sample is missed at an orientation. Contacts always hold; balance may be
     /// missed in bursts, so its part grows slowly only (Student's t with three degrees of freedom).
-    pub fn misfit(&self, table: &Tabulated, instant: &Instant, psi: f64) -> f64 {
+    pub fn misfit(&self, table: &SupportTable, instant: &Instant, psi: f64) -> f64 {
         let value = table.residuals(instant, psi).value;
         let contacts = (instant.weight1 * value[0]).powi(2) + (instant.weight2 * value[1]).powi(2);
         contacts / self.contact_m2 + 4.0 / self.balance_memory * (value[2] * value[2] / (3.0 * self.balance_m2)).ln_1p()

@@ -3,30 +3,35 @@
 //! Third differences of neighbouring samples cancel every smooth motion and leave the noise (√20 times over). Readings on a
 //! lattice (a touchpad's counts, or digits cut off in a file) have at least the standard deviation of their step, q/√12.
 
-use crate::estimate::measurements::{Instant, Problem};
+use crate::estimate::measurements::{Instant, Measurements};
 use crate::estimate::model::contact::{by_palms, contacts};
 use crate::log::Log;
 use crate::math::statistics::median;
 
 /// Standard deviation of one contact position in metres, estimated from the scatter of neighbouring samples.
-pub(crate) fn contact_scatter_m(problem: &Problem) -> f64 {
-    let scatter = third_difference_scatter(problem, [|i| i.s1, |i| i.s2]);
-    let lattice = lattice_m(problem, |i| i.s1).max(lattice_m(problem, |i| i.s2));
+pub(crate) fn contact_scatter_m(measurements: &Measurements) -> f64 {
+    let scatter = third_difference_scatter(measurements, [|i| i.s1, |i| i.s2]);
+    let lattice = lattice_m(measurements, |i| i.s1).max(lattice_m(measurements, |i| i.s2));
     scatter.max(lattice / 12f64.sqrt())
 }
 
 /// Standard deviation of a palm angle in radians, estimated in the same way.
-pub(crate) fn angle_scatter_rad(problem: &Problem) -> f64 {
-    third_difference_scatter(problem, [|i| i.phi1, |i| i.phi1 + i.phi2])
+pub(crate) fn angle_scatter_rad(measurements: &Measurements) -> f64 {
+    third_difference_scatter(measurements, [|i| i.phi1, |i| i.phi1 + i.phi2])
 }
 
 /// The log with contacts weighing less where noise of the palm angles moves them more than `contact_m`: far out on the palms, and where
 /// these are steep. For all samples together this is part of their noise; one alone may be missed by many times that. For a shape
 /// and a motion that are about right.
-pub(crate) fn with_noisy_angles(problem: &Problem, coefficients: &[f64], psi: &[f64], contact_m: f64) -> Problem {
-    let sd = angle_scatter_rad(problem);
+pub(crate) fn with_noisy_angles(
+    measurements: &Measurements,
+    coefficients: &[f64],
+    psi: &[f64],
+    contact_m: f64,
+) -> Measurements {
+    let sd = angle_scatter_rad(measurements);
     let least_m = contact_m.max(1e-5 * coefficients[0].abs());
-    let mut weighted = problem.clone();
+    let mut weighted = measurements.clone();
     for (instant, &psi) in weighted.instants.iter_mut().zip(psi) {
         let [first, second] = by_palms(instant, &contacts(instant, coefficients, psi));
         let share = |j: usize| {
@@ -38,9 +43,9 @@ pub(crate) fn with_noisy_angles(problem: &Problem, coefficients: &[f64], psi: &[
     weighted
 }
 
-fn third_difference_scatter(problem: &Problem, channels: [fn(&Instant) -> f64; 2]) -> f64 {
+fn third_difference_scatter(measurements: &Measurements, channels: [fn(&Instant) -> f64; 2]) -> f64 {
     let mut differences: Vec<f64> = Vec::new();
-    for window in problem.instants.windows(4) {
+    for window in measurements.instants.windows(4) {
         if window.iter().all(Instant::both_seen) {
             for value in channels {
                 let [a, b, c, d] = [0, 1, 2, 3].map(|index| value(&window[index]));
@@ -57,8 +62,8 @@ fn third_difference_scatter(problem: &Problem, channels: [fn(&Instant) -> f64; 2
 }
 
 /// The step of the lattice that all readings lie on, or 0 when there is none.
-fn lattice_m(problem: &Problem, s: fn(&Instant) -> f64) -> f64 {
-    let mut values: Vec<f64> = problem.instants.iter().filter(|i| i.both_seen()).map(s).collect();
+fn lattice_m(measurements: &Measurements, s: fn(&Instant) -> f64) -> f64 {
+    let mut values: Vec<f64> = measurements.instants.iter().filter(|i| i.both_seen()).map(s).collect();
     values.sort_by(f64::total_cmp);
     let Some(&first) = values.first() else { return 0.0 };
     let mut gaps: Vec<f64> = values.windows(2).map(|w| w[1] - w[0]).filter(|gap| *gap > 1e-12).collect();
@@ -83,9 +88,9 @@ pub(crate) fn stated_noise_m(log: &Log) -> Option<f64> {
 }
 
 /// Root mean square change of a predicted contact position (metres) per radian of error in the palm angles.
-pub(crate) fn angle_sensitivity_m(problem: &Problem, coefficients: &[f64], psi: &[f64]) -> f64 {
+pub(crate) fn angle_sensitivity_m(measurements: &Measurements, coefficients: &[f64], psi: &[f64]) -> f64 {
     let (mut sum, mut count) = (0.0, 0.0);
-    for (instant, &psi) in problem.instants.iter().zip(psi) {
+    for (instant, &psi) in measurements.instants.iter().zip(psi) {
         let [_, by_palm2] = by_palms(instant, &contacts(instant, coefficients, psi));
         for (weight, j) in [(instant.weight1, 0), (instant.weight2, 1)] {
             if weight > 0.0 {
@@ -109,19 +114,19 @@ mod tests {
     use rand_distr::StandardNormal;
 
     /// A motion of 40 s with jumps at 50 samples per second.
-    fn problem(touchpad: Touchpad) -> Problem {
+    fn measurements(touchpad: Touchpad) -> Measurements {
         let shape = NamedShape::Stone.shape(0.03).expect("a positive size");
         let motion = PalmMotion::random(1, 40.0, 1.0).and_then(|motion| motion.sample(50.0)).expect("possible");
         let run = simulate(&shape, &motion, &SimulateOptions { touchpad, ..SimulateOptions::default() });
         let run = run.expect("possible");
         assert!(!run.jumps.is_empty());
-        Problem::new(&run.log, None)
+        Measurements::new(&run.log, None)
     }
 
     #[test]
     fn gaussian_noise_is_told_to_a_tenth_through_motion_and_jumps() {
         for noise_sd_m in [3e-5, 1e-4, 3e-4] {
-            let found = contact_scatter_m(&problem(Touchpad { noise_sd_m, ..Touchpad::ideal() }));
+            let found = contact_scatter_m(&measurements(Touchpad { noise_sd_m, ..Touchpad::ideal() }));
             assert!((found / noise_sd_m - 1.0).abs() < 0.1, "{found} for {noise_sd_m}");
         }
     }
@@ -134,7 +139,7 @@ mod tests {
         let psi: Vec<f64> = run.truth.motion.iter().map(|pose| pose.psi_rad).collect();
         let coefficients = shape.coefficients();
         let contact_m = 1e-4;
-        let exact = with_noisy_angles(&Problem::new(&run.log, None), &coefficients, &psi, contact_m);
+        let exact = with_noisy_angles(&Measurements::new(&run.log, None), &coefficients, &psi, contact_m);
         let least = exact.instants.iter().map(|instant| instant.weight1.min(instant.weight2)).fold(1.0, f64::min);
         assert!(least > 0.95, "{least}");
 
@@ -144,7 +149,7 @@ mod tests {
             sample.palms.phi1_rad += angle_sd * rng.sample::<f64, _>(StandardNormal);
             sample.palms.phi2_rad += angle_sd * rng.sample::<f64, _>(StandardNormal);
         }
-        let noisy = with_noisy_angles(&Problem::new(&run.log, None), &coefficients, &psi, contact_m);
+        let noisy = with_noisy_angles(&Measurements::new(&run.log, None), &coefficients, &psi, contact_m);
         // How far the palms would have to turn for as much as the noise of a contact.
         let moves_m = |palms: &PalmPair, psi: f64, turn1: f64, turn2: f64| {
             let phi1_rad = palms.phi1_rad + turn1;
@@ -162,35 +167,35 @@ mod tests {
 
     #[test]
     fn an_exact_log_has_next_to_no_scatter() {
-        assert!(contact_scatter_m(&problem(Touchpad::ideal())) < 1e-6);
+        assert!(contact_scatter_m(&measurements(Touchpad::ideal())) < 1e-6);
     }
 
     #[test]
     fn the_counts_of_a_touchpad_are_found() {
         let step = 0.0254 / 200.0;
         let pad = Touchpad { counts_per_inch: Some(200.0), ..Touchpad::ideal() };
-        let problem = problem(pad);
+        let measurements = measurements(pad);
         for channel in [|i: &Instant| i.s1, |i: &Instant| i.s2] {
-            assert!((lattice_m(&problem, channel) / step - 1.0).abs() < 1e-6);
+            assert!((lattice_m(&measurements, channel) / step - 1.0).abs() < 1e-6);
         }
         // Never less than rounding alone. More where the contact moves by about half a count per sample: 0, 1, 0, 1 …
         // looks 1.55 times as noisy as rounding at random.
-        let found = contact_scatter_m(&problem) / pad.position_sd_m();
+        let found = contact_scatter_m(&measurements) / pad.position_sd_m();
         assert!((1.0 - 1e-6..1.55).contains(&found), "{found}");
     }
 
     #[test]
     fn noisy_readings_lie_on_no_lattice() {
-        let problem = problem(Touchpad { noise_sd_m: 1e-4, ..Touchpad::ideal() });
-        assert_eq!(lattice_m(&problem, |i| i.s1), 0.0);
+        let measurements = measurements(Touchpad { noise_sd_m: 1e-4, ..Touchpad::ideal() });
+        assert_eq!(lattice_m(&measurements, |i| i.s1), 0.0);
     }
 
     #[test]
     fn noise_of_the_palm_angles_is_told_as_well() {
         for angle_noise_sd_rad in [1e-4, 2e-3] {
-            let found = angle_scatter_rad(&problem(Touchpad { angle_noise_sd_rad, ..Touchpad::ideal() }));
+            let found = angle_scatter_rad(&measurements(Touchpad { angle_noise_sd_rad, ..Touchpad::ideal() }));
             assert!((found / angle_noise_sd_rad - 1.0).abs() < 0.1, "{found} for {angle_noise_sd_rad}");
         }
-        assert!(angle_scatter_rad(&problem(Touchpad::ideal())) < 1e-5);
+        assert!(angle_scatter_rad(&measurements(Touchpad::ideal())) < 1e-5);
     }
 }

@@ -11,11 +11,11 @@ use std::f64::consts::TAU;
 const ENTRIES: usize = 2048;
 
 /// r, d and v of one shape at equally spaced normal angles.
-pub(crate) struct Tabulated {
+pub(crate) struct SupportTable {
     entries: Vec<ContactSupport>,
 }
 
-impl Tabulated {
+impl SupportTable {
     /// Of the coefficient vector (a0, a1 … aK, b1 … bK), metres.
     pub fn new(coefficients: &[f64]) -> Self {
         let step = TAU / ENTRIES as f64;
@@ -69,7 +69,7 @@ mod tests {
         let mut coefficients = vec![0.03];
         coefficients.extend((1..=48).map(|k| 0.01 / f64::from(k * k)));
         coefficients.extend((1..=48).map(|k| -0.007 / f64::from(k * k)));
-        let table = Tabulated::new(&coefficients);
+        let table = SupportTable::new(&coefficients);
         for theta in (-700..700).map(|i| 0.0137 * f64::from(i)).chain([0.0, TAU, -1e-18]) {
             let (exact, read) = (support(&coefficients, theta.rem_euclid(TAU)), table.at(theta));
             assert!((exact.r - read.r).abs() < 1.1e-10, "r at {theta}");

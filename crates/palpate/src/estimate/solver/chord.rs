@@ -8,7 +8,7 @@ use crate::estimate::measurements::Instant;
 use crate::estimate::model::contact_lanes::{Block, Waves, Weighted, dots};
 use crate::estimate::model::layout::coefficients_to_order;
 use crate::estimate::model::noise::Noise;
-use crate::estimate::solver::gauss_newton::{Effort, Estimate, Smoother, Taken, moved};
+use crate::estimate::solver::gauss_newton::{Estimate, Smoother, StoppingCriteria, Taken, moved};
 use crate::estimate::solver::normal_equations::{PSI_INFORMATION, SHARE};
 use crate::math::lanes::Number;
 use crate::math::lanes::{LANES, Lanes};
@@ -33,9 +33,9 @@ pub(crate) struct Slope {
 
 impl<F: ForceModel> Smoother<'_, F> {
     /// Runs down to the minimum from a start that is near it.
-    pub fn run_near(&self, mut coefficients: Vec<f64>, mut psi: Vec<f64>, effort: Effort) -> Estimate {
+    pub fn run_chord(&self, mut coefficients: Vec<f64>, mut psi: Vec<f64>, effort: StoppingCriteria) -> Estimate {
         coefficients_to_order(&mut coefficients, self.order);
-        let cost = self.settle(&coefficients, &mut psi, 0);
+        let cost = self.project_orientations(&coefficients, &mut psi, 0);
         let mut estimate = Estimate { coefficients, psi, cost };
         let mut damping = 1e-4;
         for _ in 0..effort.iterations {
@@ -45,7 +45,7 @@ impl<F: ForceModel> Smoother<'_, F> {
             if fall <= effort.tolerance * estimate.cost {
                 break;
             }
-            if fall < FAR * estimate.cost && self.coast(&mut estimate, &taken, fall, effort.tolerance) {
+            if fall < FAR * estimate.cost && self.chord_steps(&mut estimate, &taken, fall, effort.tolerance) {
                 break;
             }
         }
@@ -53,13 +53,13 @@ impl<F: ForceModel> Smoother<'_, F> {
     }
 
     /// Takes further steps with the matrix of one that lowered the cost by `fall`; whether the minimum is reached.
-    fn coast(&self, estimate: &mut Estimate, taken: &Taken, mut fall: f64, tolerance: f64) -> bool {
-        let mut slope = self.settle_with_gradient(&estimate.coefficients, &mut estimate.psi, 0);
+    fn chord_steps(&self, estimate: &mut Estimate, taken: &Taken, mut fall: f64, tolerance: f64) -> bool {
+        let mut slope = self.project_with_gradient(&estimate.coefficients, &mut estimate.psi, 0);
         loop {
             let step = -taken.factor.solve(&slope.gradient);
             let coefficients = moved(&estimate.coefficients, &step);
             let mut psi = taken.normal.turned(&estimate.psi, &slope.psi_offset, &step);
-            let there = self.settle_with_gradient(&coefficients, &mut psi, 2);
+            let there = self.project_with_gradient(&coefficients, &mut psi, 2);
             let cost = there.cost;
             let next = estimate.cost - cost;
             // No orientation is settled to its last digit: a gain that small may come out as a loss.
@@ -82,14 +82,22 @@ impl<F: ForceModel> Smoother<'_, F> {
 
     /// Brings each ψ to the minimum of its own sample, and returns what [`Smoother::linearise`] would find there, but for the
     /// matrix.
-    pub(crate) fn settle_with_gradient(&self, coefficients: &[f64], psi: &mut [f64], rounds: usize) -> Slope {
+    pub(crate) fn project_with_gradient(&self, coefficients: &[f64], psi: &mut [f64], rounds: usize) -> Slope {
         let mut psi_offset = vec![0.0; psi.len()];
         let of_psi = psi.par_chunks_mut(SHARE).zip(psi_offset.par_chunks_mut(SHARE));
-        let shares = self.problem.instants.par_chunks(SHARE).zip(of_psi);
+        let shares = self.measurements.instants.par_chunks(SHARE).zip(of_psi);
         let parts: Vec<(f64, Vec<f64>)> = shares
             .map(|(instants, (psi, offset))| {
                 let (force_model, noise) = (self.force_model, self.noise);
-                Arch::new().dispatch(Sloping { force_model, instants, noise, coefficients, psi, rounds, offset })
+                Arch::new().dispatch(ProjectingWithGradient {
+                    force_model,
+                    instants,
+                    noise,
+                    coefficients,
+                    psi,
+                    rounds,
+                    offset,
+                })
             })
             .collect();
         let (mut cost, mut gradient) = (self.shape_cost(coefficients), self.shape_gradient(coefficients));
@@ -118,8 +126,8 @@ impl<F: ForceModel> Smoother<'_, F> {
     }
 }
 
-/// [`Smoother::settle_with_gradient`] for the samples alone, compiled for several processors.
-struct Sloping<'a, F> {
+/// [`Smoother::project_with_gradient`] for the samples alone, compiled for several processors.
+struct ProjectingWithGradient<'a, F> {
     force_model: F,
     instants: &'a [Instant],
     noise: Noise,
@@ -129,7 +137,7 @@ struct Sloping<'a, F> {
     offset: &'a mut [f64],
 }
 
-impl<F: ForceModel> WithSimd for Sloping<'_, F> {
+impl<F: ForceModel> WithSimd for ProjectingWithGradient<'_, F> {
     /// Cost and half the gradient.
     type Output = (f64, Vec<f64>);
 
@@ -142,7 +150,7 @@ impl<F: ForceModel> WithSimd for Sloping<'_, F> {
         let of_psi = psi.chunks_mut(LANES).zip(offset.chunks_mut(LANES));
         for (instants, (psi, psi_offset)) in instants.chunks(LANES).zip(of_psi) {
             let block = Block::new(force_model, instants, noise);
-            let Weighted { value, by_psi } = block.settle(coefficients, psi, rounds, Some(&mut waves));
+            let Weighted { value, by_psi } = block.project_orientations(coefficients, psi, rounds, Some(&mut waves));
             cost += dots(&value, &value).sum();
             // What ψ takes up is no gradient of the shape.
             let (overlap, information) = (dots(&by_psi, &value), dots(&by_psi, &by_psi));

@@ -4,7 +4,7 @@
 //! after the best rotation over the felt boundary (in geodesy: inner constraints). It is taken out by the projection
 //! P = 1 − ρ(ρᵀG)/(ρᵀGρ), where ρ are the coefficients of r' and G is the Gram matrix of the basis over the felt boundary.
 
-use crate::estimate::measurements::{Instant, Problem};
+use crate::estimate::measurements::{Instant, Measurements};
 use crate::estimate::model::contact::{by_palms, combine, contacts};
 use crate::estimate::model::layout::Layout;
 use crate::estimate::solver::gauss_newton::{Fit, Smoother};
@@ -23,8 +23,8 @@ pub(crate) struct ErrorBars {
 impl ErrorBars {
     /// At the optimum `fit`; `felt` are the normal angles of the felt boundary; `inflation` multiplies every variance (correlated
     /// errors of neighbouring samples).
-    pub fn new(problem: &Problem, fit: &Fit, felt: &[f64], inflation: f64) -> Option<Self> {
-        let smoother = Smoother::new(problem, fit.order, fit.noise, fit.prior).strictly_convex();
+    pub fn new(measurements: &Measurements, fit: &Fit, felt: &[f64], inflation: f64) -> Option<Self> {
+        let smoother = Smoother::new(measurements, fit.order, fit.noise, fit.prior).strictly_convex();
         let normal = smoother.linearise(&fit.estimate.coefficients, &fit.estimate.psi);
         let mean = DVector::from_row_slice(&fit.estimate.coefficients);
         let posterior = Posterior { layout: smoother.layout(), mean, information: normal.matrix.clone() };
@@ -108,15 +108,16 @@ mod tests {
     const NOISE: Noise = Noise { sensor_m: 1e-4, balance_m: 1e-5 };
 
     /// Posterior of a short log at the truth, with the normal angles that were felt.
-    fn setting() -> (Problem, Fit, Vec<f64>) {
+    fn setting() -> (Measurements, Fit, Vec<f64>) {
         let shape = SupportFunction::new(SIZE_M, vec![[2e-3, -1e-3], [1.8e-3, 6e-4], [-5e-4, 7e-4]]);
         let points = [(0.0, 0.5, 1.9), (3.0, 0.9, 1.2), (6.0, 0.4, 1.5), (9.0, 1.2, 1.4), (12.0, 0.8, 1.9)];
         let motion = PalmMotion::through(&points).and_then(|motion| motion.sample(10.0)).expect("possible");
         let options = SimulateOptions { start_psi_rad: 1.0, ..SimulateOptions::default() };
         let run = simulate(&shape, &motion, &options).expect("possible");
-        let problem = Problem::new(&run.log, None);
+        let measurements = Measurements::new(&run.log, None);
         let psi: Vec<f64> = run.truth.motion.iter().map(|pose| pose.psi_rad).collect();
-        let felt = problem.instants.iter().zip(&psi).map(|(instant, psi)| instant.contact_angles(*psi).0).collect();
+        let felt =
+            measurements.instants.iter().zip(&psi).map(|(instant, psi)| instant.contact_angles(*psi).0).collect();
         let h = shape.harmonics_m();
         let coefficients = vec![SIZE_M, h[0][0], h[1][0], h[2][0], h[0][1], h[1][1], h[2][1]];
         let fit = Fit {
@@ -126,7 +127,7 @@ mod tests {
             prior: Prior { size_m: SIZE_M, scale_m: SIZE_M },
             log_evidence: 0.0,
         };
-        (problem, fit, felt)
+        (measurements, fit, felt)
     }
 
     /// What a shape error amounts to as a rotation over the felt boundary: ∫ r' δr.
@@ -137,10 +138,10 @@ mod tests {
 
     #[test]
     fn a_common_rotation_is_no_error() {
-        let (problem, fit, felt) = setting();
-        let posterior = ErrorBars::new(&problem, &fit, &felt, 1.0).expect("determined");
+        let (measurements, fit, felt) = setting();
+        let posterior = ErrorBars::new(&measurements, &fit, &felt, 1.0).expect("determined");
         let rotation = as_rotation(&fit, &felt);
-        let smoother = Smoother::new(&problem, 3, NOISE, fit.prior).strictly_convex();
+        let smoother = Smoother::new(&measurements, 3, NOISE, fit.prior).strictly_convex();
         let normal = smoother.linearise(&fit.estimate.coefficients, &fit.estimate.psi);
         let raw = smoother.factor(&normal).expect("determined").inverse();
         // Before: nearly all of the uncertainty. After: nothing.
@@ -152,7 +153,7 @@ mod tests {
 
     #[test]
     fn standard_deviations_do_not_depend_on_the_orientation_of_the_frame() {
-        let (problem, fit, felt) = setting();
+        let (measurements, fit, felt) = setting();
         let angle: f64 = 0.7;
         let mut turned = fit.clone();
         let (old, new) = (&fit.estimate.coefficients, &mut turned.estimate.coefficients);
@@ -163,12 +164,12 @@ mod tests {
         }
         turned.estimate.psi.iter_mut().for_each(|psi| *psi -= angle);
         let felt_turned: Vec<f64> = felt.iter().map(|theta| theta + angle).collect();
-        let here = ErrorBars::new(&problem, &fit, &felt, 1.0).expect("determined");
-        let there = ErrorBars::new(&problem, &turned, &felt_turned, 1.0).expect("determined");
+        let here = ErrorBars::new(&measurements, &fit, &felt, 1.0).expect("determined");
+        let there = ErrorBars::new(&measurements, &turned, &felt_turned, 1.0).expect("determined");
         for &theta in &felt {
             assert!((here.r_sd_m(theta) / there.r_sd_m(theta + angle) - 1.0).abs() < 1e-4);
         }
-        for (index, instant) in problem.instants.iter().enumerate() {
+        for (index, instant) in measurements.instants.iter().enumerate() {
             let (a, b) = (here.pose_sd(index, instant, &fit, 1e-4), there.pose_sd(index, instant, &turned, 1e-4));
             assert!((a.0 / b.0 - 1.0).abs() < 1e-4 && (a.1 / b.1 - 1.0).abs() < 1e-4, "{a:?} {b:?}");
         }
@@ -176,12 +177,12 @@ mod tests {
 
     #[test]
     fn error_bars_grow_with_noise_and_with_correlation() {
-        let (problem, fit, felt) = setting();
+        let (measurements, fit, felt) = setting();
         let sds = |factor: f64, inflation: f64| {
             let noise = Noise { sensor_m: factor * NOISE.sensor_m, balance_m: factor * NOISE.balance_m };
             let fit = Fit { noise, ..fit.clone() };
-            let posterior = ErrorBars::new(&problem, &fit, &felt, inflation).expect("determined");
-            let (psi, com) = posterior.pose_sd(7, &problem.instants[7], &fit, 0.0);
+            let posterior = ErrorBars::new(&measurements, &fit, &felt, inflation).expect("determined");
+            let (psi, com) = posterior.pose_sd(7, &measurements.instants[7], &fit, 0.0);
             [posterior.r_sd_m(1.0), psi, com]
         };
         let one = sds(1.0, 1.0);
@@ -197,9 +198,9 @@ mod tests {
 
     #[test]
     fn palm_angles_move_the_pose_as_a_new_fit_of_it_says() {
-        let (problem, fit, _) = setting();
+        let (measurements, fit, _) = setting();
         let (index, step) = (30, 1e-5);
-        let instant = problem.instants[index];
+        let instant = measurements.instants[index];
         let (by_psi, _) = angle_sensitivity(&instant, &fit, fit.estimate.psi[index]);
         let mut squares = 0.0;
         for turned in [instant.turned(step, 0.0), instant.turned(0.0, step)] {

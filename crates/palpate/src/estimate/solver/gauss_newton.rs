@@ -8,7 +8,7 @@
 //! The whole problem in one line:
 //! minimise Σᵢ [(ŝ1 − s1)² + (ŝ2 − s2)²]/σ² + g²/σ_b² + Σₖ k⁴(aₖ² + bₖ²)/c² + Σⱼ max(0, ε − v(θⱼ))²/σ_v².
 
-use crate::estimate::measurements::{Instant, Problem};
+use crate::estimate::measurements::{Instant, Measurements};
 use crate::estimate::model::contact_lanes::Block;
 use crate::estimate::model::layout::{Layout, coefficients_to_order};
 use crate::estimate::model::noise::Noise;
@@ -47,7 +47,7 @@ pub(crate) struct Fit {
 
 /// When to stop.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Effort {
+pub(crate) struct StoppingCriteria {
     pub iterations: usize,
     /// Relative fall of the cost below which the optimum counts as reached.
     pub tolerance: f64,
@@ -62,7 +62,7 @@ pub(crate) struct Taken {
 /// Everything that defines the cost, for one number of harmonics.
 pub(crate) struct Smoother<'a, F = Frictionless> {
     pub force_model: F,
-    pub problem: &'a Problem,
+    pub measurements: &'a Measurements,
     pub order: usize,
     pub noise: Noise,
     pub prior: Prior,
@@ -73,22 +73,34 @@ pub(crate) struct Smoother<'a, F = Frictionless> {
 }
 
 impl<'a> Smoother<'a> {
-    pub fn new(problem: &'a Problem, order: usize, noise: Noise, prior: Prior) -> Self {
-        Self::with_forces(Frictionless, problem, order, noise, prior)
+    pub fn new(measurements: &'a Measurements, order: usize, noise: Noise, prior: Prior) -> Self {
+        Self::with_forces(Frictionless, measurements, order, noise, prior)
     }
 
     /// The same over further samples, with the belief that others left of the shape (of the same order).
-    pub fn with_belief(problem: &'a Problem, order: usize, noise: Noise, prior: Prior, belief: &'a Posterior) -> Self {
-        Self { belief: Some(belief), ..Self::new(problem, order, noise, prior) }
+    pub fn with_belief(
+        measurements: &'a Measurements,
+        order: usize,
+        noise: Noise,
+        prior: Prior,
+        belief: &'a Posterior,
+    ) -> Self {
+        Self { belief: Some(belief), ..Self::new(measurements, order, noise, prior) }
     }
 }
 
 impl<'a, F: ForceModel> Smoother<'a, F> {
     /// With a model of the forces of one's own.
-    pub fn with_forces(force_model: F, problem: &'a Problem, order: usize, noise: Noise, prior: Prior) -> Self {
+    pub fn with_forces(
+        force_model: F,
+        measurements: &'a Measurements,
+        order: usize,
+        noise: Noise,
+        prior: Prior,
+    ) -> Self {
         Self {
             force_model,
-            problem,
+            measurements,
             order,
             noise,
             prior,
@@ -147,11 +159,11 @@ impl<'a, F: ForceModel> Smoother<'a, F> {
     }
 
     /// Brings each ψ to the minimum of its own sample by a few Newton steps, and returns the cost there.
-    pub fn settle(&self, coefficients: &[f64], psi: &mut [f64], rounds: usize) -> f64 {
-        let shares = self.problem.instants.par_chunks(SHARE).zip(psi.par_chunks_mut(SHARE));
+    pub fn project_orientations(&self, coefficients: &[f64], psi: &mut [f64], rounds: usize) -> f64 {
+        let shares = self.measurements.instants.par_chunks(SHARE).zip(psi.par_chunks_mut(SHARE));
         let samples: Vec<f64> = shares
             .map(|(instants, psi)| {
-                Arch::new().dispatch(Settling {
+                Arch::new().dispatch(Projecting {
                     force_model: self.force_model,
                     instants,
                     noise: self.noise,
@@ -171,7 +183,7 @@ impl<'a, F: ForceModel> Smoother<'a, F> {
         let (mut psi_offset, mut psi_information) = (vec![0.0; psi.len()], vec![0.0; psi.len()]);
         let slopes = psi_slope.par_chunks_mut(SHARE / LANES * unknowns);
         let of_psi = psi_offset.par_chunks_mut(SHARE).zip(psi_information.par_chunks_mut(SHARE)).zip(slopes);
-        let shares = self.problem.instants.par_chunks(SHARE).zip(psi.par_chunks(SHARE)).zip(of_psi);
+        let shares = self.measurements.instants.par_chunks(SHARE).zip(psi.par_chunks(SHARE)).zip(of_psi);
         let parts: Vec<OuterProducts> = shares
             .map(|((instants, psi), ((offset, information), slopes))| {
                 let (force_model, noise) = (self.force_model, self.noise);
@@ -212,9 +224,9 @@ impl<'a, F: ForceModel> Smoother<'a, F> {
     }
 
     /// Runs Gauss-Newton with Levenberg-Marquardt damping down to a minimum.
-    pub fn run(&self, mut coefficients: Vec<f64>, mut psi: Vec<f64>, effort: Effort) -> Estimate {
+    pub fn run(&self, mut coefficients: Vec<f64>, mut psi: Vec<f64>, effort: StoppingCriteria) -> Estimate {
         coefficients_to_order(&mut coefficients, self.order);
-        let cost = self.settle(&coefficients, &mut psi, 2);
+        let cost = self.project_orientations(&coefficients, &mut psi, 2);
         let mut estimate = Estimate { coefficients, psi, cost };
         let mut damping = 1e-4;
         for _ in 0..effort.iterations {
@@ -243,7 +255,7 @@ impl<'a, F: ForceModel> Smoother<'a, F> {
             let step = -factor.solve(&normal.gradient);
             let coefficients = moved(&estimate.coefficients, &step);
             let mut psi = normal.turned(&estimate.psi, &normal.psi_offset, &step);
-            let cost = self.settle(&coefficients, &mut psi, 2);
+            let cost = self.project_orientations(&coefficients, &mut psi, 2);
             if cost < estimate.cost {
                 *estimate = Estimate { coefficients, psi, cost };
                 *damping = (*damping * 0.2).max(1e-12);
@@ -264,7 +276,7 @@ impl<'a, F: ForceModel> Smoother<'a, F> {
 }
 
 /// [`Smoother::settle`] for the samples alone, compiled for several processors.
-struct Settling<'a, F> {
+struct Projecting<'a, F> {
     force_model: F,
     instants: &'a [Instant],
     noise: Noise,
@@ -273,7 +285,7 @@ struct Settling<'a, F> {
     rounds: usize,
 }
 
-impl<F: ForceModel> WithSimd for Settling<'_, F> {
+impl<F: ForceModel> WithSimd for Projecting<'_, F> {
     type Output = f64;
 
     #[inline(always)]
@@ -282,7 +294,7 @@ impl<F: ForceModel> WithSimd for Settling<'_, F> {
         let mut cost = 0.0;
         for (instants, psi) in instants.chunks(LANES).zip(psi.chunks_mut(LANES)) {
             let block = Block::new(force_model, instants, noise);
-            let settled = block.settle(coefficients, psi, rounds, None);
+            let settled = block.project_orientations(coefficients, psi, rounds, None);
             cost += settled.sums().0.sum();
         }
         cost

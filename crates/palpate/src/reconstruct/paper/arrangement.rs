@@ -1,7 +1,7 @@
 //! What one integrated piece says of the shape: least squares of r and d = −r' at both contacts on the coefficients of the
 //! support function. Turning a piece turns its normal equations, so that many arrangements of pieces can be tried cheaply.
 
-use crate::estimate::measurements::Problem;
+use crate::estimate::measurements::Measurements;
 use crate::estimate::model::prior::Prior;
 use crate::reconstruct::search::closed_form::Contact;
 use nalgebra::{DMatrix, DVector};
@@ -33,13 +33,13 @@ impl Segment {
     }
 
     /// What the contacts of a piece say, each of its numbers with the standard deviation `sd_m`.
-    pub fn new(problem: &Problem, contacts: &[Contact], order: usize, sd_m: f64) -> Self {
+    pub fn new(measurements: &Measurements, contacts: &[Contact], order: usize, sd_m: f64) -> Self {
         let size = 2 * order + 1;
         let stride = contacts.len().div_ceil(ROWS).max(1);
         let weight = stride as f64 / (sd_m * sd_m);
         let (mut normal, mut right, mut square) = (DMatrix::zeros(size, size), DVector::zeros(size), 0.0);
         let mut rows = [DVector::zeros(size), DVector::zeros(size)];
-        for (instant, contact) in problem.instants.iter().zip(contacts).step_by(stride) {
+        for (instant, contact) in measurements.instants.iter().zip(contacts).step_by(stride) {
             let (theta1, theta2) = instant.contact_angles(contact.psi);
             for (theta, r, d) in [(theta1, contact.r1, contact.d1), (theta2, contact.r2, contact.d2)] {
                 rows[0][0] = 1.0;
@@ -117,7 +117,7 @@ mod tests {
         let log = crate::Log {
             samples: palms.iter().map(|(time_s, palms)| crate::Sample::new(*time_s, *palms, 0.0, 0.0)).collect(),
         };
-        let problem = Problem::new(&log, None);
+        let measurements = Measurements::new(&log, None);
         // Any motion does: here nothing has to be at rest.
         let contacts: Vec<Contact> = palms
             .iter()
@@ -129,7 +129,7 @@ mod tests {
             })
             .collect();
         let prior = Segment::prior(8, Prior { size_m: 0.03, scale_m: 0.015 });
-        let segment = Segment::new(&problem, &contacts, 8, 1e-6);
+        let segment = Segment::new(&measurements, &contacts, 8, 1e-6);
         for angle in [0.0, 1.1] {
             let (coefficients, _) = segment.turned(angle).and(&prior).solve().expect("solvable");
             let found = crate::shape::SupportFunction::from_coefficients(&coefficients);

@@ -1,6 +1,6 @@
 //! Equations 19 to 21 of the paper from given initial values, without the search for them.
 
-use crate::estimate::measurements::Problem;
+use crate::estimate::measurements::Measurements;
 use crate::estimate::model::noise_from_log::contact_scatter_m;
 use crate::log::Log;
 use crate::math::local_polynomial::FEWEST;
@@ -40,10 +40,10 @@ impl PaperEquations {
     /// As [`reconstruct`](crate::reconstruct::reconstruct), and with fewer samples than the rates ask for.
     pub fn new(log: &Log) -> Result<Self, ReconstructError> {
         check_log(log, &ReconstructOptions { method: Method::Ode, ..ReconstructOptions::default() })?;
-        let problem = Problem::new(log, None);
-        let sd_m = contact_scatter_m(&problem).max(1e-9 * problem.size_m());
-        let seen = problem.instants.iter().filter(|instant| instant.both_seen()).count();
-        let piece = Piece::new(log, &problem, 0..problem.len(), Method::Ode, sd_m)
+        let measurements = Measurements::new(log, None);
+        let sd_m = contact_scatter_m(&measurements).max(1e-9 * measurements.size_m());
+        let seen = measurements.instants.iter().filter(|instant| instant.both_seen()).count();
+        let piece = Piece::new(log, &measurements, 0..measurements.len(), Method::Ode, sd_m)
             .ok_or(ReconstructError::TooFewSamples { seen, needed: FEWEST })?;
         let times_s = piece.samples.iter().map(|&sample| log.samples[sample].time_s).collect();
         Ok(Self { piece, times_s })

@@ -12,7 +12,7 @@
 //! An error that has entered an integral stays there, so nothing is certified.
 
 use crate::estimate::coverage::{NODES, touches};
-use crate::estimate::measurements::Problem;
+use crate::estimate::measurements::Measurements;
 use crate::estimate::model::contact::residuals;
 use crate::estimate::model::noise_from_log::{contact_scatter_m, stated_noise_m};
 use crate::estimate::model::prior::Prior;
@@ -27,7 +27,7 @@ use crate::reconstruct::paper::arrangement::Segment;
 use crate::reconstruct::paper::piece::Piece;
 use crate::reconstruct::reconstruction::{Jump, Pose, Reconstruction};
 use crate::reconstruct::search::closed_form::{Contact, feasible_heights};
-use crate::reconstruct::search::segments::pieces;
+use crate::reconstruct::search::segments::segments;
 use crate::reconstruct::verdict::assemble::{outline, pose};
 use crate::reconstruct::verdict::doubt::{Doubt, Verdict};
 use crate::shape::SupportFunction;
@@ -64,18 +64,18 @@ pub(crate) fn reconstruct(
     options: &ReconstructOptions,
     done: &dyn Fn(f64),
 ) -> Result<Reconstruction, ReconstructError> {
-    let task = Task::new(log, options);
-    let mut placed: Vec<Option<Placed>> = vec![None; task.pieces.len()];
+    let job = Job::new(log, options);
+    let mut placed: Vec<Option<Placed>> = vec![None; job.pieces.len()];
     for sweep in 0..=SWEEPS {
-        for index in 0..task.pieces.len() {
-            let searched = (sweep * task.pieces.len() + index) as f64;
-            done(searched / ((SWEEPS + 1) * task.pieces.len()) as f64);
+        for index in 0..job.pieces.len() {
+            let searched = (sweep * job.pieces.len() + index) as f64;
+            done(searched / ((SWEEPS + 1) * job.pieces.len()) as f64);
             // A piece alone has nobody to be laid against.
-            if sweep > 0 && task.pieces.len() == 1 {
+            if sweep > 0 && job.pieces.len() == 1 {
                 continue;
             }
             let others = placed.iter().enumerate().filter(|(other, _)| *other != index);
-            let mut known = task.prior.clone();
+            let mut known = job.prior.clone();
             let mut alone = true;
             for (_, other) in others {
                 if let Some(other) = other {
@@ -83,13 +83,13 @@ pub(crate) fn reconstruct(
                     alone = false;
                 }
             }
-            let found = task.search(&task.pieces[index], &known, alone);
+            let found = job.search(&job.pieces[index], &known, alone);
             if found.is_some() {
                 placed[index] = found;
             }
         }
     }
-    task.finish(placed)
+    job.finish(placed)
 }
 
 /// Reconstructs by integration from known initial conditions: those of a shape and a motion at the start of each piece.
@@ -99,19 +99,19 @@ pub(crate) fn reconstruct_from(
     psi_rad: &[f64],
     options: &ReconstructOptions,
 ) -> Result<Reconstruction, ReconstructError> {
-    let task = Task::new(log, options);
-    let placed = task
+    let job = Job::new(log, options);
+    let placed = job
         .pieces
         .iter()
         .map(|piece| {
             let first = *piece.samples.first()?;
             let psi = *psi_rad.get(first)?;
-            let (theta1, theta2) = piece.problem.instants.first()?.contact_angles(psi);
+            let (theta1, theta2) = piece.measurements.instants.first()?.contact_angles(psi);
             let contacts = piece.integrate((shape.at(theta1).r, shape.at(theta2).r))?;
-            Some(task.place(piece, contacts, psi))
+            Some(job.place(piece, contacts, psi))
         })
         .collect();
-    task.finish(placed)
+    job.finish(placed)
 }
 
 /// A piece with initial conditions.
@@ -122,10 +122,10 @@ struct Placed {
     segment: Segment,
 }
 
-struct Task<'a> {
+struct Job<'a> {
     log: &'a Log,
     method: Method,
-    problem: Problem,
+    measurements: Measurements,
     pieces: Vec<Piece>,
     order: usize,
     size_m: f64,
@@ -135,24 +135,24 @@ struct Task<'a> {
     prior: Segment,
 }
 
-impl<'a> Task<'a> {
+impl<'a> Job<'a> {
     fn new(log: &'a Log, options: &ReconstructOptions) -> Self {
         let stated_m = options.sensor_sd_m.or_else(|| stated_noise_m(log));
-        let problem = Problem::new(log, stated_m);
-        let scatter_m = contact_scatter_m(&problem);
-        let size_m = problem.size_m().max(1e-9);
+        let measurements = Measurements::new(log, stated_m);
+        let scatter_m = contact_scatter_m(&measurements);
+        let size_m = measurements.size_m().max(1e-9);
         let expected_m = stated_m.unwrap_or(scatter_m).max(1e-9 * size_m);
-        let mut found: Vec<Piece> = pieces(&problem, scatter_m)
+        let mut found: Vec<Piece> = segments(&measurements, scatter_m)
             .into_iter()
-            .filter_map(|range| Piece::new(log, &problem, range, options.method, expected_m))
+            .filter_map(|range| Piece::new(log, &measurements, range, options.method, expected_m))
             .collect();
-        found.sort_by(|a, b| b.telling_m().total_cmp(&a.telling_m()));
+        found.sort_by(|a, b| b.path_length_m().total_cmp(&a.path_length_m()));
         found.truncate(MOST_PIECES);
         let order = options.harmonics.unwrap_or(ORDER).clamp(1, MOST_HARMONICS);
         Self {
             log,
             method: options.method,
-            problem,
+            measurements,
             pieces: found,
             order,
             size_m,
@@ -165,14 +165,14 @@ impl<'a> Task<'a> {
     /// The piece at the orientation `turn` more than it was integrated with.
     fn place(&self, piece: &Piece, mut contacts: Vec<Contact>, turn: f64) -> Placed {
         contacts.iter_mut().for_each(|contact| contact.psi += turn);
-        let segment = Segment::new(&piece.problem, &contacts, self.order, self.trust_m);
+        let segment = Segment::new(&piece.measurements, &contacts, self.order, self.trust_m);
         Placed { contacts, segment }
     }
 
     /// The initial conditions of a piece with the smallest errors, laid against what is `known` of the outline.
     fn search(&self, piece: &Piece, known: &Segment, alone: bool) -> Option<Placed> {
         let (low, high) =
-            feasible_heights(&piece.problem, &piece.relative, self.size_m).unwrap_or((0.0, 8.0 * self.size_m));
+            feasible_heights(&piece.measurements, &piece.relative, self.size_m).unwrap_or((0.0, 8.0 * self.size_m));
         let count = if alone { HEIGHTS[0] } else { HEIGHTS[1] };
         let cell = (high - low) / count as f64;
         let height = |index: usize| low + cell * (index as f64 + 0.5);
@@ -180,7 +180,7 @@ impl<'a> Task<'a> {
         let trial = |height_m: f64, near: Option<f64>| -> (f64, f64) {
             let Some(contacts) = piece.integrate(piece.start(height_m)) else { return (f64::INFINITY, 0.0) };
             let drift = piece.x_error_m2(&contacts) * contacts.len() as f64 / (self.trust_m * self.trust_m);
-            let segment = Segment::new(&piece.problem, &contacts, self.order, self.trust_m);
+            let segment = Segment::new(&piece.measurements, &contacts, self.order, self.trust_m);
             let misfit = |turn: f64| known.and(&segment.turned(turn)).misfit();
             if alone {
                 return (drift + misfit(0.0), 0.0);
@@ -216,7 +216,7 @@ impl<'a> Task<'a> {
     /// The result that people see.
     fn finish(&self, placed: Vec<Option<Placed>>) -> Result<Reconstruction, ReconstructError> {
         let mut all = self.prior.clone();
-        let mut psi: Vec<Option<f64>> = vec![None; self.problem.len()];
+        let mut psi: Vec<Option<f64>> = vec![None; self.measurements.len()];
         let mut starts: Vec<usize> = Vec::new();
         let mut tracks = Vec::new();
         for (piece, placed) in self.pieces.iter().zip(&placed) {
@@ -243,17 +243,18 @@ impl<'a> Task<'a> {
         let coefficients = shape.coefficients();
         for (piece, placed) in self.pieces.iter().zip(&placed).filter(|(_, placed)| placed.is_some()) {
             let contacts = placed.iter().flat_map(|placed| &placed.contacts);
-            let angles = piece.problem.instants.iter().zip(contacts).map(|(i, c)| i.contact_angles(c.psi - turned));
+            let angles =
+                piece.measurements.instants.iter().zip(contacts).map(|(i, c)| i.contact_angles(c.psi - turned));
             let (one, two): (Vec<f64>, Vec<f64>) = angles.unzip();
             tracks.extend([one, two]);
         }
         let counts = touches(&tracks);
         starts.sort_unstable();
         let leaps: Vec<usize> =
-            starts[1..].iter().copied().filter(|&at| (psi[at] - psi[at - 1]).abs() > LEAP).collect();
-        let motion: Vec<Pose> = (0..self.problem.len())
+            starts[1..].iter().copied().filter(|&at| (psi[at] - psi[at - 1]).abs() > SMALLEST_JUMP_RAD).collect();
+        let motion: Vec<Pose> = (0..self.measurements.len())
             .map(|index| {
-                let (sample, instant) = (&self.log.samples[index], &self.problem.instants[index]);
+                let (sample, instant) = (&self.log.samples[index], &self.measurements.instants[index]);
                 let piece = leaps.iter().filter(|leap| **leap <= index).count() as u32;
                 Pose { piece, ..pose(sample, instant, &shape, &coefficients, psi[index]) }
             })
@@ -261,7 +262,7 @@ impl<'a> Task<'a> {
         let outline = outline(&shape, &counts, |_| f64::NAN);
         let squares: Vec<f64> = motion
             .iter()
-            .zip(&self.problem.instants)
+            .zip(&self.measurements.instants)
             .flat_map(|(pose, i)| {
                 [pose.residual1_m.map(|left| left * i.weight1), pose.residual2_m.map(|left| left * i.weight2)]
             })
@@ -270,7 +271,7 @@ impl<'a> Task<'a> {
             .collect();
         let dof = squares.len().saturating_sub(2 * self.order + 1).max(1) as f64;
         let balance: Vec<f64> = self
-            .problem
+            .measurements
             .instants
             .iter()
             .zip(&psi)
@@ -296,7 +297,7 @@ impl<'a> Task<'a> {
     fn placed_alone(&self, coefficients: &[f64], psi: Vec<Option<f64>>) -> Vec<f64> {
         let mut last = psi.iter().flatten().next().copied().unwrap_or(0.0);
         psi.into_iter()
-            .zip(&self.problem.instants)
+            .zip(&self.measurements.instants)
             .map(|(psi, instant)| {
                 let misfit = |psi: f64| residuals(instant, coefficients, psi).value.iter().map(|e| e * e).sum::<f64>();
                 last = psi.unwrap_or_else(|| {
@@ -315,7 +316,7 @@ impl<'a> Task<'a> {
 }
 
 /// A turn by less than this between two pieces is no jump: the log was cut once too often. Radians.
-const LEAP: f64 = 0.05;
+const SMALLEST_JUMP_RAD: f64 = 0.05;
 
 /// The jump before a sample.
 fn jump(shape: &SupportFunction, sample: &Sample, [before, after]: [f64; 2]) -> Jump {

@@ -1,7 +1,7 @@
 //! A piece of a log between two jumps, ready to be integrated.
 
 use crate::estimate::measurements::Instant;
-use crate::estimate::measurements::Problem;
+use crate::estimate::measurements::Measurements;
 use crate::log::Log;
 use crate::math::local_polynomial::FEWEST;
 use crate::reconstruct::method::Method;
@@ -15,7 +15,7 @@ use std::ops::Range;
 pub(crate) struct Piece {
     /// Samples of the log.
     pub samples: Vec<usize>,
-    pub problem: Problem,
+    pub measurements: Measurements,
     /// Height over that at the first sample.
     pub relative: Vec<f64>,
     /// For the differential equations.
@@ -24,32 +24,32 @@ pub(crate) struct Piece {
 }
 
 impl Piece {
-    pub fn new(log: &Log, problem: &Problem, range: Range<usize>, method: Method, sd_m: f64) -> Option<Self> {
+    pub fn new(log: &Log, measurements: &Measurements, range: Range<usize>, method: Method, sd_m: f64) -> Option<Self> {
         let mut samples: Vec<usize> = Vec::new();
         for index in range {
             let time = |index: usize| log.samples[index].time_s;
             let later = samples.last().is_none_or(|&last| time(index) > time(last));
-            if problem.instants[index].both_seen() && later {
+            if measurements.instants[index].both_seen() && later {
                 samples.push(index);
             }
         }
         if samples.len() < FEWEST {
             return None;
         }
-        let own = Problem { instants: samples.iter().map(|&index| problem.instants[index]).collect() };
+        let own = Measurements { instants: samples.iter().map(|&index| measurements.instants[index]).collect() };
         let times_s: Vec<f64> = samples.iter().map(|&index| log.samples[index].time_s).collect();
         let signals = match method {
             Method::Ode => Some(Signals::new(&own.instants, &times_s, own.size_m(), sd_m)?),
             _ => None,
         };
-        Some(Self { relative: relative_height(&own), problem: own, samples, signals, sd_m })
+        Some(Self { relative: relative_height(&own), measurements: own, samples, signals, sd_m })
     }
 
     /// How far its contacts go: what there is to learn from it.
-    pub fn telling_m(&self) -> f64 {
-        let (first, last) = (&self.problem.instants[0], &self.problem.instants[self.problem.len() - 1]);
+    pub fn path_length_m(&self) -> f64 {
+        let (first, last) = (&self.measurements.instants[0], &self.measurements.instants[self.measurements.len() - 1]);
         let (mut low, mut high) = ([first.s1, first.s2], [last.s1, last.s2]);
-        for instant in &self.problem.instants {
+        for instant in &self.measurements.instants {
             for (index, s) in [instant.s1, instant.s2].into_iter().enumerate() {
                 low[index] = low[index].min(s);
                 high[index] = high[index].max(s);
@@ -63,7 +63,7 @@ impl Piece {
         if let Some(signals) = &self.signals {
             return signals.start(height_m);
         }
-        let first = &self.problem.instants[0];
+        let first = &self.measurements.instants[0];
         let x = first.balance_x();
         first.palms.supports_of_center([x, height_m]).into()
     }
@@ -73,9 +73,10 @@ impl Piece {
         let contacts = match &self.signals {
             Some(signals) => signals.integrate((r1, r2)),
             None => {
-                let first = &self.problem.instants[0];
+                let first = &self.measurements.instants[0];
                 let [_, height] = first.palms.center([r1, r2]);
-                closed_form::integrate(&self.problem, &self.relative, height, self.sd_m, QUADRATURE_RATE_SD).contacts
+                closed_form::integrate(&self.measurements, &self.relative, height, self.sd_m, QUADRATURE_RATE_SD)
+                    .contacts
             }
         };
         let sane = |c: &Contact| [c.psi, c.r1, c.d1, c.r2, c.d2].iter().all(|value| value.abs() < 1e6);
@@ -88,7 +89,7 @@ impl Piece {
             let [x, _] = instant.palms.center([contact.r1, contact.r2]);
             (x - instant.balance_x()).powi(2)
         };
-        self.problem.instants.iter().zip(contacts).map(error).sum::<f64>() / contacts.len() as f64
+        self.measurements.instants.iter().zip(contacts).map(error).sum::<f64>() / contacts.len() as f64
     }
 }
 

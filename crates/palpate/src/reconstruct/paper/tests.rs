@@ -2,7 +2,7 @@
 
 use super::piece::Piece;
 use crate::compare::compare;
-use crate::estimate::measurements::Problem;
+use crate::estimate::measurements::Measurements;
 use crate::palms::{Palm, PalmMotion, PalmMove, PalmPair};
 use crate::reconstruct::error::ReconstructError;
 use crate::reconstruct::method::Method;
@@ -35,8 +35,8 @@ fn run(steps: usize) -> Simulation {
 
 /// The contacts by a method from the true initial values.
 fn integrated(run: &Simulation, method: Method) -> Vec<Contact> {
-    let problem = Problem::new(&run.log, None);
-    let piece = Piece::new(&run.log, &problem, 0..problem.len(), method, 1e-9).expect("long enough");
+    let measurements = Measurements::new(&run.log, None);
+    let piece = Piece::new(&run.log, &measurements, 0..measurements.len(), method, 1e-9).expect("long enough");
     let (theta1, theta2) = run.log.samples[0].palms.contact_angles(run.truth.motion[0].psi_rad);
     piece.integrate((shape().at(theta1).r, shape().at(theta2).r)).expect("finite")
 }

@@ -1,19 +1,19 @@
 //! One arrangement of the search taken to the optimum over all samples, and what came of it put together.
 
 use super::resample::{carry_over, thinned_in_ranges};
-use super::restarts::both_ways;
-use crate::estimate::association::alternatives::Doubts;
-use crate::estimate::association::alternatives::weigh;
-use crate::estimate::association::decode::{Aside, Track, track};
-use crate::estimate::association::predictive::Known;
-use crate::estimate::association::short_segments::placed_anew;
+use super::restarts::along_weakest_direction;
+use crate::estimate::association::alternatives::Ambiguity;
+use crate::estimate::association::alternatives::compare_evidence;
+use crate::estimate::association::decode::{Aside, Decoded, decode};
+use crate::estimate::association::predictive::PredictiveShape;
+use crate::estimate::association::short_segments::reassociated;
 use crate::estimate::evidence::fit::{ROUNDS, fit};
 use crate::estimate::evidence::order::choose_order;
-use crate::estimate::evidence::variance_components::Freedom;
-use crate::estimate::jumps::leaps;
-use crate::estimate::measurements::Problem;
+use crate::estimate::evidence::variance_components::VarianceComponents;
+use crate::estimate::jumps::detect_jumps;
+use crate::estimate::measurements::Measurements;
+use crate::estimate::model::force::balance_is_missed;
 use crate::estimate::model::force::balance_limit_m;
-use crate::estimate::model::force::missed;
 use crate::estimate::model::noise::Noise;
 use crate::estimate::model::noise_from_log::{contact_scatter_m, stated_noise_m, with_noisy_angles};
 use crate::estimate::model::prior::Prior;
@@ -49,10 +49,10 @@ const END: usize = 60;
 const ORDER_SAMPLES: usize = 450;
 
 /// A log made ready, with what is known of its noise.
-pub(crate) struct Task<'a> {
+pub(crate) struct Job<'a> {
     pub log: &'a Log,
     pub options: &'a ReconstructOptions,
-    pub problem: Problem,
+    pub measurements: Measurements,
     pub stated_m: Option<f64>,
     pub scatter_m: f64,
     pub prior: Prior,
@@ -65,42 +65,42 @@ pub(crate) struct Refined {
     /// On all samples.
     pub fine: Fit,
     /// All samples, with the weight that the balance has at each.
-    pub problem: Problem,
+    pub measurements: Measurements,
     /// For each sample, how far from its pose another is that explains it about as well, radians.
-    pub astray: Vec<f64>,
+    pub ambiguity_rad: Vec<f64>,
 }
 
-impl<'a> Task<'a> {
+impl<'a> Job<'a> {
     pub(crate) fn new(log: &'a Log, options: &'a ReconstructOptions) -> Self {
         let stated_m = options.sensor_sd_m.or_else(|| stated_noise_m(log));
-        let problem = Problem::new(log, stated_m);
-        let scatter_m = contact_scatter_m(&problem);
-        let size_m = problem.size_m();
-        Self { log, options, problem, stated_m, scatter_m, prior: Prior { size_m, scale_m: 0.5 * size_m } }
+        let measurements = Measurements::new(log, stated_m);
+        let scatter_m = contact_scatter_m(&measurements);
+        let size_m = measurements.size_m();
+        Self { log, options, measurements, stated_m, scatter_m, prior: Prior { size_m, scale_m: 0.5 * size_m } }
     }
 
     /// Takes one arrangement of the search to the optimum over all samples.
     pub(crate) fn refine(&self, found: &Found, arrangement: usize) -> Result<Refined, ReconstructError> {
         let start = found.estimates.get(arrangement).ok_or(ReconstructError::NotSolvable)?;
-        let medium = thinned_in_ranges(&self.problem, &found.ranges, ORDER_SAMPLES);
+        let medium = thinned_in_ranges(&self.measurements, &found.ranges, ORDER_SAMPLES);
         let psi = carry_over(&found.thin, &start.psi, &start.coefficients, &medium, &found.ranges);
         let start = Estimate { coefficients: start.coefficients.clone(), psi, cost: f64::INFINITY };
         let rough = self.rough(&medium, start).ok_or(ReconstructError::NotSolvable)?;
-        let psi = track(&medium, &rough, self.floor_m(), None).psi;
+        let psi = decode(&medium, &rough, self.floor_m(), None).psi;
         let rough = Fit { estimate: Estimate { psi, ..rough.estimate }, ..rough };
-        let settled = self.settle(medium.clone(), &found.ranges, rough)?;
-        Ok(self.down_the_valley(&medium, &found.ranges, settled))
+        let settled = self.to_fixed_point(medium.clone(), &found.ranges, rough)?;
+        Ok(self.with_restarts(&medium, &found.ranges, settled))
     }
 
     /// The best of an optimum and of those that lie along the valley of its cost.
-    fn down_the_valley(&self, medium: &Problem, ranges: &[Range<usize>], mut best: Refined) -> Refined {
-        for start in both_ways(medium, &best.coarse).into_iter().flatten() {
+    fn with_restarts(&self, medium: &Measurements, ranges: &[Range<usize>], mut best: Refined) -> Refined {
+        for start in along_weakest_direction(medium, &best.coarse).into_iter().flatten() {
             let Fit { order, noise, prior, log_evidence, .. } = best.coarse;
             // As exact as statics has the balance: what is missed tells on which side the centre of mass is.
             let noise = Noise { balance_m: BALANCE_SHARES[1] * noise.sensor_m, ..noise };
-            let there = fit(&mut medium.clone(), order, start, noise, prior, self.freedom(), ROUNDS);
+            let there = fit(&mut medium.clone(), order, start, noise, prior, self.variance_components(), ROUNDS);
             let Some(there) = there.filter(|there| there.log_evidence > log_evidence + WORTH_A_LOOK) else { continue };
-            match self.settle(medium.clone(), ranges, there) {
+            match self.to_fixed_point(medium.clone(), ranges, there) {
                 Ok(other) if other.fine.log_evidence > best.fine.log_evidence => best = other,
                 _ => {}
             }
@@ -110,39 +110,52 @@ impl<'a> Task<'a> {
 
     /// A few samples at a wrong pose would ask for harmonics that the object has not, so the first fit has none to give. Balance
     /// as exact as statics has it is tried, and balance that friction or pace spoil.
-    fn rough(&self, medium: &Problem, start: Estimate) -> Option<Fit> {
+    fn rough(&self, medium: &Measurements, start: Estimate) -> Option<Fit> {
         let sd = self.scatter_m.max(1e-3 * self.prior.size_m);
         let order = start.coefficients.len() / 2;
         let with_share = |share: f64| {
             let noise = Noise { sensor_m: sd, balance_m: share * sd };
-            fit(&mut medium.clone(), order, start.clone(), noise, self.prior, self.freedom(), ROUNDS)
+            fit(&mut medium.clone(), order, start.clone(), noise, self.prior, self.variance_components(), ROUNDS)
         };
         BALANCE_SHARES.into_iter().filter_map(with_share).max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence))
     }
 
     /// Chooses the number of harmonics and fits all samples, until the way of the shape through the log leaves every sample where
     /// it is. `rough` is a fit to the thinned log.
-    fn settle(&self, mut medium: Problem, ranges: &[Range<usize>], rough: Fit) -> Result<Refined, ReconstructError> {
+    fn to_fixed_point(
+        &self,
+        mut medium: Measurements,
+        ranges: &[Range<usize>],
+        rough: Fit,
+    ) -> Result<Refined, ReconstructError> {
         let Fit { estimate: mut start, noise, prior, .. } = rough;
-        let mut tracked: Option<Vec<f64>> = None;
-        let (mut attempt, mut unsettled) = (0, self.problem.len() / 4);
+        let mut decoded: Option<Vec<f64>> = None;
+        let (mut attempt, mut unsettled) = (0, self.measurements.len() / 4);
         loop {
             let coarse = match self.options.harmonics {
-                Some(order) => fit(&mut medium, order, start, noise, prior, self.freedom(), ROUNDS),
-                None => choose_order(&mut medium, start, noise, prior, self.freedom()),
+                Some(order) => fit(&mut medium, order, start, noise, prior, self.variance_components(), ROUNDS),
+                None => choose_order(&mut medium, start, noise, prior, self.variance_components()),
             }
             .ok_or(ReconstructError::NotSolvable)?;
-            let mut problem = self.problem.clone();
+            let mut measurements = self.measurements.clone();
             let coefficients = coarse.estimate.coefficients.clone();
-            let psi =
-                tracked.unwrap_or_else(|| carry_over(&medium, &coarse.estimate.psi, &coefficients, &problem, ranges));
+            let psi = decoded
+                .unwrap_or_else(|| carry_over(&medium, &coarse.estimate.psi, &coefficients, &measurements, ranges));
             let all = Estimate { coefficients, psi, cost: f64::INFINITY };
             let noise = Noise { sensor_m: self.stated_m.unwrap_or(coarse.noise.sensor_m), ..coarse.noise };
-            let fine = fit(&mut problem, coarse.order, all, noise, coarse.prior, self.freedom_of_all(), ROUNDS)
-                .ok_or(ReconstructError::NotSolvable)?;
+            let fine = fit(
+                &mut measurements,
+                coarse.order,
+                all,
+                noise,
+                coarse.prior,
+                self.variance_components_of_all(),
+                ROUNDS,
+            )
+            .ok_or(ReconstructError::NotSolvable)?;
             let Estimate { coefficients, psi, .. } = &fine.estimate;
-            let weighted = with_noisy_angles(&self.problem, coefficients, psi, self.scatter_m);
-            let of_all = track(&weighted, &fine, self.floor_m(), None);
+            let weighted = with_noisy_angles(&self.measurements, coefficients, psi, self.scatter_m);
+            let of_all = decode(&weighted, &fine, self.floor_m(), None);
             let (mut track, passed_over) = match self.without_doubtful(&weighted, &fine, &of_all) {
                 Some(again) => (again, Some(of_all.psi)),
                 None => (of_all, None),
@@ -150,36 +163,36 @@ impl<'a> Task<'a> {
             // Where the way does not settle, the arrangement is wrong, or it is a matter of a few samples.
             let last = attempt == REPAIRS || 2 * track.moved > unsettled;
             if track.moved == 0 || last {
-                let mut doubts = Doubts::new(std::mem::take(&mut track.margin));
-                let mut rivals = std::mem::take(&mut track.rivals);
+                let mut doubts = Ambiguity::new(std::mem::take(&mut track.margin));
+                let mut alternatives = std::mem::take(&mut track.alternatives);
                 let ways = passed_over.iter().chain([&track.psi]);
-                rivals.extend(ways.filter_map(|way| doubts.unsettled(&fine.estimate.psi, way)));
-                rivals.extend(placed_anew(&problem, &fine, &self.starts(&fine), &mut doubts));
-                match weigh(&problem, &fine, &rivals, &mut doubts) {
+                alternatives.extend(ways.filter_map(|way| doubts.unsettled(&fine.estimate.psi, way)));
+                alternatives.extend(reassociated(&measurements, &fine, &self.starts(&fine), &mut doubts));
+                match compare_evidence(&measurements, &fine, &alternatives, &mut doubts) {
                     Some(better) if !last => {
                         track.moved = moved(&fine.estimate.psi, &better.psi);
                         track.psi = better.psi;
                     }
-                    _ => return Ok(Refined { coarse, fine, problem, astray: doubts.astray() }),
+                    _ => return Ok(Refined { coarse, fine, measurements, ambiguity_rad: doubts.ambiguity_rad() }),
                 }
             }
             attempt += 1;
             unsettled = track.moved;
             let coefficients = fine.estimate.coefficients;
-            let psi = carry_over(&self.problem, &track.psi, &coefficients, &medium, ranges);
+            let psi = carry_over(&self.measurements, &track.psi, &coefficients, &medium, ranges);
             start = Estimate { coefficients, psi, cost: f64::INFINITY };
-            tracked = Some(track.psi);
+            decoded = Some(track.psi);
         }
     }
 
     /// What may be learnt of the noise from the thinned log.
-    fn freedom(&self) -> Freedom {
-        Freedom { sensor: true, floor_m: 1e-6 * self.prior.size_m }
+    fn variance_components(&self) -> VarianceComponents {
+        VarianceComponents { sensor: true, floor_m: 1e-6 * self.prior.size_m }
     }
 
     /// The same from all samples.
-    fn freedom_of_all(&self) -> Freedom {
-        Freedom { sensor: self.stated_m.is_none(), ..self.freedom() }
+    fn variance_components_of_all(&self) -> VarianceComponents {
+        VarianceComponents { sensor: self.stated_m.is_none(), ..self.variance_components() }
     }
 
     /// No contact is believed to be more exact than this on the way through the log, metres.
@@ -190,23 +203,31 @@ impl<'a> Task<'a> {
     /// The way through the log of the shape that the samples have without some of them. `None` when too little is left.
     fn with_aside(
         &self,
-        weighted: &Problem,
+        weighted: &Measurements,
         fine: &Fit,
         aside: &[usize],
         doubtful: &(dyn Fn(usize) -> bool + Sync),
-    ) -> Option<Track> {
-        let mut problem = self.problem.clone();
-        aside.iter().for_each(|&index| problem.instants[index].set_aside());
+    ) -> Option<Decoded> {
+        let mut measurements = self.measurements.clone();
+        aside.iter().for_each(|&index| measurements.instants[index].set_aside());
         let estimate = fine.estimate.clone();
-        let others = fit(&mut problem, fine.order, estimate, fine.noise, fine.prior, self.freedom_of_all(), ROUNDS)?;
-        let known = Known::from(&problem, &others)?;
+        let others = fit(
+            &mut measurements,
+            fine.order,
+            estimate,
+            fine.noise,
+            fine.prior,
+            self.variance_components_of_all(),
+            ROUNDS,
+        )?;
+        let known = PredictiveShape::from(&measurements, &others)?;
         let aside = Aside { samples: aside, doubtful, known: &known };
-        Some(track(weighted, &others, self.floor_m(), Some(aside)))
+        Some(decode(weighted, &others, self.floor_m(), Some(aside)))
     }
 
     /// The way through the log of the shape that the samples beyond doubt have without the others, which bend the shape towards
     /// the poses that they were given. `None` when there are none, or too many.
-    fn without_doubtful(&self, weighted: &Problem, fine: &Fit, of_all: &Track) -> Option<Track> {
+    fn without_doubtful(&self, weighted: &Measurements, fine: &Fit, of_all: &Decoded) -> Option<Decoded> {
         let count = of_all.psi.len();
         let doubtful: Vec<usize> = (0..count).filter(|&sample| of_all.doubts(sample)).collect();
         let beside = |index: usize| {
@@ -217,8 +238,8 @@ impl<'a> Task<'a> {
         // contacts are noisy.
         let Noise { sensor_m, balance_m } = fine.noise;
         let mean_radius_m = fine.estimate.coefficients[0].abs();
-        let inexact =
-            missed(sensor_m, balance_m, mean_radius_m) && balance_m < balance_limit_m(sensor_m, mean_radius_m);
+        let inexact = balance_is_missed(sensor_m, balance_m, mean_radius_m)
+            && balance_m < balance_limit_m(sensor_m, mean_radius_m);
         let end = |index: usize| inexact && (index < END || index + END >= count);
         let aside: Vec<usize> = (0..count).filter(|&index| beside(index) || end(index)).collect();
         if aside.is_empty() || aside.len() > MOST_ASIDE {
@@ -229,12 +250,12 @@ impl<'a> Task<'a> {
         Some(again)
     }
 
-    /// The samples at which the object of a fit has just leapt.
+    /// The samples at which the object of a fit has just jumped.
     fn starts(&self, fine: &Fit) -> Vec<usize> {
         let mut psi = fine.estimate.psi.clone();
         unwrap(&mut psi);
         let shape = SupportFunction::from_coefficients(&fine.estimate.coefficients);
         let palms: Vec<PalmPair> = self.log.samples.iter().map(|sample| sample.palms).collect();
-        leaps(&shape, &palms, &psi).iter().map(|leap| leap.sample).collect()
+        detect_jumps(&shape, &palms, &psi).iter().map(|jump| jump.sample).collect()
     }
 }

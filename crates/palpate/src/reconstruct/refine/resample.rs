@@ -1,29 +1,29 @@
 //! An arrangement of a thinned log carried over to more of its samples.
 
 use crate::estimate::association::candidates::best_orientation;
-use crate::estimate::measurements::Problem;
+use crate::estimate::measurements::Measurements;
 use crate::math::angle::wrapped;
 use std::ops::Range;
 
 /// The instants of a problem thinned to about `count`, never over the edge of a range.
-pub(crate) fn thinned_in_ranges(problem: &Problem, ranges: &[Range<usize>], count: usize) -> Problem {
+pub(crate) fn thinned_in_ranges(measurements: &Measurements, ranges: &[Range<usize>], count: usize) -> Measurements {
     let total: usize = ranges.iter().map(|range| range.len()).sum();
     let run = (total / count.max(1)).max(1);
     let mut instants = Vec::new();
     for range in ranges {
-        let piece = Problem { instants: problem.instants[range.clone()].to_vec() };
+        let piece = Measurements { instants: measurements.instants[range.clone()].to_vec() };
         instants.extend(piece.thinned_by(run).instants);
     }
-    Problem { instants }
+    Measurements { instants }
 }
 
 /// Orientations at the instants of `to`, from those known at the instants `from` (in order of time): interpolated inside the
 /// arranged ranges, searched for everywhere else.
 pub(crate) fn carry_over(
-    from: &Problem,
+    from: &Measurements,
     psi: &[f64],
     coefficients: &[f64],
-    to: &Problem,
+    to: &Measurements,
     ranges: &[Range<usize>],
 ) -> Vec<f64> {
     let places: Vec<f64> = from.instants.iter().map(|instant| instant.position).collect();

@@ -13,12 +13,12 @@
 
 use crate::estimate::evidence::laplace::log_evidence;
 use crate::estimate::measurements::Instant;
-use crate::estimate::measurements::Problem;
+use crate::estimate::measurements::Measurements;
 use crate::estimate::model::contact::{contacts, residuals};
 use crate::estimate::model::noise::Noise;
 use crate::estimate::model::prior::Prior;
 use crate::estimate::motion::same_motion;
-use crate::estimate::solver::gauss_newton::{Effort, Estimate, Smoother};
+use crate::estimate::solver::gauss_newton::{Estimate, Smoother, StoppingCriteria};
 use crate::estimate::solver::posterior::Posterior;
 use crate::reconstruct::search::closed_form::{integrate, relative_height};
 use crate::reconstruct::search::windows::{Window, heights};
@@ -56,9 +56,9 @@ const HOPELESS: f64 = 150.0;
 const SPLITS: usize = 3;
 
 /// An arrangement is plain when its misfit is at most so many times what noise would make it (two squares for each instant), or this.
-const PLAIN: f64 = 2.0;
+const NOISE_MISFIT: f64 = 2.0;
 
-const LEAST_PLAIN: f64 = 0.5;
+const LEAST_NOISE_MISFIT: f64 = 0.5;
 
 /// A window of a few instants may have so many times the strain of the whole.
 const WINDOW: f64 = 3.0;
@@ -75,11 +75,11 @@ pub(crate) struct Hypothesis {
 }
 
 /// What growing came to.
-pub(crate) struct Grown {
+pub(crate) struct Arranged {
     /// Placed windows, in order of time.
     pub windows: Vec<Window>,
     /// Their thinned instants, in order of time.
-    pub thin: Problem,
+    pub thin: Measurements,
     /// Arrangements, best first, over the instants of `thin`.
     pub hypotheses: Vec<Hypothesis>,
 }
@@ -113,9 +113,10 @@ impl Tolerance {
     }
 
     /// The largest misfit per instant that is laid to the noise of samples thinned to so many instants.
-    pub fn plain(&self, instants: usize, samples: usize) -> f64 {
+    pub fn noise_misfit(&self, instants: usize, samples: usize) -> f64 {
         let noise = self.scatter_m / self.sharp().sensor_m;
-        (PLAIN * 2.0 * noise * noise * instants as f64 / samples.max(1) as f64).clamp(LEAST_PLAIN, EXPLAINED)
+        (NOISE_MISFIT * 2.0 * noise * noise * instants as f64 / samples.max(1) as f64)
+            .clamp(LEAST_NOISE_MISFIT, EXPLAINED)
     }
 }
 
@@ -142,8 +143,8 @@ impl Budget {
 }
 
 /// A seed on its way over the whole log.
-pub(crate) struct Growth<'a> {
-    problem: &'a Problem,
+pub(crate) struct BeamSearch<'a> {
+    measurements: &'a Measurements,
     windows: Vec<Window>,
     order: usize,
     tolerance: Tolerance,
@@ -153,23 +154,23 @@ pub(crate) struct Growth<'a> {
     put_off: Vec<bool>,
     /// How often windows were cut in two so far.
     splits: usize,
-    /// See [`Growth::grow`].
-    most_strain: f64,
-    thin: Problem,
+    /// See [`BeamSearch::grow`].
+    largest_misfit: f64,
+    thin: Measurements,
     beam: Vec<Hypothesis>,
 }
 
-impl<'a> Growth<'a> {
+impl<'a> BeamSearch<'a> {
     /// From `seeds`, candidates with `order` harmonics over the windows `seed`.
     pub fn new(
-        problem: &'a Problem,
+        measurements: &'a Measurements,
         windows: &[Window],
         (seed, seeds, order): (Range<usize>, &[Estimate], usize),
         tolerance: Tolerance,
         prior: Prior,
     ) -> Self {
-        let mut growth = Self {
-            problem,
+        let mut beam_search = Self {
+            measurements,
             windows: windows.to_vec(),
             order,
             tolerance,
@@ -177,15 +178,15 @@ impl<'a> Growth<'a> {
             offset: vec![None; windows.len()],
             put_off: vec![false; windows.len()],
             splits: 0,
-            most_strain: 0.0,
-            thin: Problem { instants: Vec::new() },
+            largest_misfit: 0.0,
+            thin: Measurements { instants: Vec::new() },
             beam: Vec::new(),
         };
         for window in seed {
-            growth.admit(window);
+            beam_search.admit(window);
         }
-        growth.beam = growth.ranked(&growth.thin, seeds.to_vec());
-        growth
+        beam_search.beam = beam_search.ranked(&beam_search.thin, seeds.to_vec());
+        beam_search
     }
 
     /// Tries to place one more window; false when none is left.
@@ -204,12 +205,12 @@ impl<'a> Growth<'a> {
 
     /// Goes on until nothing is left to place or the budget is spent (true), or for as long as the strain is at most this. What was
     /// put off before, when less was allowed, is tried again.
-    pub fn grow(&mut self, budget: &mut Budget, most_strain: f64) -> bool {
-        if self.most_strain < most_strain {
-            self.most_strain = most_strain;
+    pub fn grow(&mut self, budget: &mut Budget, largest_misfit: f64) -> bool {
+        if self.largest_misfit < largest_misfit {
+            self.largest_misfit = largest_misfit;
             self.put_off.fill(false);
         }
-        while self.strain() <= most_strain {
+        while self.normalized_misfit() <= largest_misfit {
             if !self.advance(budget) || budget.is_spent() {
                 return true;
             }
@@ -219,12 +220,12 @@ impl<'a> Growth<'a> {
 
     /// Squared residuals of the best hypothesis per instant placed, at the noise at which arrangements are judged, as a share of
     /// what noise alone would make them at the most.
-    pub fn strain(&self) -> f64 {
+    pub fn normalized_misfit(&self) -> f64 {
         let Some(best) = self.beam.first() else { return f64::INFINITY };
         let placed = self.windows.iter().zip(&self.offset).filter(|(_, offset)| offset.is_some());
         let samples: usize = placed.map(|(window, _)| window.range.len()).sum();
         let misfit = misfit(&self.thin, &best.estimate, self.tolerance.sharp()) / self.thin.len() as f64;
-        misfit / self.tolerance.plain(self.thin.len(), samples)
+        misfit / self.tolerance.noise_misfit(self.thin.len(), samples)
     }
 
     fn admit(&mut self, window: usize) {
@@ -244,15 +245,15 @@ impl<'a> Growth<'a> {
         if let Some(window) = before {
             return Some((window - 1, Some(window)));
         }
-        let telling = |w: &usize| self.windows[*w].telling_m;
-        (0..count).filter(|&w| open(w)).max_by(|a, b| telling(a).total_cmp(&telling(b))).map(|w| (w, None))
+        let path_length = |w: &usize| self.windows[*w].path_length_m;
+        (0..count).filter(|&w| open(w)).max_by(|a, b| path_length(a).total_cmp(&path_length(b))).map(|w| (w, None))
     }
 
     /// Cuts the windows that were put off in two, so that what is hidden in them ends between them; false when there are none.
     fn split(&mut self) -> bool {
         let mut any = false;
         for window in (0..self.windows.len()).rev().filter(|&window| self.put_off[window]).collect::<Vec<_>>() {
-            let halves = self.windows[window].halves(self.problem);
+            let halves = self.windows[window].halves(self.measurements);
             any |= !halves.is_empty();
             self.offset.splice(window..=window, halves.iter().map(|_| None));
             self.put_off.splice(window..=window, halves.iter().map(|_| false));
@@ -297,8 +298,8 @@ impl<'a> Growth<'a> {
         let explained = beam.first().is_some_and(|best| {
             let psi = best.estimate.psi[self.thin.len()..].to_vec();
             let estimate = Estimate { coefficients: best.estimate.coefficients.clone(), psi, cost: 0.0 };
-            let plain = self.tolerance.plain(piece.thin.len(), piece.range.len());
-            let most = (WINDOW * self.most_strain * plain).min(2.0 * EXPLAINED);
+            let noise_misfit = self.tolerance.noise_misfit(piece.thin.len(), piece.range.len());
+            let most = (WINDOW * self.largest_misfit * noise_misfit).min(2.0 * EXPLAINED);
             misfit(&piece.thin, &estimate, judged_at) < most * piece.thin.len() as f64
         });
         if explained {
@@ -326,11 +327,15 @@ impl<'a> Growth<'a> {
             let first = beside.len() - overlap;
             let mut run = beside.instants[first..].to_vec();
             run.extend(&piece.thin.instants);
-            (Problem { instants: run }, (overlap - 1, offset + beside.len() - 1), overlap..overlap + piece.thin.len())
+            (
+                Measurements { instants: run },
+                (overlap - 1, offset + beside.len() - 1),
+                overlap..overlap + piece.thin.len(),
+            )
         } else {
             let mut run = piece.thin.instants.clone();
             run.extend(&beside.instants[..overlap]);
-            (Problem { instants: run }, (piece.thin.len(), offset), 0..piece.thin.len())
+            (Measurements { instants: run }, (piece.thin.len(), offset), 0..piece.thin.len())
         };
         let (anchor, placed) = anchor;
         let relative = relative_height(&run);
@@ -345,7 +350,7 @@ impl<'a> Growth<'a> {
                 let track = integrate(&run, &relative, h0, noise.sensor_m, rate_sd).psi;
                 let turn = known.psi[placed] - track[anchor];
                 let psi = track[keep.clone()].iter().map(|psi| psi + turn).collect();
-                smoother.run(known.coefficients.clone(), psi, Effort { iterations: 8, tolerance: 1e-3 })
+                smoother.run(known.coefficients.clone(), psi, StoppingCriteria { iterations: 8, tolerance: 1e-3 })
             })
             .filter(|estimate| estimate.cost.is_finite())
             .min_by(|a, b| a.cost.total_cmp(&b.cost))
@@ -367,11 +372,11 @@ impl<'a> Growth<'a> {
             .collect();
         for (instants, iterations, kept) in [(SPARSEST, 1, SEMIFINALISTS), (SPARSE, 2, FINALISTS)] {
             let every = piece.thin.len().div_ceil(instants);
-            let few = Problem { instants: piece.thin.instants.iter().step_by(every).copied().collect() };
+            let few = Measurements { instants: piece.thin.instants.iter().step_by(every).copied().collect() };
             let sparse = Smoother::with_belief(&few, self.order, noise, self.prior, belief).without_convexity();
             for (cost, height, psi0) in &mut trials {
                 let psi = tracks[*height].iter().step_by(every).map(|psi| psi + *psi0).collect();
-                let effort = Effort { iterations, tolerance: 1e-2 };
+                let effort = StoppingCriteria { iterations, tolerance: 1e-2 };
                 *cost = sparse.run(known.coefficients.clone(), psi, effort).cost;
             }
             trials.retain(|(cost, _, _)| cost.is_finite());
@@ -382,7 +387,7 @@ impl<'a> Growth<'a> {
             .into_iter()
             .map(|(_, height, psi0)| {
                 let psi = tracks[height].iter().map(|psi| psi + psi0).collect();
-                whole.run(known.coefficients.clone(), psi, Effort { iterations: 8, tolerance: 1e-3 })
+                whole.run(known.coefficients.clone(), psi, StoppingCriteria { iterations: 8, tolerance: 1e-3 })
             })
             .filter(|estimate| estimate.cost.is_finite())
             .collect();
@@ -401,13 +406,13 @@ impl<'a> Growth<'a> {
     }
 
     /// Smooths every proposal over everything placed, ranks them by evidence and keeps the best distinct ones.
-    fn ranked(&self, placed: &Problem, proposals: Vec<Estimate>) -> Vec<Hypothesis> {
+    fn ranked(&self, placed: &Measurements, proposals: Vec<Estimate>) -> Vec<Hypothesis> {
         let mut polished: Vec<Hypothesis> = proposals
             .into_par_iter()
             .filter_map(|mut estimate| {
                 for noise in [self.tolerance.loose(), self.tolerance.sharp()] {
                     let smoother = Smoother::new(placed, self.order, noise, self.prior);
-                    let effort = Effort { iterations: 12, tolerance: 1e-3 };
+                    let effort = StoppingCriteria { iterations: 12, tolerance: 1e-3 };
                     estimate = smoother.run(estimate.coefficients, estimate.psi, effort);
                 }
                 let smoother = Smoother::new(placed, self.order, self.tolerance.sharp(), self.prior);
@@ -430,11 +435,11 @@ impl<'a> Growth<'a> {
     }
 
     /// What was placed.
-    pub fn in_order_of_time(self) -> Grown {
+    pub fn in_order_of_time(self) -> Arranged {
         let mut by_time: Vec<usize> = (0..self.thin.len()).collect();
         let place = |index: &usize| self.thin.instants[*index].position;
         by_time.sort_by(|a, b| place(a).total_cmp(&place(b)));
-        let thin = Problem { instants: by_time.iter().map(|&index| self.thin.instants[index]).collect() };
+        let thin = Measurements { instants: by_time.iter().map(|&index| self.thin.instants[index]).collect() };
         let hypotheses = self
             .beam
             .into_iter()
@@ -446,18 +451,18 @@ impl<'a> Growth<'a> {
         let mut windows = self.windows;
         let mut placed = self.offset.iter().map(Option::is_some);
         windows.retain(|_| placed.next() == Some(true));
-        Grown { windows, thin, hypotheses }
+        Arranged { windows, thin, hypotheses }
     }
 }
 
 /// Squared residuals of an estimate at a given noise, the shape's own terms left out.
-pub(crate) fn misfit(problem: &Problem, estimate: &Estimate, noise: Noise) -> f64 {
+pub(crate) fn misfit(measurements: &Measurements, estimate: &Estimate, noise: Noise) -> f64 {
     let sds = [noise.sensor_m, noise.sensor_m, noise.balance_m];
     let square = |(instant, psi): (&Instant, &f64)| {
         let value = residuals(instant, &estimate.coefficients, *psi).value;
         value.iter().zip(sds).map(|(value, sd)| (value / sd).powi(2)).sum::<f64>()
     };
-    problem.instants.iter().zip(&estimate.psi).map(square).sum()
+    measurements.instants.iter().zip(&estimate.psi).map(square).sum()
 }
 
 #[cfg(test)]

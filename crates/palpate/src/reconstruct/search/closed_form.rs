@@ -10,7 +10,7 @@
 //! force pass through the centre of mass (d1 = d2 = 0, the ill-conditioned places of eq. 21), so the steps are
 //! solved for together, with a preference for an even rotation.
 
-use crate::estimate::measurements::{Instant, Problem};
+use crate::estimate::measurements::{Instant, Measurements};
 
 /// Orientation and contact support functions at one instant, as integrated.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,12 +33,12 @@ pub(crate) struct Integrated {
 }
 
 /// Height of the centre of mass at every instant, above its value at the first (trapezoid rule).
-pub(crate) fn relative_height(problem: &Problem) -> Vec<f64> {
+pub(crate) fn relative_height(measurements: &Measurements) -> Vec<f64> {
     let slope1 = |i: &Instant| i.s1 * i.palms.sin12 / i.palms.sin2;
     let slope2 = |i: &Instant| i.s2 * i.palms.sin1 / i.palms.sin2;
-    let mut height = Vec::with_capacity(problem.len());
+    let mut height = Vec::with_capacity(measurements.len());
     height.push(0.0);
-    for pair in problem.instants.windows(2) {
+    for pair in measurements.instants.windows(2) {
         let (a, b) = (&pair[0], &pair[1]);
         let step1 = b.phi1 - a.phi1;
         let step12 = step1 + b.phi2 - a.phi2;
@@ -49,9 +49,9 @@ pub(crate) fn relative_height(problem: &Problem) -> Vec<f64> {
 }
 
 /// Range of heights h0 for which both palms support the object from below and it is no larger than palms could hold.
-pub(crate) fn feasible_heights(problem: &Problem, relative: &[f64], size_m: f64) -> Option<(f64, f64)> {
+pub(crate) fn feasible_heights(measurements: &Measurements, relative: &[f64], size_m: f64) -> Option<(f64, f64)> {
     let (mut low, mut high) = (f64::NEG_INFINITY, f64::INFINITY);
-    for (instant, rise) in problem.instants.iter().zip(relative) {
+    for (instant, rise) in measurements.instants.iter().zip(relative) {
         let x = instant.balance_x();
         // 0 < r1 < 6 size and 0 < r2 < 6 size, each linear in h0.
         for (slope, constant) in [
@@ -72,11 +72,17 @@ pub(crate) fn feasible_heights(problem: &Problem, relative: &[f64], size_m: f64)
 /// Contact support functions and orientation for a trial height `h0` of the first instant. `relative` comes from
 /// [`relative_height`]; `noise_m` is the standard deviation of a contact position, `rate_sd` that of the change of the
 /// rotation from one step to the next, radians.
-pub(crate) fn integrate(problem: &Problem, relative: &[f64], h0: f64, noise_m: f64, rate_sd: f64) -> Integrated {
-    let count = problem.len();
+pub(crate) fn integrate(
+    measurements: &Measurements,
+    relative: &[f64],
+    h0: f64,
+    noise_m: f64,
+    rate_sd: f64,
+) -> Integrated {
+    let count = measurements.len();
     let (mut r1, mut d1) = (Vec::with_capacity(count), Vec::with_capacity(count));
     let (mut r2, mut d2) = (Vec::with_capacity(count), Vec::with_capacity(count));
-    for (instant, rise) in problem.instants.iter().zip(relative) {
+    for (instant, rise) in measurements.instants.iter().zip(relative) {
         let (x, h) = (instant.balance_x(), h0 + rise);
         let r = instant.palms.supports_of_center([x, h]);
         let d = instant.palms.feet(r, [instant.s1, instant.s2]);
@@ -91,7 +97,7 @@ pub(crate) fn integrate(problem: &Problem, relative: &[f64], h0: f64, noise_m: f
     let smooth = 1.0 / (rate_sd * rate_sd);
     let (mut diagonal, mut right) = (vec![1e-3 * smooth; steps], vec![0.0; steps]);
     for i in 0..steps {
-        let (a, b) = (&problem.instants[i], &problem.instants[i + 1]);
+        let (a, b) = (&measurements.instants[i], &measurements.instants[i + 1]);
         let (turn1, turn12) = (b.phi1 - a.phi1, b.phi1 + b.phi2 - a.phi1 - a.phi2);
         let (m1, m2) = (0.5 * (d1[i] + d1[i + 1]), 0.5 * (d2[i] + d2[i + 1]));
         diagonal[i] += (m1 * m1 + m2 * m2) / variance;
@@ -139,7 +145,7 @@ mod tests {
     }
 
     /// A piece of a motion without a jump, at `count` samples, with the force lines well away from the centre of mass.
-    fn run(count: usize) -> (Problem, Simulation) {
+    fn run(count: usize) -> (Measurements, Simulation) {
         let motion = PalmMotion::through(&[(0.0, 1.2, 1.2), (12.0, 0.9, 1.4)])
             .and_then(|motion| motion.sample((count - 1) as f64 / 12.0))
             .expect("possible");
@@ -149,7 +155,7 @@ mod tests {
         for (sample, pose) in run.log.samples.iter().zip(&run.truth.motion) {
             assert!(shape().at(sample.palms.contact_angles(pose.psi_rad).0).d.abs() > 0.3 * SIZE_M);
         }
-        (Problem::new(&run.log, None), run)
+        (Measurements::new(&run.log, None), run)
     }
 
     fn heights(run: &Simulation) -> Vec<f64> {
@@ -159,9 +165,9 @@ mod tests {
     #[test]
     fn height_is_virtual_work_to_second_order() {
         let worst = |count: usize| {
-            let (problem, run) = run(count);
+            let (measurements, run) = run(count);
             let true_height = heights(&run);
-            let relative = relative_height(&problem);
+            let relative = relative_height(&measurements);
             let off = relative.iter().zip(&true_height).map(|(rise, height)| (rise - (height - true_height[0])).abs());
             off.fold(0.0, f64::max)
         };
@@ -176,7 +182,7 @@ mod tests {
     #[test]
     fn heights_of_palms_apart_count_from_where_their_lines_meet() {
         // The same angles and object, once on a hinge and once with base points that lie out on the palms.
-        let (problem, run) = run(201);
+        let (measurements, run) = run(201);
         let moved: Vec<_> = run
             .log
             .samples
@@ -192,16 +198,17 @@ mod tests {
                 sample
             })
             .collect();
-        let apart = Problem::new(&crate::Log { samples: moved }, None);
-        for (a, b) in relative_height(&problem).iter().zip(relative_height(&apart)) {
+        let apart = Measurements::new(&crate::Log { samples: moved }, None);
+        for (a, b) in relative_height(&measurements).iter().zip(relative_height(&apart)) {
             assert!((a - b).abs() < 1e-14);
         }
     }
 
     #[test]
     fn the_true_height_is_feasible() {
-        let (problem, run) = run(201);
-        let (low, high) = feasible_heights(&problem, &relative_height(&problem), SIZE_M).expect("an object is there");
+        let (measurements, run) = run(201);
+        let (low, high) =
+            feasible_heights(&measurements, &relative_height(&measurements), SIZE_M).expect("an object is there");
         let truth = run.truth.motion[0].com_y_m;
         assert!(low < truth && truth < high, "{low} {truth} {high}");
         // And the bounds say something: no object of six times the size.
@@ -210,21 +217,21 @@ mod tests {
 
     #[test]
     fn a_log_that_contradicts_itself_has_no_feasible_height() {
-        let (problem, _) = run(201);
-        let mut relative = relative_height(&problem);
+        let (measurements, _) = run(201);
+        let mut relative = relative_height(&measurements);
         // A rise by a hundred sizes half-way is more than the palms can hold.
         relative[100..].iter_mut().for_each(|rise| *rise += 100.0 * SIZE_M);
-        assert_eq!(feasible_heights(&problem, &relative, SIZE_M), None);
+        assert_eq!(feasible_heights(&measurements, &relative, SIZE_M), None);
     }
 
     #[test]
     fn the_true_height_gives_the_true_motion_and_size() {
         let worst = |count: usize| {
-            let (problem, run) = run(count);
+            let (measurements, run) = run(count);
             let true_psi: Vec<f64> = run.truth.motion.iter().map(|pose| pose.psi_rad).collect();
             let turned = true_psi.iter().fold(0.0, |most, psi| f64::max(most, (psi - true_psi[0]).abs()));
             assert!(turned > 0.3, "a motion that tells something: {turned}");
-            let found = integrate(&problem, &relative_height(&problem), heights(&run)[0], 1e-9, 0.01);
+            let found = integrate(&measurements, &relative_height(&measurements), heights(&run)[0], 1e-9, 0.01);
             let off = found.psi.iter().zip(&true_psi).map(|(found, truth)| (found - (truth - true_psi[0])).abs());
             let radii: Vec<f64> = run
                 .log
@@ -250,9 +257,9 @@ mod tests {
     #[test]
     fn a_wrong_height_gives_another_motion() {
         // Were it not so, the search over h0 could not find the right one.
-        let (problem, run) = run(201);
-        let relative = relative_height(&problem);
-        let end = |h0: f64| integrate(&problem, &relative, h0, 1e-7, 0.01).psi[200];
+        let (measurements, run) = run(201);
+        let relative = relative_height(&measurements);
+        let end = |h0: f64| integrate(&measurements, &relative, h0, 1e-7, 0.01).psi[200];
         let truth = heights(&run)[0];
         assert!((end(truth + 0.1 * SIZE_M) - end(truth)).rem_euclid(TAU) > 0.05);
     }

@@ -1,10 +1,10 @@
 //! Starts for the smoother where nothing is known but the log: a search over the height of the centre of mass at the first
 //! sample, the one unknown that the closed forms of [`super::quadrature`] leave.
 
-use crate::estimate::measurements::Problem;
+use crate::estimate::measurements::Measurements;
 use crate::estimate::model::noise::Noise;
 use crate::estimate::model::prior::Prior;
-use crate::estimate::solver::gauss_newton::{Effort, Estimate, Smoother};
+use crate::estimate::solver::gauss_newton::{Estimate, Smoother, StoppingCriteria};
 use crate::reconstruct::search::closed_form::{feasible_heights, integrate, relative_height};
 use rayon::prelude::*;
 
@@ -12,7 +12,7 @@ use rayon::prelude::*;
 const HEIGHTS: usize = 160;
 
 /// Candidates from the search over h0, best first: the local minima of the cost along h0, on a thinned log.
-pub(crate) fn from_heights(thin: &Problem, noise: Noise, prior: Prior, order: usize) -> Vec<Estimate> {
+pub(crate) fn from_initial_heights(thin: &Measurements, noise: Noise, prior: Prior, order: usize) -> Vec<Estimate> {
     let relative = relative_height(thin);
     let Some((low, high)) = feasible_heights(thin, &relative, prior.size_m) else { return Vec::new() };
     let costs: Vec<Option<Estimate>> = (0..HEIGHTS)
@@ -21,7 +21,8 @@ pub(crate) fn from_heights(thin: &Problem, noise: Noise, prior: Prior, order: us
             let h0 = low + (high - low) * (index as f64 + 0.5) / HEIGHTS as f64;
             let smoother = Smoother::new(thin, order, noise, prior);
             let guess = integrate(thin, &relative, h0, noise.sensor_m, 0.01);
-            let estimate = smoother.run(vec![guess.mean_r_m], guess.psi, Effort { iterations: 8, tolerance: 1e-3 });
+            let estimate =
+                smoother.run(vec![guess.mean_r_m], guess.psi, StoppingCriteria { iterations: 8, tolerance: 1e-3 });
             estimate.cost.is_finite().then_some(estimate)
         })
         .collect();

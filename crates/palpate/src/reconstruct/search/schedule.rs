@@ -1,12 +1,12 @@
 //! From a log to arrangements of its pieces, with no start given: seeds from the longest stretches that the search over the
 //! height of the centre of mass explains alone, grown over the whole log until one arrangement explains all of it.
 
-use crate::estimate::measurements::Problem;
+use crate::estimate::measurements::Measurements;
 use crate::estimate::model::prior::Prior;
 use crate::estimate::solver::gauss_newton::Estimate;
-use crate::reconstruct::search::beam::{Budget, EXPLAINED, Growth, Tolerance, misfit};
+use crate::reconstruct::search::beam::{BeamSearch, Budget, EXPLAINED, Tolerance, misfit};
 use crate::reconstruct::search::seed::Seed;
-use crate::reconstruct::search::segments::pieces;
+use crate::reconstruct::search::segments::segments;
 use crate::reconstruct::search::windows::{Window, spans, windows};
 use std::ops::Range;
 
@@ -22,7 +22,7 @@ const BALANCES: [[f64; 2]; 3] = [[1.0, 1.0], [1.0, 0.3], [15.0, 15.0]];
 const MISSING: f64 = 10.0;
 
 /// Strain that a growth may come to, in turn: with more it waits until the others had their turn.
-const STRAINS: [f64; 3] = [1.0, 2.0, f64::INFINITY];
+const MISFIT_LIMITS: [f64; 3] = [1.0, 2.0, f64::INFINITY];
 
 /// Stretches that are searched for a seed.
 const SPANS: usize = 16;
@@ -33,7 +33,7 @@ const SEEDS: usize = 6;
 /// Arrangements found.
 pub(crate) struct Found {
     /// The thinned instants that were arranged, in order of time.
-    pub thin: Problem,
+    pub thin: Measurements,
     /// Index ranges (of the whole problem) of the stretches that were arranged.
     pub ranges: Vec<Range<usize>>,
     /// Best first, over the instants of `thin`.
@@ -43,19 +43,19 @@ pub(crate) struct Found {
 /// Searches, and hands each arrangement of the log that it finds to `accept` until that says enough. Most promising
 /// first as far as can be known; an arrangement that does not explain the log only if there is no other.
 pub(crate) fn search(
-    problem: &Problem,
+    measurements: &Measurements,
     scatter_m: f64,
     prior: Prior,
     tell: &dyn Fn(f64),
     accept: &mut dyn FnMut(Found) -> bool,
 ) {
-    let windows = windows(problem, &pieces(problem, scatter_m), SAMPLES);
+    let windows = windows(measurements, &segments(measurements, scatter_m), SAMPLES);
     let mut poor: Option<(f64, Found)> = None;
     let mut any = false;
     for (number, balance) in BALANCES.into_iter().enumerate() {
         let tolerance = Tolerance { scatter_m, size_m: prior.size_m, balance };
         let tell = |share: f64| tell((number as f64 + share) / BALANCES.len() as f64);
-        let enough = arrange(problem, &windows, tolerance, prior, &tell, &mut |cost, found| {
+        let enough = arrange(measurements, &windows, tolerance, prior, &tell, &mut |cost, found| {
             if cost < EXPLAINED {
                 any = true;
                 return accept(found);
@@ -80,7 +80,7 @@ pub(crate) fn search(
 
 /// Hands arrangements with their cost per instant to `consider` until that says enough (true), or nothing is left to try.
 fn arrange(
-    problem: &Problem,
+    measurements: &Measurements,
     windows: &[Window],
     tolerance: Tolerance,
     prior: Prior,
@@ -88,8 +88,8 @@ fn arrange(
     consider: &mut dyn FnMut(f64, Found) -> bool,
 ) -> bool {
     let whole: usize = windows.iter().map(|window| window.range.len()).sum();
-    let mut hand_over = |growth: Growth| {
-        let arranged = growth.in_order_of_time();
+    let mut hand_over = |beam_search: BeamSearch| {
+        let arranged = beam_search.in_order_of_time();
         let Some(top) = arranged.hypotheses.first() else { return false };
         // What is not arranged counts as not explained.
         let covered: usize = arranged.windows.iter().map(|window| window.range.len()).sum();
@@ -104,46 +104,46 @@ fn arrange(
     // that are explained as well as their noise allows, for as long as they are: with a little more to explain, a few harmonics
     // may hide a jump too.
     let mut seeds: Vec<Seed> = Vec::new();
-    let mut strained: Vec<Growth> = Vec::new();
+    let mut deferred: Vec<BeamSearch> = Vec::new();
     let (mut budget, mut grown) = (Budget::default(), 0);
     for (number, span) in spans(windows).into_iter().take(SPANS).enumerate() {
         tell(0.4 * number as f64 / SPANS as f64);
         let Some(seed) = Seed::with_few_harmonics(windows, span, tolerance, prior) else { continue };
         if seed.misfit < EXPLAINED && grown < SEEDS && !budget.is_spent() {
-            let mut growth = seed.growth(problem, windows, tolerance, prior);
-            if growth.grow(&mut budget, STRAINS[0]) {
+            let mut beam_search = seed.beam_search(measurements, windows, tolerance, prior);
+            if beam_search.grow(&mut budget, MISFIT_LIMITS[0]) {
                 grown += 1;
-                if hand_over(growth) {
+                if hand_over(beam_search) {
                     return true;
                 }
             } else {
-                strained.push(growth);
+                deferred.push(beam_search);
             }
         }
         seeds.push(seed);
     }
-    for most in STRAINS.into_iter().skip(1) {
+    for most in MISFIT_LIMITS.into_iter().skip(1) {
         let mut still = Vec::new();
-        strained.sort_by(|a, b| a.strain().total_cmp(&b.strain()));
-        for mut growth in std::mem::take(&mut strained) {
+        deferred.sort_by(|a, b| a.normalized_misfit().total_cmp(&b.normalized_misfit()));
+        for mut beam_search in std::mem::take(&mut deferred) {
             if grown >= SEEDS || budget.is_spent() {
                 break;
             }
-            if growth.grow(&mut budget, most) {
+            if beam_search.grow(&mut budget, most) {
                 grown += 1;
-                if hand_over(growth) {
+                if hand_over(beam_search) {
                     return true;
                 }
             } else {
-                still.push(growth);
+                still.push(beam_search);
             }
         }
-        strained = still;
+        deferred = still;
     }
     let grown_to_the_end = |seed: &Seed, budget: &mut Budget| {
-        let mut growth = seed.growth(problem, windows, tolerance, prior);
-        growth.grow(budget, f64::INFINITY);
-        growth
+        let mut beam_search = seed.beam_search(measurements, windows, tolerance, prior);
+        beam_search.grow(budget, f64::INFINITY);
+        beam_search
     };
     let (mut budget, mut richer) = (Budget::default(), 0);
     for (number, seed) in seeds.iter_mut().enumerate() {

@@ -1,10 +1,10 @@
 //! Candidates over a run of windows, from nothing: what a search over the whole log begins with.
 
-use super::initial_height::from_heights;
-use crate::estimate::measurements::Problem;
+use super::initial_height::from_initial_heights;
+use crate::estimate::measurements::Measurements;
 use crate::estimate::model::prior::Prior;
-use crate::estimate::solver::gauss_newton::{Effort, Estimate, Smoother};
-use crate::reconstruct::search::beam::{EXPLAINED, Growth, Tolerance, misfit};
+use crate::estimate::solver::gauss_newton::{Estimate, Smoother, StoppingCriteria};
+use crate::reconstruct::search::beam::{BeamSearch, EXPLAINED, Tolerance, misfit};
 use crate::reconstruct::search::windows::{Window, joined};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -36,20 +36,20 @@ impl Seed {
         prior: Prior,
     ) -> Option<Self> {
         let thin = joined(&windows[span.clone()]);
-        let mut candidates = from_heights(&thin, tolerance.loose(), prior, ORDERS[0]);
+        let mut candidates = from_initial_heights(&thin, tolerance.loose(), prior, ORDERS[0]);
         candidates.truncate(CANDIDATES);
         let (misfit, candidates) = polished(&thin, &candidates, ORDERS[0], tolerance, prior)?;
         Some(Self { span, candidates, order: ORDERS[0], misfit })
     }
 
-    pub fn growth<'a>(
+    pub fn beam_search<'a>(
         &self,
-        problem: &'a Problem,
+        measurements: &'a Measurements,
         windows: &[Window],
         tolerance: Tolerance,
         prior: Prior,
-    ) -> Growth<'a> {
-        Growth::new(problem, windows, (self.span.clone(), &self.candidates, self.order), tolerance, prior)
+    ) -> BeamSearch<'a> {
+        BeamSearch::new(measurements, windows, (self.span.clone(), &self.candidates, self.order), tolerance, prior)
     }
 
     /// Tries more harmonics where a few explain nothing (nearly flat sides, corners); whether they explain the run.
@@ -75,7 +75,7 @@ impl Seed {
 
 /// Candidates smoothed at less and less noise with a given number of harmonics, best first, and the misfit of the best.
 fn polished(
-    thin: &Problem,
+    thin: &Measurements,
     candidates: &[Estimate],
     order: usize,
     tolerance: Tolerance,
@@ -88,7 +88,7 @@ fn polished(
             let mut estimate = estimate.clone();
             for noise in [tolerance.loose(), judged_at] {
                 let smoother = Smoother::new(thin, order, noise, prior);
-                let effort = Effort { iterations: 15, tolerance: 1e-3 };
+                let effort = StoppingCriteria { iterations: 15, tolerance: 1e-3 };
                 estimate = smoother.run(estimate.coefficients, estimate.psi, effort);
             }
             (misfit(thin, &estimate, judged_at) / thin.len() as f64, estimate)

@@ -2,7 +2,7 @@
 //! and the motion of the palms explain. Nothing of shape or orientation is needed. A cut too many costs a little work, a cut
 //! too few spoils a piece, so the test is a keen one.
 
-use crate::estimate::measurements::Problem;
+use crate::estimate::measurements::Measurements;
 use crate::math::statistics::median;
 use std::ops::Range;
 
@@ -13,18 +13,18 @@ const NOISE_FACTOR: f64 = 8.0;
 const PACE_FACTOR: f64 = 4.0;
 
 /// Runs of neighbouring instants (index ranges) that saw both contacts, with no leap inside.
-pub(crate) fn pieces(problem: &Problem, scatter_m: f64) -> Vec<Range<usize>> {
-    let seen: Vec<usize> = (0..problem.len()).filter(|&index| problem.instants[index].both_seen()).collect();
-    let size_m = problem.size_m();
+pub(crate) fn segments(measurements: &Measurements, scatter_m: f64) -> Vec<Range<usize>> {
+    let seen: Vec<usize> = (0..measurements.len()).filter(|&index| measurements.instants[index].both_seen()).collect();
+    let size_m = measurements.size_m();
     let steps: Vec<[f64; 2]> = seen
         .windows(2)
         .map(|pair| {
-            let (a, b) = (&problem.instants[pair[0]], &problem.instants[pair[1]]);
+            let (a, b) = (&measurements.instants[pair[0]], &measurements.instants[pair[1]]);
             [b.s1 - a.s1, b.s2 - a.s2]
         })
         .collect();
-    let leaps = |index: usize| {
-        let (a, b) = (&problem.instants[seen[index]], &problem.instants[seen[index + 1]]);
+    let jumps = |index: usize| {
+        let (a, b) = (&measurements.instants[seen[index]], &measurements.instants[seen[index + 1]]);
         let turn = (b.phi1 - a.phi1).abs() + (b.phi1 + b.phi2 - a.phi1 - a.phi2).abs();
         let around = index.saturating_sub(6)..(index + 7).min(steps.len());
         (0..2).any(|sensor| {
@@ -36,18 +36,18 @@ pub(crate) fn pieces(problem: &Problem, scatter_m: f64) -> Vec<Range<usize>> {
             (steps[index][sensor] - usual).abs() > NOISE_FACTOR * scatter_m + PACE_FACTOR * pace + 2.0 * size_m * turn
         })
     };
-    let mut pieces = Vec::new();
+    let mut segments = Vec::new();
     let mut start = 0;
     for index in 0..steps.len() {
-        if leaps(index) {
-            pieces.push(seen[start]..seen[index] + 1);
+        if jumps(index) {
+            segments.push(seen[start]..seen[index] + 1);
             start = index + 1;
         }
     }
     if let (Some(&first), Some(&last)) = (seen.get(start), seen.last()) {
-        pieces.push(first..last + 1);
+        segments.push(first..last + 1);
     }
-    pieces
+    segments
 }
 
 #[cfg(test)]
@@ -71,12 +71,12 @@ mod tests {
         for seed in 0..8 {
             for noise_sd_m in [0.0, 5e-5] {
                 let run = run(seed, Touchpad { noise_sd_m, ..Touchpad::ideal() });
-                let problem = Problem::new(&run.log, None);
-                let pieces = pieces(&problem, contact_scatter_m(&problem));
+                let measurements = Measurements::new(&run.log, None);
+                let segments = segments(&measurements, contact_scatter_m(&measurements));
                 // Cuts and pieces make up the log.
-                assert_eq!(pieces.iter().map(|piece| piece.len()).sum::<usize>(), problem.len());
-                assert!(pieces.windows(2).all(|pair| pair[0].end == pair[1].start));
-                let cuts: Vec<usize> = pieces[1..].iter().map(|piece| piece.start).collect();
+                assert_eq!(segments.iter().map(|piece| piece.len()).sum::<usize>(), measurements.len());
+                assert!(segments.windows(2).all(|pair| pair[0].end == pair[1].start));
+                let cuts: Vec<usize> = segments[1..].iter().map(|piece| piece.start).collect();
                 let after = |time_s: f64| run.log.samples.partition_point(|sample| sample.time_s < time_s);
                 for jump in &run.jumps {
                     let at = after(jump.time_s);
@@ -102,16 +102,16 @@ mod tests {
         log.samples[..5].iter_mut().for_each(|sample| sample.s1_m = None);
         let last = log.samples.len();
         log.samples[last - 7..].iter_mut().for_each(|sample| sample.s2_m = None);
-        let problem = Problem::new(&log, None);
-        let pieces = pieces(&problem, 1e-6);
-        assert_eq!((pieces[0].start, pieces[pieces.len() - 1].end), (5, last - 7));
+        let measurements = Measurements::new(&log, None);
+        let segments = segments(&measurements, 1e-6);
+        assert_eq!((segments[0].start, segments[segments.len() - 1].end), (5, last - 7));
     }
 
     #[test]
     fn no_contacts_no_pieces() {
         let mut log = run(1, Touchpad::ideal()).log;
         log.samples.iter_mut().for_each(|sample| sample.s1_m = None);
-        assert!(pieces(&Problem::new(&log, None), 1e-6).is_empty());
-        assert!(pieces(&Problem { instants: Vec::new() }, 1e-6).is_empty());
+        assert!(segments(&Measurements::new(&log, None), 1e-6).is_empty());
+        assert!(segments(&Measurements { instants: Vec::new() }, 1e-6).is_empty());
     }
 }

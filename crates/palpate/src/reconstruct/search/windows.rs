@@ -1,6 +1,6 @@
 //! The log cut into windows short enough that a trial shape can follow the object through each of them.
 
-use crate::estimate::measurements::Problem;
+use crate::estimate::measurements::Measurements;
 use crate::reconstruct::search::closed_form::{feasible_heights, relative_height};
 use std::ops::Range;
 
@@ -16,45 +16,45 @@ pub(crate) struct Window {
     /// Instants of the whole problem that it covers.
     pub range: Range<usize>,
     /// Means over neighbouring instants.
-    pub thin: Problem,
+    pub thin: Measurements,
     /// Nothing leaps between the window before and this one.
     pub joined: bool,
     /// Path length of the contacts in metres: how much there is to learn from the window.
-    pub telling_m: f64,
+    pub path_length_m: f64,
     /// Samples per thinned instant.
     run: usize,
 }
 
 impl Window {
     /// `None` when the range is too short.
-    fn new(problem: &Problem, range: Range<usize>, run: usize, joined: bool) -> Option<Self> {
-        let whole = Problem { instants: problem.instants[range.clone()].to_vec() };
+    fn new(measurements: &Measurements, range: Range<usize>, run: usize, joined: bool) -> Option<Self> {
+        let whole = Measurements { instants: measurements.instants[range.clone()].to_vec() };
         let thin = whole.thinned_by(run);
-        let telling_m = thin.instants.windows(2).map(|p| (p[1].s1 - p[0].s1).hypot(p[1].s2 - p[0].s2)).sum();
-        (thin.len() >= SHORTEST).then_some(Self { range, thin, joined, telling_m, run })
+        let path_length_m = thin.instants.windows(2).map(|p| (p[1].s1 - p[0].s1).hypot(p[1].s2 - p[0].s2)).sum();
+        (thin.len() >= SHORTEST).then_some(Self { range, thin, joined, path_length_m, run })
     }
 
     /// The window cut in two, each looked at more closely; fewer where there is too little to look at.
-    pub fn halves(&self, problem: &Problem) -> Vec<Self> {
+    pub fn halves(&self, measurements: &Measurements) -> Vec<Self> {
         let Range { start, end } = self.range;
         let middle = start + (end - start) / 2;
         let run = (self.run / 2).max(1);
         let parts = [(start..middle, self.joined), (middle..end, true)];
-        parts.into_iter().filter_map(|(range, joined)| Self::new(problem, range, run, joined)).collect()
+        parts.into_iter().filter_map(|(range, joined)| Self::new(measurements, range, run, joined)).collect()
     }
 }
 
 /// Windows of all pieces, in order of time; about `count` thinned instants in all.
-pub(crate) fn windows(problem: &Problem, pieces: &[Range<usize>], count: usize) -> Vec<Window> {
-    let total: usize = pieces.iter().map(|range| range.len()).sum();
+pub(crate) fn windows(measurements: &Measurements, segments: &[Range<usize>], count: usize) -> Vec<Window> {
+    let total: usize = segments.iter().map(|range| range.len()).sum();
     let run = (total / count.max(1)).max(1);
     let mut windows = Vec::new();
-    for piece in pieces {
+    for piece in segments {
         let run = run.min((piece.len() / SHORTEST).max(1));
         let share = (piece.len() / run).div_ceil(LENGTH).max(1);
         for part in 0..share {
             let range = piece.start + piece.len() * part / share..piece.start + piece.len() * (part + 1) / share;
-            windows.extend(Window::new(problem, range, run, part > 0));
+            windows.extend(Window::new(measurements, range, run, part > 0));
         }
     }
     windows
@@ -82,18 +82,18 @@ pub(crate) fn spans(windows: &[Window]) -> Vec<Range<usize>> {
         }
         parts *= 2;
     }
-    let telling = |span: &Range<usize>| windows[span.clone()].iter().map(|w| w.telling_m).sum::<f64>();
-    spans.sort_by(|a, b| telling(b).total_cmp(&telling(a)));
+    let path_length = |span: &Range<usize>| windows[span.clone()].iter().map(|w| w.path_length_m).sum::<f64>();
+    spans.sort_by(|a, b| path_length(b).total_cmp(&path_length(a)));
     spans
 }
 
 /// The thinned instants of a run of windows.
-pub(crate) fn joined(windows: &[Window]) -> Problem {
-    Problem { instants: windows.iter().flat_map(|window| window.thin.instants.iter().copied()).collect() }
+pub(crate) fn joined(windows: &[Window]) -> Measurements {
+    Measurements { instants: windows.iter().flat_map(|window| window.thin.instants.iter().copied()).collect() }
 }
 
 /// Rise of the centre of mass along a run of instants and the heights at its first that are possible.
-pub(crate) fn heights(thin: &Problem, size_m: f64) -> Option<(Vec<f64>, (f64, f64))> {
+pub(crate) fn heights(thin: &Measurements, size_m: f64) -> Option<(Vec<f64>, (f64, f64))> {
     let relative = relative_height(thin);
     let range = feasible_heights(thin, &relative, size_m)?;
     Some((relative, range))
@@ -106,19 +106,19 @@ mod tests {
     use crate::shape::NamedShape;
     use crate::simulate::{SimulateOptions, simulate};
 
-    fn problem() -> Problem {
+    fn measurements() -> Measurements {
         let shape = NamedShape::Egg.shape(0.03).expect("a positive size");
         let motion = PalmMotion::random(3, 20.0, 0.5).and_then(|motion| motion.sample(50.0)).expect("possible");
         let run = simulate(&shape, &motion, &SimulateOptions::default()).expect("possible");
-        Problem::new(&run.log, None)
+        Measurements::new(&run.log, None)
     }
 
     #[test]
     fn windows_cover_their_pieces_and_never_cross_a_leap() {
-        let problem = problem();
-        let pieces = [0..400, 400..430, 430..problem.len()];
-        let windows = windows(&problem, &pieces, 250);
-        for piece in pieces {
+        let measurements = measurements();
+        let segments = [0..400, 400..430, 430..measurements.len()];
+        let windows = windows(&measurements, &segments, 250);
+        for piece in segments {
             let of: Vec<&Window> =
                 windows.iter().filter(|w| piece.start <= w.range.start && w.range.end <= piece.end).collect();
             assert_eq!((of[0].range.start, of[of.len() - 1].range.end), (piece.start, piece.end));
@@ -133,9 +133,9 @@ mod tests {
 
     #[test]
     fn thinning_keeps_about_as_many_instants_as_asked_for() {
-        let problem = problem();
+        let measurements = measurements();
         for count in [100, 250] {
-            let windows = windows(&problem, std::slice::from_ref(&(0..problem.len())), count);
+            let windows = windows(&measurements, std::slice::from_ref(&(0..measurements.len())), count);
             let instants: usize = windows.iter().map(|window| window.thin.len()).sum();
             assert!(instants >= count * 4 / 5 && instants <= count * 3 / 2, "{instants} of {count}");
             assert!(windows.iter().all(|window| window.thin.len() >= SHORTEST));
@@ -144,24 +144,24 @@ mod tests {
 
     #[test]
     fn halves_are_looked_at_more_closely() {
-        let problem = problem();
-        let window = Window::new(&problem, 100..196, 4, false).expect("long enough");
-        let halves = window.halves(&problem);
+        let measurements = measurements();
+        let window = Window::new(&measurements, 100..196, 4, false).expect("long enough");
+        let halves = window.halves(&measurements);
         assert_eq!(halves.iter().map(|half| half.range.clone()).collect::<Vec<_>>(), [100..148, 148..196]);
         assert_eq!(halves.iter().map(|half| half.joined).collect::<Vec<_>>(), [false, true]);
         assert!(halves.iter().all(|half| half.thin.len() == 24), "as many instants in each half as in the whole");
-        let short = Window::new(&problem, 0..SHORTEST, 1, false).expect("just long enough");
-        assert!(short.halves(&problem).is_empty());
-        assert!(Window::new(&problem, 0..SHORTEST - 1, 1, false).is_none());
+        let short = Window::new(&measurements, 0..SHORTEST, 1, false).expect("just long enough");
+        assert!(short.halves(&measurements).is_empty());
+        assert!(Window::new(&measurements, 0..SHORTEST - 1, 1, false).is_none());
     }
 
     #[test]
     fn spans_begin_with_what_tells_most_and_stay_within_pieces() {
-        let problem = problem();
-        let windows = windows(&problem, &[0..300, 300..problem.len()], 250);
+        let measurements = measurements();
+        let windows = windows(&measurements, &[0..300, 300..measurements.len()], 250);
         let spans = spans(&windows);
-        let telling = |span: &Range<usize>| windows[span.clone()].iter().map(|w| w.telling_m).sum::<f64>();
-        assert!(spans.windows(2).all(|pair| telling(&pair[0]) >= telling(&pair[1])));
+        let path_length = |span: &Range<usize>| windows[span.clone()].iter().map(|w| w.path_length_m).sum::<f64>();
+        assert!(spans.windows(2).all(|pair| path_length(&pair[0]) >= path_length(&pair[1])));
         for span in &spans {
             assert!(!span.is_empty());
             assert!(windows[span.start + 1..span.end].iter().all(|window| window.joined));

@@ -1,11 +1,11 @@
-use crate::reconstruct::reconstruction::Jump;
 use super::*;
+use crate::reconstruct::reconstruction::Jump;
 use crate::shape::SupportFunction;
 
 const RADIUS_M: f64 = 0.03;
 
 /// A result of a circle with nothing in it but what the comparison of results reads.
-fn judged(explained: bool, log_evidence: f64, chi2_per_dof: f64, physical: &[bool]) -> Judged {
+fn candidate(explained: bool, log_evidence: f64, chi2_per_dof: f64, physical: &[bool]) -> Candidate {
     let jump = |&physical: &bool| Jump { physical, ..Jump::default() };
     let result = Reconstruction {
         shape: SupportFunction::new(RADIUS_M, Vec::new()),
@@ -20,21 +20,21 @@ fn judged(explained: bool, log_evidence: f64, chi2_per_dof: f64, physical: &[boo
         sensor_sd_m: 1e-6,
         balance_sd_m: 1e-7,
     };
-    Judged { result, log_evidence }
+    Candidate { result, log_evidence }
 }
 
 #[test]
 fn an_explained_result_is_likelier_than_an_unexplained_one_whatever_else_they_say() {
-    let explained = judged(true, -1e6, 900.0, &[false, false]);
-    let unexplained = judged(false, 1e6, 0.1, &[]);
+    let explained = candidate(true, -1e6, 900.0, &[false, false]);
+    let unexplained = candidate(false, 1e6, 0.1, &[]);
     assert!(explained.is_likelier_than(&unexplained));
     assert!(!unexplained.is_likelier_than(&explained));
 }
 
 #[test]
 fn of_two_explained_results_the_one_with_more_evidence_is_likelier() {
-    let more = judged(true, 101.0, 2.0, &[false]);
-    let less = judged(true, 100.0, 1.0, &[]);
+    let more = candidate(true, 101.0, 2.0, &[false]);
+    let less = candidate(true, 100.0, 1.0, &[]);
     assert!(more.is_likelier_than(&less));
     assert!(!less.is_likelier_than(&more));
     assert!(!more.is_likelier_than(&more), "a result does not replace itself");
@@ -42,38 +42,38 @@ fn of_two_explained_results_the_one_with_more_evidence_is_likelier() {
 
 #[test]
 fn of_two_unexplained_results_the_one_with_fewer_impossible_jumps_is_likelier_and_then_the_better_fit() {
-    let one_impossible = judged(false, 0.0, 900.0, &[true, false]);
-    let two_impossible = judged(false, 10.0, 1.0, &[false, false]);
+    let one_impossible = candidate(false, 0.0, 900.0, &[true, false]);
+    let two_impossible = candidate(false, 10.0, 1.0, &[false, false]);
     assert!(one_impossible.is_likelier_than(&two_impossible));
     assert!(!two_impossible.is_likelier_than(&one_impossible));
     // Jumps that statics foretells do not count; then the smaller chi squared decides, not the evidence.
-    let better = judged(false, 0.0, 5.0, &[true, true, true, false]);
-    let worse = judged(false, 10.0, 6.0, &[false]);
+    let better = candidate(false, 0.0, 5.0, &[true, true, true, false]);
+    let worse = candidate(false, 10.0, 6.0, &[false]);
     assert!(better.is_likelier_than(&worse));
     assert!(!worse.is_likelier_than(&better));
 }
 
 #[test]
 fn no_chi_squared_outweighs_an_impossible_jump() {
-    let possible = judged(false, 0.0, f64::INFINITY, &[]);
-    let impossible = judged(false, 0.0, 0.0, &[false]);
+    let possible = candidate(false, 0.0, f64::INFINITY, &[]);
+    let impossible = candidate(false, 0.0, 0.0, &[false]);
     assert!(possible.is_likelier_than(&impossible));
     assert!(!impossible.is_likelier_than(&possible));
 }
 
 #[test]
 fn one_explanation_is_enough_where_the_balance_holds() {
-    let sound = judged(true, 0.0, 1.0, &[]);
+    let sound = candidate(true, 0.0, 1.0, &[]);
     assert!(!sound.is_enough(0));
     assert!(sound.is_enough(1));
 }
 
 #[test]
 fn second_thoughts_are_required_where_noisy_contacts_miss_the_balance() {
-    let mut doubtful = judged(true, 0.0, 1.0, &[]);
+    let mut doubtful = candidate(true, 0.0, 1.0, &[]);
     doubtful.result.sensor_sd_m = 0.01 * RADIUS_M;
     doubtful.result.balance_sd_m = doubtful.result.sensor_sd_m;
-    assert!(missed(doubtful.result.sensor_sd_m, doubtful.result.balance_sd_m, RADIUS_M));
+    assert!(balance_is_missed(doubtful.result.sensor_sd_m, doubtful.result.balance_sd_m, RADIUS_M));
     assert!(!doubtful.is_enough(SECOND_THOUGHTS));
     assert!(doubtful.is_enough(SECOND_THOUGHTS + 1));
 }

@@ -3,9 +3,9 @@
 use super::certificate::Findings;
 use super::limits::CertificateLimits;
 use crate::estimate::coverage::{NODES, touches, tracks};
-use crate::estimate::jumps::leaps;
+use crate::estimate::jumps::detect_jumps;
 use crate::estimate::measurements::Instant;
-use crate::estimate::measurements::Problem;
+use crate::estimate::measurements::Measurements;
 use crate::estimate::model::contact::residuals;
 use crate::estimate::model::force::unstable_samples;
 use crate::estimate::model::layout::rotate;
@@ -32,65 +32,66 @@ pub(crate) struct Expected {
 
 /// A result, and the log evidence of the fit behind it.
 #[derive(Clone, Debug)]
-pub(crate) struct Judged {
+pub(crate) struct Candidate {
     pub result: Reconstruction,
     pub log_evidence: f64,
 }
 
 /// Puts the result together. `None` when the information matrix cannot be factored (nothing was learnt).
-/// `astray` says of each sample how far from its pose another is that explains it about as well (radians, 0 where there is none).
+/// `ambiguity_rad` says of each sample how far from its pose another is that explains it about as well (radians, 0 where there is none).
 pub(crate) fn assemble(
     log: &Log,
-    problem: &Problem,
+    measurements: &Measurements,
     mut fit: Fit,
-    astray: &[f64],
+    ambiguity_rad: &[f64],
     expected: Expected,
     limits: &CertificateLimits,
-) -> Option<Judged> {
+) -> Option<Candidate> {
     let turned = fit.estimate.psi[0];
     turn_frame(&mut fit, turned);
     unwrap(&mut fit.estimate.psi);
     let (coefficients, psi) = (&fit.estimate.coefficients, &fit.estimate.psi);
     let shape = SupportFunction::from_coefficients(coefficients);
     let palms: Vec<PalmPair> = log.samples.iter().map(|sample| sample.palms).collect();
-    let leaps = leaps(&shape, &palms, psi);
-    let starts: Vec<usize> = leaps.iter().map(|leap| leap.sample).collect();
+    let jumps = detect_jumps(&shape, &palms, psi);
+    let starts: Vec<usize> = jumps.iter().map(|jump| jump.sample).collect();
     let piece_of = |index: usize| starts.iter().filter(|&&start| start <= index).count() as u32;
 
     let angles: Vec<(f64, f64)> =
-        problem.instants.iter().zip(psi).map(|(instant, psi)| instant.contact_angles(*psi)).collect();
-    let counts = touches(&tracks(problem, &angles, &starts));
+        measurements.instants.iter().zip(psi).map(|(instant, psi)| instant.contact_angles(*psi)).collect();
+    let counts = touches(&tracks(measurements, &angles, &starts));
     let node_angle = |node: usize| TAU * node as f64 / NODES as f64;
     let felt: Vec<f64> = (0..NODES).filter(|&node| counts[node] > 0).map(node_angle).collect();
 
     let left: Vec<(Option<f64>, Option<f64>)> =
-        problem.instants.iter().zip(psi).map(|(instant, psi)| left_of(instant, coefficients, *psi)).collect();
+        measurements.instants.iter().zip(psi).map(|(instant, psi)| left_of(instant, coefficients, *psi)).collect();
     let of_sensor1: Vec<f64> = left.iter().filter_map(|both| both.0).collect();
     let of_sensor2: Vec<f64> = left.iter().filter_map(|both| both.1).collect();
     let inflation = 0.5 * (correlation_time(&of_sensor1) + correlation_time(&of_sensor2));
-    let posterior = ErrorBars::new(problem, &fit, &felt, inflation)?;
+    let posterior = ErrorBars::new(measurements, &fit, &felt, inflation)?;
 
     let outline = outline(&shape, &counts, |theta| posterior.r_sd_m(theta));
-    let angle_sd = angle_scatter_rad(problem);
+    let angle_sd = angle_scatter_rad(measurements);
     let motion: Vec<Pose> = log
         .samples
         .iter()
         .enumerate()
         .map(|(index, sample)| {
-            let instant = &problem.instants[index];
+            let instant = &measurements.instants[index];
             let (psi_sd, com_sd) = posterior.pose_sd(index, instant, &fit, angle_sd);
             let pose = pose(sample, instant, &shape, coefficients, psi[index]);
-            let psi_sd_rad = psi_sd.max(astray[index]);
+            let psi_sd_rad = psi_sd.max(ambiguity_rad[index]);
             Pose { psi_sd_rad, com_sd_m: com_sd, piece: piece_of(index), ..pose }
         })
         .collect();
 
-    let angle_error = angle_sd * angle_sensitivity_m(problem, coefficients, psi);
+    let angle_error = angle_sd * angle_sensitivity_m(measurements, coefficients, psi);
     let allowance = limits.model_allowance * coefficients[0].abs();
     let expected_m = expected.stated_m.unwrap_or(expected.scatter_m.hypot(angle_error).max(allowance));
-    let (chi2_per_dof, dof) = chi2(problem, &left, expected_m, 2 * fit.order + 1);
+    let (chi2_per_dof, dof) = chi2(measurements, &left, expected_m, 2 * fit.order + 1);
     let times_s: Vec<f64> = log.samples.iter().map(|sample| sample.time_s).collect();
-    let placed = || motion.iter().zip(astray).filter(|(_, astray)| **astray == 0.0).map(|(pose, _)| pose);
+    let placed =
+        || motion.iter().zip(ambiguity_rad).filter(|(_, ambiguity_rad)| **ambiguity_rad == 0.0).map(|(pose, _)| pose);
     let squares = placed().map(|pose| pose.psi_sd_rad.powi(2));
     let mean_square = squares.sum::<f64>() / placed().count().max(1) as f64;
     let slack_m = limits.stability_slack * coefficients[0].abs();
@@ -103,12 +104,14 @@ pub(crate) fn assemble(
         sensor_m: chi2_per_dof.sqrt() * expected_m,
         expected_sensor_m: expected_m,
         balance_m: fit.noise.balance_m,
-        leaps: &leaps,
+        jumps: &jumps,
         times_s: &times_s,
-        unstable: unstable_samples(problem, coefficients, psi, slack_m, fit.noise.balance_m),
+        unstable: unstable_samples(measurements, coefficients, psi, slack_m, fit.noise.balance_m),
         coverage: felt.len() as f64 / NODES as f64,
-        ambiguous: astray.iter().filter(|astray| **astray > 0.0).count(),
-        ambiguity_rad: (astray.iter().map(|astray| astray * astray).sum::<f64>() / astray.len().max(1) as f64).sqrt(),
+        ambiguous: ambiguity_rad.iter().filter(|ambiguity_rad| **ambiguity_rad > 0.0).count(),
+        ambiguity_rad: (ambiguity_rad.iter().map(|ambiguity_rad| ambiguity_rad * ambiguity_rad).sum::<f64>()
+            / ambiguity_rad.len().max(1) as f64)
+            .sqrt(),
         psi_sd_rad: mean_square.sqrt(),
         largest_psi_sd_rad: placed().map(|pose| pose.psi_sd_rad).fold(0.0, f64::max),
         largest_felt_r_sd_m: outline.iter().filter(|p| p.touches > 0).map(|p| p.r_sd_m).fold(0.0, f64::max),
@@ -120,15 +123,15 @@ pub(crate) fn assemble(
         outline,
         verdict,
         chi2_per_dof,
-        jumps: leaps
+        jumps: jumps
             .iter()
-            .map(|leap| Jump {
-                time_s: times_s[leap.sample],
-                psi_before_rad: leap.psi_before,
-                psi_after_rad: leap.psi_after,
-                height_before_m: leap.height_before_m,
-                height_after_m: leap.height_after_m,
-                physical: leap.physical,
+            .map(|jump| Jump {
+                time_s: times_s[jump.sample],
+                psi_before_rad: jump.psi_before,
+                psi_after_rad: jump.psi_after,
+                height_before_m: jump.height_before_m,
+                height_after_m: jump.height_after_m,
+                physical: jump.physical,
             })
             .collect(),
         motion,
@@ -137,7 +140,7 @@ pub(crate) fn assemble(
         sensor_sd_m: fit.noise.sensor_m,
         balance_sd_m: fit.noise.balance_m,
     };
-    Some(Judged { result, log_evidence: fit.log_evidence })
+    Some(Candidate { result, log_evidence: fit.log_evidence })
 }
 
 /// The boundary at [`NODES`] normal angles, felt as often as `counts` say, with the standard deviation of r at each.
@@ -197,9 +200,9 @@ fn turn_frame(fit: &mut Fit, angle: f64) {
 }
 
 /// χ² of the contact positions per degree of freedom, and the degrees of freedom.
-fn chi2(problem: &Problem, left: &[(Option<f64>, Option<f64>)], sd_m: f64, unknowns: usize) -> (f64, f64) {
+fn chi2(measurements: &Measurements, left: &[(Option<f64>, Option<f64>)], sd_m: f64, unknowns: usize) -> (f64, f64) {
     let (mut sum, mut count) = (0.0, 0.0);
-    for (instant, both) in problem.instants.iter().zip(left) {
+    for (instant, both) in measurements.instants.iter().zip(left) {
         for (residual, weight) in [(both.0, instant.weight1), (both.1, instant.weight2)] {
             if let Some(residual) = residual {
                 sum += (residual * weight / sd_m).powi(2);

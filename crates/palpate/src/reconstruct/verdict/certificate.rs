@@ -3,7 +3,7 @@
 
 use super::doubt::{Doubt, Verdict};
 use super::limits::CertificateLimits;
-use crate::estimate::jumps::{Leap, to_and_fro};
+use crate::estimate::jumps::{DetectedJump, jump_reversals};
 
 /// What the certificate looks at: plain numbers, so that each limit can be tested by changing one of them.
 #[derive(Clone, Debug)]
@@ -21,7 +21,7 @@ pub(crate) struct Findings<'a> {
     pub expected_sensor_m: f64,
     /// Standard deviation of the balance, metres.
     pub balance_m: f64,
-    pub leaps: &'a [Leap],
+    pub jumps: &'a [DetectedJump],
     /// Time of each sample, seconds.
     pub times_s: &'a [f64],
     /// Samples at rest at a pose that is no minimum of the energy.
@@ -56,7 +56,7 @@ impl Findings<'_> {
         if !(self.mean_radius_m.is_finite() && self.mean_radius_m > 0.0) {
             doubts.push(Doubt::NegativeRadius);
         }
-        let unphysical: Vec<&Leap> = self.leaps.iter().filter(|leap| !leap.physical).collect();
+        let unphysical: Vec<&DetectedJump> = self.jumps.iter().filter(|jump| !jump.physical).collect();
         if let Some(first) = unphysical.first() {
             doubts.push(Doubt::UnphysicalJumps {
                 time_s: self.times_s.get(first.sample).copied().unwrap_or(f64::NAN),
@@ -87,7 +87,7 @@ impl Findings<'_> {
         if self.ambiguity_rad > limits.ambiguity_rad {
             doubts.push(Doubt::AmbiguousPoses { samples: self.ambiguous, ambiguity_rad: self.ambiguity_rad });
         }
-        let reversals = to_and_fro(self.leaps);
+        let reversals = jump_reversals(self.jumps);
         if reversals > limits.reversals {
             doubts.push(Doubt::JumpReversals { reversals });
         }
@@ -95,7 +95,7 @@ impl Findings<'_> {
             let (sd_rad, largest_sd_rad) = (self.psi_sd_rad, self.largest_psi_sd_rad);
             doubts.push(Doubt::UncertainOrientation { sd_rad, largest_sd_rad });
         }
-        let short = self.leaps.iter().any(|leap| (leap.psi_after - leap.psi_before).abs() < limits.short_jump_rad);
+        let short = self.jumps.iter().any(|jump| (jump.psi_after - jump.psi_before).abs() < limits.short_jump_rad);
         let r_sd = if short { limits.r_sd_with_short_jumps } else { limits.r_sd };
         if !(self.largest_felt_r_sd_m <= r_sd * self.mean_radius_m) || !self.largest_felt_r_sd_m.is_finite() {
             doubts.push(Doubt::UncertainBoundary { sd_m: self.largest_felt_r_sd_m });
@@ -129,7 +129,7 @@ mod tests {
             sensor_m: 1e-4,
             expected_sensor_m: 1e-4,
             balance_m: 1e-5,
-            leaps: &[],
+            jumps: &[],
             times_s: &TIMES_S,
             unstable: 0,
             coverage: 0.9,
@@ -141,9 +141,17 @@ mod tests {
         }
     }
 
-    fn leap(sample: usize, psi_before: f64, psi_after: f64) -> Leap {
+    fn jump(sample: usize, psi_before: f64, psi_after: f64) -> DetectedJump {
         let (height_before_m, height_after_m) = (0.03, 0.029);
-        Leap { sample, psi_before, psi_after, height_before_m, height_after_m, physical: true, foretold: false }
+        DetectedJump {
+            sample,
+            psi_before,
+            psi_after,
+            height_before_m,
+            height_after_m,
+            physical: true,
+            predicted: false,
+        }
     }
 
     fn verdict(findings: &Findings) -> Verdict {
@@ -175,11 +183,11 @@ mod tests {
 
     #[test]
     fn every_jump_must_be_physical() {
-        let jumps = [leap(100, 0.0, 1.0), leap(200, 1.0, 2.5), leap(300, 2.5, 4.0)];
+        let jumps = [jump(100, 0.0, 1.0), jump(200, 1.0, 2.5), jump(300, 2.5, 4.0)];
         let mut unphysical = jumps;
         (unphysical[1].physical, unphysical[2].physical) = (false, false);
         let expected = Doubt::UnphysicalJumps { time_s: 2.0, turn_rad: 1.5, jumps: 2 };
-        crosses(&Findings { leaps: &jumps, ..sound() }, &Findings { leaps: &unphysical, ..sound() }, &expected);
+        crosses(&Findings { jumps: &jumps, ..sound() }, &Findings { jumps: &unphysical, ..sound() }, &expected);
     }
 
     #[test]
@@ -226,10 +234,10 @@ mod tests {
 
     #[test]
     fn one_reversal_of_a_jump_is_attributed_to_noise() {
-        let there_and_back: Vec<Leap> =
-            (0..4).map(|i| if i % 2 == 0 { leap(100 + i, 1.0, 2.0) } else { leap(100 + i, 2.0, 1.0) }).collect();
-        let just = Findings { leaps: &there_and_back[..2], ..sound() };
-        crosses(&just, &Findings { leaps: &there_and_back[..3], ..sound() }, &Doubt::JumpReversals { reversals: 2 });
+        let there_and_back: Vec<DetectedJump> =
+            (0..4).map(|i| if i % 2 == 0 { jump(100 + i, 1.0, 2.0) } else { jump(100 + i, 2.0, 1.0) }).collect();
+        let just = Findings { jumps: &there_and_back[..2], ..sound() };
+        crosses(&just, &Findings { jumps: &there_and_back[..3], ..sound() }, &Doubt::JumpReversals { reversals: 2 });
     }
 
     #[test]
@@ -248,10 +256,10 @@ mod tests {
         let at = |largest_felt_r_sd_m| Findings { largest_felt_r_sd_m, ..sound() };
         crosses(&at(6e-4), &at(6.01e-4), &Doubt::UncertainBoundary { sd_m: 6.01e-4 });
         assert!(!verdict(&at(f64::INFINITY)).is_certified());
-        let (short, long) = ([leap(100, 1.0, 1.249)], [leap(100, 1.0, 1.251)]);
-        let between = |leaps| Findings { leaps, ..at(6e-4) };
+        let (short, long) = ([jump(100, 1.0, 1.249)], [jump(100, 1.0, 1.251)]);
+        let between = |jumps| Findings { jumps, ..at(6e-4) };
         crosses(&between(&long), &between(&short), &Doubt::UncertainBoundary { sd_m: 6e-4 });
-        let known_better = |largest_felt_r_sd_m| Findings { leaps: &short, ..at(largest_felt_r_sd_m) };
+        let known_better = |largest_felt_r_sd_m| Findings { jumps: &short, ..at(largest_felt_r_sd_m) };
         crosses(&known_better(1.5e-4), &known_better(1.51e-4), &Doubt::UncertainBoundary { sd_m: 1.51e-4 });
     }
 

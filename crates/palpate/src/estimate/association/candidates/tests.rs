@@ -1,9 +1,9 @@
-use crate::estimate::measurements::Problem;
 use super::*;
+use crate::estimate::measurements::Measurements;
 use crate::log::{Log, Sample};
+use crate::mechanics::EnergyLandscape;
 use crate::palms::PalmPair;
 use crate::shape::SupportFunction;
-use crate::mechanics::EnergyLandscape;
 
 const SIZE_M: f64 = 0.03;
 const COEFFICIENTS: [f64; 7] = [SIZE_M, 2e-3, 3e-3, 1e-3, -1e-3, 1.5e-3, -5e-4];
@@ -18,7 +18,7 @@ fn palms() -> PalmPair {
 }
 
 fn instant_at(s1: f64, s2: f64) -> Instant {
-    Problem::new(&Log { samples: vec![Sample::new(0.0, palms(), s1, s2)] }, None).instants[0]
+    Measurements::new(&Log { samples: vec![Sample::new(0.0, palms(), s1, s2)] }, None).instants[0]
 }
 
 /// A sample of a shape at an orientation.
@@ -73,7 +73,7 @@ fn minima_of_different_depth_are_all_found() {
 
 #[test]
 fn the_misfit_is_the_squares_of_the_contacts_and_a_slow_growth_of_the_balance() {
-    let table = Tabulated::new(&COEFFICIENTS);
+    let table = SupportTable::new(&COEFFICIENTS);
     let shape = SupportFunction::from_coefficients(&COEFFICIENTS);
     let psi = 0.8;
     let ((s1, s2), (theta1, theta2)) = (palms().contact_positions_m(&shape, psi), palms().contact_angles(psi));
@@ -93,7 +93,7 @@ fn the_misfit_is_the_squares_of_the_contacts_and_a_slow_growth_of_the_balance() 
 fn candidates_come_best_first_and_no_more_than_asked_for() {
     let coefficients = regular(8);
     let (table, spread) =
-        (Tabulated::new(&coefficients), Spread { contact_m2: 1e-8, balance_m2: 1e-8, balance_memory: 1.0 });
+        (SupportTable::new(&coefficients), Spread { contact_m2: 1e-8, balance_m2: 1e-8, balance_memory: 1.0 });
     let instant = sample_of(&coefficients, 0.3);
     let misfit = |psi: f64| spread.misfit(&table, &instant, psi);
     assert!(minima(0.3, &misfit).len() > MOST_CANDIDATES);
@@ -109,14 +109,14 @@ fn candidates_come_best_first_and_no_more_than_asked_for() {
 
 #[test]
 fn orientations_missed_by_much_more_than_the_best_are_out_of_the_question() {
-    let (table, instant) = (Tabulated::new(&COEFFICIENTS), sample_of(&COEFFICIENTS, 0.8));
+    let (table, instant) = (SupportTable::new(&COEFFICIENTS), sample_of(&COEFFICIENTS, 0.8));
     // Only the contacts count, so that all misfits are inversely proportional to their variance.
     let spread = |contact_m2: f64| Spread { contact_m2, balance_m2: 1e9, balance_memory: 1.0 };
     let mut found = minima(0.8, &|psi| spread(1.0).misfit(&table, &instant, psi));
     found.sort_by(|a, b| a.1.total_cmp(&b.1));
     let (best, second) = (found[0].1, found[1]);
     let beyond_m2 = second.1 - best;
-    for (excess, kept) in [(0.99 * OUT_OF_THE_QUESTION, true), (1.01 * OUT_OF_THE_QUESTION, false)] {
+    for (excess, kept) in [(0.99 * IMPLAUSIBLE, true), (1.01 * IMPLAUSIBLE, false)] {
         let all = candidates(&table, &instant, spread(beyond_m2 / excess), 0.8);
         assert_eq!(all.iter().any(|(psi, _)| apart(*psi, second.0) < 1e-3), kept, "{excess}: {all:?}");
         assert!(apart(all[0].0, 0.8) < 1e-3);

@@ -1,6 +1,6 @@
+use super::*;
 use crate::estimate::model::prior::Prior;
 use crate::estimate::solver::gauss_newton::Estimate;
-use super::*;
 use crate::log::{Log, Sample};
 use crate::palms::PalmPair;
 use crate::shape::SupportFunction;
@@ -11,10 +11,10 @@ const NOISE: Noise = Noise { sensor_m: 2e-4, balance_m: 5e-5 };
 const COEFFICIENTS: [f64; 5] = [SIZE_M, 2e-3, 3e-3, -1e-3, 1.5e-3];
 
 /// A shape known to within a Gaussian whose coefficients hang together.
-fn known() -> Known {
+fn known() -> PredictiveShape {
     let root = DMatrix::from_fn(5, 5, |i, j| 1e-4 * ((3 * i + 5 * j + i * j) % 7) as f64 - 2e-4);
     let covariance = &root * root.transpose() + DMatrix::identity(5, 5) * 1e-9;
-    Known { coefficients: COEFFICIENTS.to_vec(), covariance, noise: NOISE }
+    PredictiveShape { coefficients: COEFFICIENTS.to_vec(), covariance, noise: NOISE }
 }
 
 fn palms() -> PalmPair {
@@ -22,7 +22,7 @@ fn palms() -> PalmPair {
 }
 
 fn instant_of(sample: Sample) -> Instant {
-    Problem::new(&Log { samples: vec![sample] }, None).instants[0]
+    Measurements::new(&Log { samples: vec![sample] }, None).instants[0]
 }
 
 /// What the forward model says of contacts and balance.
@@ -35,7 +35,7 @@ fn forward(coefficients: &[f64], psi: f64) -> Vector3<f64> {
 }
 
 /// −2 log of the density of what is seen (which of both contacts, then the balance given these) less that of the noise alone.
-fn dense_surprise(known: &Known, seen: [Option<f64>; 2], weights: [f64; 2], psi: f64) -> f64 {
+fn dense_surprise(known: &PredictiveShape, seen: [Option<f64>; 2], weights: [f64; 2], psi: f64) -> f64 {
     let (step, count) = (1e-3, known.coefficients.len());
     let here = forward(&known.coefficients, psi);
     let mut jacobian = DMatrix::zeros(3, count);
@@ -70,7 +70,7 @@ fn the_surprise_is_that_of_a_gaussian_for_the_contacts_and_of_students_t_for_the
     (instant.weight1, instant.weight2) = (0.5, 1.5);
     for psi in [0.5, 0.7, 1.1, 4.0] {
         let expected = dense_surprise(&known, [Some(s1), Some(s2)], [0.5, 1.5], psi);
-        let found = known.surprise(&instant, psi);
+        let found = known.neg_log_predictive(&instant, psi);
         assert!((found - expected).abs() < 1e-6 * expected.abs().max(1.0), "{found} {expected} at {psi}");
     }
 }
@@ -84,11 +84,11 @@ fn a_contact_that_was_not_seen_tells_nothing() {
     for psi in [0.5, 1.1, 4.0] {
         for (instant, seen) in [(one, [Some(s1), None]), (other, [None, Some(s2)])] {
             let expected = dense_surprise(&known, seen, [1.0, 1.0], psi);
-            let found = known.surprise(&instant, psi);
+            let found = known.neg_log_predictive(&instant, psi);
             assert!((found - expected).abs() < 1e-6 * expected.abs().max(1.0), "{found} {expected} at {psi}");
         }
         // Wherever it may have been.
-        assert_eq!(known.surprise(&one, psi), known.surprise(&Instant { s2: 0.01, ..one }, psi));
+        assert_eq!(known.neg_log_predictive(&one, psi), known.neg_log_predictive(&Instant { s2: 0.01, ..one }, psi));
     }
 }
 
@@ -96,11 +96,11 @@ fn a_contact_that_was_not_seen_tells_nothing() {
 fn the_balance_of_a_sample_that_lost_its_weight_in_the_fit_counts_in_full() {
     let instant = instant_of(Sample::new(0.0, palms(), 0.05, 0.06));
     let without = Instant { balance_weight: 0.0, ..instant };
-    assert_eq!(known().surprise(&instant, 0.7), known().surprise(&without, 0.7));
+    assert_eq!(known().neg_log_predictive(&instant, 0.7), known().neg_log_predictive(&without, 0.7));
 }
 
 /// A shape with so many equal sides, known well, and a sample at an orientation where it is at rest.
-fn regular(sides: usize) -> (Known, Instant, f64) {
+fn regular(sides: usize) -> (PredictiveShape, Instant, f64) {
     let mut harmonics = vec![[0.0; 2]; sides];
     harmonics[sides - 1] = [0.5 * SIZE_M / (sides * sides) as f64, 0.0];
     let shape = SupportFunction::new(SIZE_M, harmonics);
@@ -109,7 +109,7 @@ fn regular(sides: usize) -> (Known, Instant, f64) {
     let (s1, s2) = palms.contact_positions_m(&shape, rest);
     let coefficients = shape.coefficients();
     let covariance = DMatrix::identity(coefficients.len(), coefficients.len()) * 1e-10;
-    (Known { coefficients, covariance, noise: NOISE }, instant_of(Sample::new(0.0, palms, s1, s2)), rest)
+    (PredictiveShape { coefficients, covariance, noise: NOISE }, instant_of(Sample::new(0.0, palms, s1, s2)), rest)
 }
 
 #[test]
@@ -128,9 +128,10 @@ fn the_margin_is_the_surprise_of_the_likeliest_other_orientation_over_that_of_th
     (known.coefficients[1], known.coefficients[2]) = (1e-4, 3e-4);
     let near_rest = rest + 0.05;
     let (margin, others) = known.elsewhere(&instant, near_rest);
-    let surprise = |psi: f64| known.surprise(&instant, psi);
+    let neg_log_predictive = |psi: f64| known.neg_log_predictive(&instant, psi);
     let scanned = |from: f64, to: f64| {
-        let trials = (0..=1000).map(|i| from + (to - from) * f64::from(i) / 1000.0).map(|psi| (surprise(psi), psi));
+        let trials =
+            (0..=1000).map(|i| from + (to - from) * f64::from(i) / 1000.0).map(|psi| (neg_log_predictive(psi), psi));
         trials.min_by(|a, b| a.0.total_cmp(&b.0)).expect("trials")
     };
     let scan = |from: f64, to: f64| {
@@ -141,7 +142,10 @@ fn the_margin_is_the_surprise_of_the_likeliest_other_orientation_over_that_of_th
     let third = std::f64::consts::TAU / 3.0;
     let elsewhere = scan(rest + 0.5 * third, rest + 2.5 * third);
     assert!((margin - (elsewhere - here)).abs() < 1e-3 * margin.abs(), "{margin} {elsewhere} {here}");
-    assert!(others.windows(2).all(|pair| surprise(pair[0]) <= surprise(pair[1])), "the likeliest first");
+    assert!(
+        others.windows(2).all(|pair| neg_log_predictive(pair[0]) <= neg_log_predictive(pair[1])),
+        "the likeliest first"
+    );
     assert!(others.iter().all(|other| !near(*other, near_rest)));
 }
 
@@ -160,15 +164,15 @@ fn a_shape_is_known_as_the_samples_leave_it() {
         let (s1, s2) = palms.contact_positions_m(&SupportFunction::from_coefficients(&COEFFICIENTS), 0.7);
         Sample::new(index as f64, palms, s1, s2)
     };
-    let problem = Problem::new(&Log { samples: (0..12).map(sample).collect() }, None);
+    let measurements = Measurements::new(&Log { samples: (0..12).map(sample).collect() }, None);
     let estimate = Estimate { coefficients: COEFFICIENTS.to_vec(), psi: vec![0.7; 12], cost: 0.0 };
     let prior = Prior { size_m: SIZE_M, scale_m: 0.5 * SIZE_M };
     let mut fit = Fit { estimate, order: 2, noise: NOISE, prior, log_evidence: 0.0 };
-    let known = Known::from(&problem, &fit).expect("a shape");
+    let known = PredictiveShape::from(&measurements, &fit).expect("a shape");
     assert_eq!(known.coefficients, COEFFICIENTS);
-    let information = Smoother::new(&problem, 2, NOISE, prior).belief(&fit.estimate).expect("finite").information;
+    let information = Smoother::new(&measurements, 2, NOISE, prior).belief(&fit.estimate).expect("finite").information;
     let unit = &information * &known.covariance;
     assert!((unit - DMatrix::identity(5, 5)).amax() < 1e-6);
     fit.estimate.coefficients[0] = f64::NAN;
-    assert!(Known::from(&problem, &fit).is_none());
+    assert!(PredictiveShape::from(&measurements, &fit).is_none());
 }

@@ -1,11 +1,11 @@
 //! The smoother against dense normal equations that are put together from the public forward model by finite differences.
 
-use crate::estimate::measurements::Problem;
+use crate::estimate::measurements::Measurements;
 use crate::estimate::model::contact_lanes::turned_frames;
 use crate::estimate::model::layout::coefficients_to_order;
 use crate::estimate::model::noise::Noise;
 use crate::estimate::model::prior::Prior;
-use crate::estimate::solver::gauss_newton::{Effort, Smoother};
+use crate::estimate::solver::gauss_newton::{Smoother, StoppingCriteria};
 use crate::estimate::solver::normal_equations::SHARE;
 use crate::log::Log;
 use crate::math::lanes::{LANES, Lanes};
@@ -27,7 +27,7 @@ const NOISE: Noise = Noise { sensor_m: 1e-4, balance_m: 5e-5 };
 /// So wide that it hardly counts.
 const NO_PRIOR: Prior = Prior { size_m: SIZE_M, scale_m: 1e6 };
 
-const TO_THE_END: Effort = Effort { iterations: 200, tolerance: 1e-13 };
+const TO_THE_END: StoppingCriteria = StoppingCriteria { iterations: 200, tolerance: 1e-13 };
 
 fn shape() -> SupportFunction {
     SupportFunction::new(SIZE_M, vec![[2e-3, -1e-3], [1.8e-3, 6e-4], [-5e-4, 7e-4]])
@@ -103,12 +103,12 @@ fn joined(coefficients: &[f64], psi: &[f64]) -> DVector<f64> {
 #[test]
 fn the_truth_of_an_exact_log_is_a_minimum_of_cost_zero() {
     let run = run(40, 0.0);
-    let problem = Problem::new(&run.log, None);
-    let smoother = Smoother::new(&problem, ORDER, NOISE, NO_PRIOR);
+    let measurements = Measurements::new(&run.log, None);
+    let smoother = Smoother::new(&measurements, ORDER, NOISE, NO_PRIOR);
     let (a, psi) = (shape().coefficients(), true_psi(&run));
     let normal = smoother.linearise(&a, &psi);
     let mut settled = psi.clone();
-    let cost = smoother.settle(&a, &mut settled, 2);
+    let cost = smoother.project_orientations(&a, &mut settled, 2);
     // What is left is the prior of the mean radius (1/100) and of the first harmonic.
     let prior = 0.01 + (2e-3f64.powi(2) + 1e-3f64.powi(2)) / SIZE_M.powi(2);
     assert!((cost - prior).abs() < 1e-9, "{cost} {prior}");
@@ -125,8 +125,8 @@ fn the_truth_of_an_exact_log_is_a_minimum_of_cost_zero() {
 #[test]
 fn a_disturbed_start_comes_back_to_the_truth() {
     let run = run(60, 0.0);
-    let problem = Problem::new(&run.log, None);
-    let smoother = Smoother::new(&problem, ORDER, NOISE, NO_PRIOR);
+    let measurements = Measurements::new(&run.log, None);
+    let smoother = Smoother::new(&measurements, ORDER, NOISE, NO_PRIOR);
     let disturbed: Vec<f64> =
         shape().coefficients().iter().enumerate().map(|(i, a)| a + 4e-4 * (1.7 * i as f64).sin()).collect();
     let psi: Vec<f64> = true_psi(&run).iter().enumerate().map(|(i, psi)| psi + 0.05 * (i as f64).cos()).collect();
@@ -152,14 +152,14 @@ fn elimination_of_psi_is_the_schur_complement_of_the_whole() {
     run.log.samples[3].s1_m = None;
     run.log.samples[5].s2_m = None;
     (run.log.samples[8].s1_m, run.log.samples[8].s2_m) = (None, None);
-    let problem = Problem::new(&run.log, None);
+    let measurements = Measurements::new(&run.log, None);
     // Somewhere, not at a minimum; once convex and once with nodes that are not.
     let psi: Vec<f64> = true_psi(&run).iter().enumerate().map(|(i, psi)| psi + 0.02 * (i as f64).cos()).collect();
     for (third, convex) in [(7e-4, true), (6e-3, false)] {
         let mut a = shape().coefficients();
         a[2 * ORDER] = third;
         let prior = Prior { size_m: SIZE_M, scale_m: 0.01 };
-        let normal = Smoother::new(&problem, ORDER, NOISE, prior).linearise(&a, &psi);
+        let normal = Smoother::new(&measurements, ORDER, NOISE, prior).linearise(&a, &psi);
 
         let x = joined(&a, &psi);
         let residuals = dense_residuals(&run.log, prior, &x);
@@ -224,10 +224,10 @@ fn dense_optimum(log: &Log, prior: Prior, mut x: DVector<f64>) -> (DVector<f64>,
 #[test]
 fn the_optimum_is_that_of_a_dense_solver() {
     let run = run(40, 1e-4);
-    let problem = Problem::new(&run.log, None);
+    let measurements = Measurements::new(&run.log, None);
     let prior = Prior { size_m: SIZE_M, scale_m: 0.01 };
     let start = vec![SIZE_M, 1e-3, 1e-3, 0.0, 0.0, 0.0, 0.0];
-    let found = Smoother::new(&problem, ORDER, NOISE, prior).run(start.clone(), true_psi(&run), TO_THE_END);
+    let found = Smoother::new(&measurements, ORDER, NOISE, prior).run(start.clone(), true_psi(&run), TO_THE_END);
     let (x, cost) = dense_optimum(&run.log, prior, joined(&start, &true_psi(&run)));
     assert!((found.cost / cost - 1.0).abs() < 1e-7, "{} {cost}", found.cost);
     // Gaussian noise in 2 · 40 readings: the cost is of their number.
@@ -248,11 +248,11 @@ fn the_optimum_is_that_of_a_dense_solver() {
 #[test]
 fn a_kept_matrix_leads_to_the_same_optimum() {
     let run = run(200, 1e-4);
-    let problem = Problem::new(&run.log, None);
+    let measurements = Measurements::new(&run.log, None);
     let prior = Prior { size_m: SIZE_M, scale_m: 0.01 };
-    let smoother = Smoother::new(&problem, ORDER, NOISE, prior);
+    let smoother = Smoother::new(&measurements, ORDER, NOISE, prior);
     let start: Vec<f64> = shape().coefficients().iter().map(|a| 1.02 * a).collect();
-    let near = smoother.run_near(start, true_psi(&run), Effort { iterations: 50, tolerance: 1e-9 });
+    let near = smoother.run_chord(start, true_psi(&run), StoppingCriteria { iterations: 50, tolerance: 1e-9 });
     let best = smoother.run(shape().coefficients(), true_psi(&run), TO_THE_END);
     assert!((near.cost / best.cost - 1.0).abs() < 1e-8, "{} {}", near.cost, best.cost);
 }
@@ -260,18 +260,18 @@ fn a_kept_matrix_leads_to_the_same_optimum() {
 #[test]
 fn the_gradient_alone_is_that_of_the_normal_equations() {
     let run = run(30, 1e-4);
-    let problem = Problem::new(&run.log, None);
+    let measurements = Measurements::new(&run.log, None);
     let prior = Prior { size_m: SIZE_M, scale_m: 0.01 };
-    let smoother = Smoother::new(&problem, ORDER, NOISE, prior);
+    let smoother = Smoother::new(&measurements, ORDER, NOISE, prior);
     // Somewhere, not at a minimum; once convex and once with nodes that are not.
     for third in [7e-4, 6e-3] {
         let mut a = shape().coefficients();
         a[2 * ORDER] = third;
         let mut psi: Vec<f64> =
             true_psi(&run).iter().enumerate().map(|(i, psi)| psi + 0.02 * (i as f64).cos()).collect();
-        let settled = smoother.settle(&a, &mut psi, 1);
+        let settled = smoother.project_orientations(&a, &mut psi, 1);
         let crate::estimate::solver::chord::Slope { cost, gradient, .. } =
-            smoother.settle_with_gradient(&a, &mut psi, 0);
+            smoother.project_with_gradient(&a, &mut psi, 0);
         let normal = smoother.linearise(&a, &psi);
         assert!((cost / settled - 1.0).abs() < 1e-12);
         assert!(
@@ -286,14 +286,14 @@ fn the_gradient_alone_is_that_of_the_normal_equations() {
 fn shares_of_a_long_log_add_up_to_the_whole_whatever_the_threads() {
     let count = 2 * SHARE + 100;
     let run = run(count, 1e-4);
-    let problem = Problem::new(&run.log, None);
+    let measurements = Measurements::new(&run.log, None);
     let prior = Prior { size_m: SIZE_M, scale_m: 0.01 };
     let (a, psi) = (shape().coefficients(), true_psi(&run));
-    let smoother = Smoother::new(&problem, ORDER, NOISE, prior);
+    let smoother = Smoother::new(&measurements, ORDER, NOISE, prior);
     let work = || {
         let (normal, mut settled) = (smoother.linearise(&a, &psi), psi.clone());
-        let slope = smoother.settle_with_gradient(&a, &mut settled, 2);
-        let cost = smoother.settle(&a, &mut psi.clone(), 2);
+        let slope = smoother.project_with_gradient(&a, &mut settled, 2);
+        let cost = smoother.project_orientations(&a, &mut psi.clone(), 2);
         let turned = normal.turned(&psi, &slope.psi_offset, &slope.gradient);
         (normal.matrix, normal.gradient, normal.psi_offset, slope.gradient, slope.cost, cost, settled, turned)
     };
@@ -306,7 +306,7 @@ fn shares_of_a_long_log_add_up_to_the_whole_whatever_the_threads() {
     let mut matrix = DMatrix::zeros(UNKNOWNS, UNKNOWNS);
     let mut of_psi = Vec::new();
     for range in [0..1000, 1000..count] {
-        let part = Problem { instants: problem.instants[range.clone()].to_vec() };
+        let part = Measurements { instants: measurements.instants[range.clone()].to_vec() };
         let normal = Smoother::new(&part, ORDER, NOISE, NO_PRIOR).linearise(&a, &psi[range]);
         matrix += normal.matrix;
         of_psi.extend(normal.psi_offset);
@@ -319,7 +319,8 @@ fn shares_of_a_long_log_add_up_to_the_whole_whatever_the_threads() {
 fn a_belief_stands_for_the_samples_that_it_came_from() {
     // Half of the samples, summed up as a Gaussian of the shape, and the other half on top: the normal equations of all.
     let run = run(40, 1e-4);
-    let half = |range: std::ops::Range<usize>| Problem::new(&Log { samples: run.log.samples[range].to_vec() }, None);
+    let half =
+        |range: std::ops::Range<usize>| Measurements::new(&Log { samples: run.log.samples[range].to_vec() }, None);
     let (first, second, whole) = (half(0..20), half(20..40), half(0..40));
     let (a, psi) = (shape().coefficients(), true_psi(&run));
     let prior = Prior { size_m: SIZE_M, scale_m: 0.01 };

@@ -1,17 +1,17 @@
-use crate::estimate::model::contact::residuals;
-use crate::estimate::model::prior::Prior;
-use crate::estimate::model::noise::Noise;
-use nalgebra::DVector;
 use super::*;
+use crate::estimate::model::contact::residuals;
+use crate::estimate::model::noise::Noise;
+use crate::estimate::model::prior::Prior;
+use crate::plan::{PalmLimits, plan_turn};
 use crate::sensor::Touchpad;
 use crate::shape::SupportFunction;
-use crate::plan::{PalmLimits, plan_turn};
 use crate::simulate::{SimulateOptions, simulate};
+use nalgebra::DVector;
 
 const SIZE_M: f64 = 0.03;
 
 /// The optimum of a log of a nearly round object with a little noise, half of which is left out.
-fn optimum(samples: usize) -> (Problem, Fit) {
+fn optimum(samples: usize) -> (Measurements, Fit) {
     let shape = SupportFunction::new(SIZE_M, vec![[1e-3, -5e-4], [4e-4, 2e-4], [-2e-4, 1e-4]]);
     let plan = plan_turn(&shape, &PalmLimits::default(), 40.0).expect("a motion without a jump");
     let options = SimulateOptions {
@@ -23,19 +23,19 @@ fn optimum(samples: usize) -> (Problem, Fit) {
     let mut run = simulate(&shape, &motion, &options).expect("possible");
     run.log.samples.truncate(samples);
     let psi = run.truth.motion.iter().take(samples).map(|pose| pose.psi_rad).collect();
-    let problem = Problem::new(&run.log, None);
+    let measurements = Measurements::new(&run.log, None);
     let noise = Noise { sensor_m: 1e-4, balance_m: 2e-5 };
     let prior = Prior { size_m: SIZE_M, scale_m: 0.5 * SIZE_M };
     let estimate = Estimate { coefficients: shape.coefficients(), psi, cost: 0.0 };
-    (problem, Fit { estimate, order: 3, noise, prior, log_evidence: 0.0 })
+    (measurements, Fit { estimate, order: 3, noise, prior, log_evidence: 0.0 })
 }
 
 #[test]
 fn a_log_that_tells_all_has_no_valley_and_a_short_one_has() {
-    let (problem, fit) = optimum(800);
-    assert!(both_ways(&problem, &fit).is_none());
-    let (problem, fit) = optimum(120);
-    let [one, other] = both_ways(&problem, &fit).expect("a valley");
+    let (measurements, fit) = optimum(800);
+    assert!(along_weakest_direction(&measurements, &fit).is_none());
+    let (measurements, fit) = optimum(120);
+    let [one, other] = along_weakest_direction(&measurements, &fit).expect("a valley");
     let centre = |estimate: &Estimate| (estimate.coefficients[1], estimate.coefficients[4]);
     let ((x, y), (x1, y1), (x2, y2)) = (centre(&fit.estimate), centre(&one), centre(&other));
     // The first harmonic moves, to both sides by as much.
@@ -44,8 +44,8 @@ fn a_log_that_tells_all_has_no_valley_and_a_short_one_has() {
 }
 
 /// The eigenvector of the smallest eigenvalue by inverse iteration, and the standard deviation along it.
-fn least_known(problem: &Problem, fit: &Fit) -> (DVector<f64>, f64) {
-    let smoother = Smoother::new(problem, fit.order, fit.noise, fit.prior);
+fn least_known(measurements: &Measurements, fit: &Fit) -> (DVector<f64>, f64) {
+    let smoother = Smoother::new(measurements, fit.order, fit.noise, fit.prior);
     let information = smoother.belief(&fit.estimate).expect("finite").information;
     let factor = information.clone().cholesky().expect("positive definite");
     let mut direction = DVector::from_fn(information.nrows(), |index, _| 1.0 + index as f64);
@@ -63,9 +63,9 @@ fn steps_of(fit: &Fit, ways: &[Estimate; 2]) -> [DVector<f64>; 2] {
 
 #[test]
 fn both_starts_lie_far_along_the_direction_of_the_shape_that_is_known_least() {
-    let (problem, fit) = optimum(120);
-    let ways = both_ways(&problem, &fit).expect("a valley");
-    let (direction, sd_m) = least_known(&problem, &fit);
+    let (measurements, fit) = optimum(120);
+    let ways = along_weakest_direction(&measurements, &fit).expect("a valley");
+    let (direction, sd_m) = least_known(&measurements, &fit);
     let [down, up] = steps_of(&fit, &ways);
     let along = up.dot(&direction);
     assert!((along.abs() / (FAR * sd_m) - 1.0).abs() < 1e-6, "{along} {sd_m}");
@@ -76,11 +76,11 @@ fn both_starts_lie_far_along_the_direction_of_the_shape_that_is_known_least() {
 
 #[test]
 fn every_orientation_is_turned_along_with_the_shape() {
-    let (problem, fit) = optimum(120);
-    let ways = both_ways(&problem, &fit).expect("a valley");
+    let (measurements, fit) = optimum(120);
+    let ways = along_weakest_direction(&measurements, &fit).expect("a valley");
     let mut largest: f64 = 0.0;
     for (way, step) in ways.iter().zip(steps_of(&fit, &ways)) {
-        for (index, instant) in problem.instants.iter().enumerate() {
+        for (index, instant) in measurements.instants.iter().enumerate() {
             let psi = fit.estimate.psi[index];
             let of = |coefficients: &[f64]| residuals(instant, coefficients, psi);
             let (here, there) = (of(&fit.estimate.coefficients), of(&way.coefficients));
@@ -100,14 +100,14 @@ fn every_orientation_is_turned_along_with_the_shape() {
 
 #[test]
 fn a_valley_counts_from_its_length_on() {
-    let (problem, fit) = optimum(120);
-    let (_, sd_m) = least_known(&problem, &fit);
+    let (measurements, fit) = optimum(120);
+    let (_, sd_m) = least_known(&measurements, &fit);
     for (excess, counts) in [(1.01, true), (0.99, false)] {
         // With all standard deviations scaled, that of the shape is as well.
         let factor = excess * SHORT * fit.estimate.coefficients[0] / sd_m;
         let mut scaled = fit.clone();
         scaled.noise = Noise { sensor_m: factor * fit.noise.sensor_m, balance_m: factor * fit.noise.balance_m };
         scaled.prior = Prior { size_m: factor * fit.prior.size_m, scale_m: factor * fit.prior.scale_m };
-        assert_eq!(both_ways(&problem, &scaled).is_some(), counts, "{excess}");
+        assert_eq!(along_weakest_direction(&measurements, &scaled).is_some(), counts, "{excess}");
     }
 }

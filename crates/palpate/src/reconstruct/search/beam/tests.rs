@@ -1,9 +1,9 @@
-use crate::estimate::motion::ELSEWHERE;
-use crate::reconstruct::search::windows::windows;
-use crate::estimate::motion::moved;
-use crate::estimate::motion::common_turn;
 use super::*;
+use crate::estimate::motion::ELSEWHERE;
+use crate::estimate::motion::common_rotation;
+use crate::estimate::motion::moved;
 use crate::palms::PalmMotion;
+use crate::reconstruct::search::windows::windows;
 use crate::shape::SupportFunction;
 use crate::simulate::{SimulateOptions, simulate};
 
@@ -17,16 +17,16 @@ fn shape() -> SupportFunction {
 }
 
 /// A motion without a jump and without noise, its true orientations, and four windows of it, each joined to the one before.
-fn setting() -> (Problem, Vec<f64>, Vec<Window>) {
+fn setting() -> (Measurements, Vec<f64>, Vec<Window>) {
     let points = [(0.0, 0.5, 1.9), (3.0, 0.9, 1.2), (6.0, 0.4, 1.5), (9.0, 1.2, 1.4), (12.0, 0.8, 1.9)];
     let motion = PalmMotion::through(&points).and_then(|motion| motion.sample(95.0 / 12.0)).expect("a possible motion");
     let options = SimulateOptions { start_psi_rad: 1.0, ..SimulateOptions::default() };
     let run = simulate(&shape(), &motion, &options).expect("possible");
     assert!(run.jumps.is_empty());
-    let problem = Problem::new(&run.log, None);
-    let windows = windows(&problem, std::slice::from_ref(&(0..96)), 96);
+    let measurements = Measurements::new(&run.log, None);
+    let windows = windows(&measurements, std::slice::from_ref(&(0..96)), 96);
     assert!(windows.len() == 4 && windows.iter().all(|window| window.thin.len() == 24));
-    (problem, run.truth.motion.iter().map(|pose| pose.psi_rad).collect(), windows)
+    (measurements, run.truth.motion.iter().map(|pose| pose.psi_rad).collect(), windows)
 }
 
 fn estimate(psi: &[f64]) -> Estimate {
@@ -34,16 +34,21 @@ fn estimate(psi: &[f64]) -> Estimate {
 }
 
 /// A growth with these windows placed at their true poses, which is content with what noise would leave.
-fn growth<'a>(problem: &'a Problem, windows: &[Window], psi: &[f64], placed: Range<usize>) -> Growth<'a> {
+fn beam_search<'a>(
+    measurements: &'a Measurements,
+    windows: &[Window],
+    psi: &[f64],
+    placed: Range<usize>,
+) -> BeamSearch<'a> {
     let seeds = [estimate(&psi[24 * placed.start..24 * placed.end])];
-    let mut growth = Growth::new(problem, windows, (placed, &seeds, ORDER), TOLERANCE, PRIOR);
-    growth.most_strain = 1.0;
-    growth
+    let mut beam_search = BeamSearch::new(measurements, windows, (placed, &seeds, ORDER), TOLERANCE, PRIOR);
+    beam_search.largest_misfit = 1.0;
+    beam_search
 }
 
 /// A growth without any hypothesis.
-fn empty<'a>(problem: &'a Problem, windows: &[Window]) -> Growth<'a> {
-    Growth::new(problem, windows, (0..0, &[], ORDER), TOLERANCE, PRIOR)
+fn empty<'a>(measurements: &'a Measurements, windows: &[Window]) -> BeamSearch<'a> {
+    BeamSearch::new(measurements, windows, (0..0, &[], ORDER), TOLERANCE, PRIOR)
 }
 
 /// The estimate in a frame that is turned, which is the same object in the same motion.
@@ -59,15 +64,15 @@ fn contradict(window: &mut Window, off_m: f64) {
     }
 }
 
-fn score_alone(growth: &Growth, placed: &Problem, proposal: &Estimate) -> Option<(f64, Vec<f64>)> {
-    let ranked = growth.ranked(placed, vec![proposal.clone()]);
+fn score_alone(beam_search: &BeamSearch, placed: &Measurements, proposal: &Estimate) -> Option<(f64, Vec<f64>)> {
+    let ranked = beam_search.ranked(placed, vec![proposal.clone()]);
     ranked.first().map(|hypothesis| (hypothesis.score, hypothesis.estimate.psi.clone()))
 }
 
 #[test]
 fn of_two_hypotheses_that_are_one_but_for_a_rotation_only_one_is_kept() {
-    let (problem, psi, windows) = setting();
-    let growth = empty(&problem, &windows);
+    let (measurements, psi, windows) = setting();
+    let beam_search = empty(&measurements, &windows);
     let truth = estimate(&psi[..24]);
     for angle in [0.5, 3.0, 7.0] {
         let there = turned(&truth, angle);
@@ -81,23 +86,25 @@ fn of_two_hypotheses_that_are_one_but_for_a_rotation_only_one_is_kept() {
             let [one, other] = [here, there].map(|(psi, coefficients)| residuals(instant, coefficients, *psi).value);
             assert!(one.iter().zip(other).all(|(a, b)| (a - b).abs() < 1e-12), "the same object in the same motion");
         }
-        assert_eq!(growth.ranked(&windows[0].thin, vec![truth.clone(), there]).len(), 1, "{angle}");
+        assert_eq!(beam_search.ranked(&windows[0].thin, vec![truth.clone(), there]).len(), 1, "{angle}");
     }
 }
 
 #[test]
 fn hypotheses_hopelessly_behind_the_best_are_given_up() {
-    let (problem, psi, windows) = setting();
-    let together = Problem { instants: problem.instants[..48].to_vec() };
+    let (measurements, psi, windows) = setting();
+    let together = Measurements { instants: measurements.instants[..48].to_vec() };
     let truth = estimate(&psi[..48]);
     let mut wrong = truth.clone();
     wrong.psi[24..].iter_mut().for_each(|psi| *psi += 1.5);
     // The noisier the log, the less a wrong arrangement is behind.
-    let with_scatter =
-        |scatter_m: f64| Growth { tolerance: Tolerance { scatter_m, ..TOLERANCE }, ..empty(&problem, &windows) };
+    let with_scatter = |scatter_m: f64| BeamSearch {
+        tolerance: Tolerance { scatter_m, ..TOLERANCE },
+        ..empty(&measurements, &windows)
+    };
     let behind = |scatter_m: f64| {
-        let growth = with_scatter(scatter_m);
-        let [best, other] = [&truth, &wrong].map(|e| score_alone(&growth, &together, e).expect("a score").0);
+        let beam_search = with_scatter(scatter_m);
+        let [best, other] = [&truth, &wrong].map(|e| score_alone(&beam_search, &together, e).expect("a score").0);
         other - best
     };
     for (worth, kept) in [(0.98 * HOPELESS, 2), (1.02 * HOPELESS, 1)] {
@@ -116,15 +123,15 @@ fn hypotheses_hopelessly_behind_the_best_are_given_up() {
 
 #[test]
 fn of_many_distinct_hypotheses_the_best_are_kept() {
-    let (problem, _, windows) = setting();
+    let (measurements, _, windows) = setting();
     let tolerance = Tolerance { scatter_m: 1e-3, ..TOLERANCE };
-    let growth = Growth { tolerance, ..empty(&problem, &windows) };
+    let beam_search = BeamSearch { tolerance, ..empty(&measurements, &windows) };
     // Three noisy instants are explained by many motions.
-    let few = Problem { instants: [0, 40, 80].map(|index| problem.instants[index]).to_vec() };
+    let few = Measurements { instants: [0, 40, 80].map(|index| measurements.instants[index]).to_vec() };
     let angle = |eighths: usize| 1.0 + TAU * eighths as f64 / 8.0;
     let proposals: Vec<Estimate> = (0..64).map(|trial| estimate(&[1.0, angle(trial % 8), angle(trial / 8)])).collect();
     let mut alone: Vec<(f64, Vec<f64>)> =
-        proposals.iter().filter_map(|proposal| score_alone(&growth, &few, proposal)).collect();
+        proposals.iter().filter_map(|proposal| score_alone(&beam_search, &few, proposal)).collect();
     alone.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut distinct: Vec<(f64, Vec<f64>)> = Vec::new();
     for (score, psi) in alone {
@@ -133,126 +140,126 @@ fn of_many_distinct_hypotheses_the_best_are_kept() {
         }
     }
     assert!(distinct.len() > BEAM && distinct[BEAM].0 < distinct[0].0 + HOPELESS, "{distinct:?}");
-    let ranked = growth.ranked(&few, proposals);
+    let ranked = beam_search.ranked(&few, proposals);
     let kept: Vec<(f64, Vec<f64>)> = ranked.into_iter().map(|kept| (kept.score, kept.estimate.psi)).collect();
     assert_eq!(kept, distinct[..BEAM]);
 }
 
 #[test]
 fn the_window_after_a_placed_one_is_next_before_all_others() {
-    let (problem, _, mut windows) = setting();
-    windows[0].telling_m = 10.0;
+    let (measurements, _, mut windows) = setting();
+    windows[0].path_length_m = 10.0;
     windows[3].joined = false;
-    let mut growth = empty(&problem, &windows);
-    growth.admit(1);
-    assert_eq!(growth.next(), Some((2, Some(1))));
-    growth.admit(2);
+    let mut beam_search = empty(&measurements, &windows);
+    beam_search.admit(1);
+    assert_eq!(beam_search.next(), Some((2, Some(1))));
+    beam_search.admit(2);
     assert_eq!(
-        growth.next(),
+        beam_search.next(),
         Some((0, Some(1))),
         "then the one before a placed one, though the last one is not joined"
     );
-    growth.admit(0);
-    assert_eq!(growth.next(), Some((3, None)));
-    growth.admit(3);
-    assert_eq!(growth.next(), None);
+    beam_search.admit(0);
+    assert_eq!(beam_search.next(), Some((3, None)));
+    beam_search.admit(3);
+    assert_eq!(beam_search.next(), None);
 }
 
 #[test]
 fn of_windows_joined_to_no_placed_one_the_most_telling_is_next() {
-    let (problem, _, mut windows) = setting();
-    for (window, telling_m) in windows.iter_mut().zip([0.1, 0.4, 0.2, 0.3]) {
-        (window.joined, window.telling_m) = (false, telling_m);
+    let (measurements, _, mut windows) = setting();
+    for (window, path_length_m) in windows.iter_mut().zip([0.1, 0.4, 0.2, 0.3]) {
+        (window.joined, window.path_length_m) = (false, path_length_m);
     }
-    let mut growth = empty(&problem, &windows);
-    assert_eq!(growth.next(), Some((1, None)));
-    growth.put_off[1] = true;
-    assert_eq!(growth.next(), Some((3, None)), "what was put off waits");
-    growth.admit(3);
-    assert_eq!(growth.next(), Some((2, None)), "a leap parts it from the placed one");
-    growth.windows[1].joined = true;
-    growth.admit(0);
-    assert_eq!(growth.next(), Some((2, None)), "joined, but put off");
+    let mut beam_search = empty(&measurements, &windows);
+    assert_eq!(beam_search.next(), Some((1, None)));
+    beam_search.put_off[1] = true;
+    assert_eq!(beam_search.next(), Some((3, None)), "what was put off waits");
+    beam_search.admit(3);
+    assert_eq!(beam_search.next(), Some((2, None)), "a leap parts it from the placed one");
+    beam_search.windows[1].joined = true;
+    beam_search.admit(0);
+    assert_eq!(beam_search.next(), Some((2, None)), "joined, but put off");
 }
 
 #[test]
 fn windows_that_were_put_off_are_cut_in_two_and_the_others_stay() {
-    let (problem, _, windows) = setting();
-    let mut growth = empty(&problem, &windows);
-    assert!(!growth.split(), "nothing was put off");
-    growth.admit(2);
-    (growth.put_off[1], growth.put_off[3]) = (true, true);
-    assert!(growth.split());
-    let ranges: Vec<Range<usize>> = growth.windows.iter().map(|window| window.range.clone()).collect();
+    let (measurements, _, windows) = setting();
+    let mut beam_search = empty(&measurements, &windows);
+    assert!(!beam_search.split(), "nothing was put off");
+    beam_search.admit(2);
+    (beam_search.put_off[1], beam_search.put_off[3]) = (true, true);
+    assert!(beam_search.split());
+    let ranges: Vec<Range<usize>> = beam_search.windows.iter().map(|window| window.range.clone()).collect();
     assert_eq!(ranges, [0..24, 24..36, 36..48, 48..72, 72..84, 84..96]);
-    assert_eq!(growth.offset, [None, None, None, Some(0), None, None]);
-    assert_eq!(growth.put_off, [false; 6], "both halves are tried again");
-    assert!(growth.windows[2].joined);
+    assert_eq!(beam_search.offset, [None, None, None, Some(0), None, None]);
+    assert_eq!(beam_search.put_off, [false; 6], "both halves are tried again");
+    assert!(beam_search.windows[2].joined);
 }
 
 #[test]
 fn windows_too_short_to_cut_are_dropped() {
-    let (problem, _, windows) = setting();
-    let mut growth = empty(&problem, &windows);
+    let (measurements, _, windows) = setting();
+    let mut beam_search = empty(&measurements, &windows);
     for left in [true, true, false] {
-        growth.put_off.fill(true);
-        assert_eq!(growth.split(), left, "24, 12 and 6 samples");
+        beam_search.put_off.fill(true);
+        assert_eq!(beam_search.split(), left, "24, 12 and 6 samples");
     }
-    assert!(growth.windows.is_empty() && growth.offset.is_empty());
+    assert!(beam_search.windows.is_empty() && beam_search.offset.is_empty());
 }
 
 #[test]
 fn windows_are_cut_so_many_times_and_no_more() {
-    let (problem, _, _) = setting();
+    let (measurements, _, _) = setting();
     // One window over all samples, of which nothing explains any part: there is no hypothesis.
-    let whole = windows(&problem, std::slice::from_ref(&(0..96)), 24);
+    let whole = windows(&measurements, std::slice::from_ref(&(0..96)), 24);
     assert_eq!(whole.len(), 1);
-    let mut growth = empty(&problem, &whole);
+    let mut beam_search = empty(&measurements, &whole);
     let mut looked_at = 0;
-    while growth.advance(&mut Budget::default()) {
+    while beam_search.advance(&mut Budget::default()) {
         looked_at += 1;
     }
-    assert_eq!(growth.windows.len(), 1 << SPLITS);
+    assert_eq!(beam_search.windows.len(), 1 << SPLITS);
     assert_eq!(looked_at, (1 << (SPLITS + 1)) - 1);
-    assert_eq!(growth.put_off, [true; 1 << SPLITS]);
+    assert_eq!(beam_search.put_off, [true; 1 << SPLITS]);
 }
 
 #[test]
 fn a_window_joined_to_a_placed_one_is_followed_without_a_search() {
-    let (problem, psi, windows) = setting();
+    let (measurements, psi, windows) = setting();
     for (seed, window, neighbour) in [(0..3, 3, 2), (1..4, 0, 1)] {
-        let mut growth = growth(&problem, &windows, &psi, seed.clone());
+        let mut beam_search = beam_search(&measurements, &windows, &psi, seed.clone());
         let mut budget = Budget::default();
-        growth.place(window, Some(neighbour), &mut budget);
+        beam_search.place(window, Some(neighbour), &mut budget);
         assert_eq!(budget.left, Budget::default().left);
-        assert_eq!((growth.offset[window], growth.thin.len()), (Some(72), 96));
-        let placed = &growth.beam[0].estimate.psi;
+        assert_eq!((beam_search.offset[window], beam_search.thin.len()), (Some(72), 96));
+        let placed = &beam_search.beam[0].estimate.psi;
         let truth = [&psi[24 * seed.start..24 * seed.end], &psi[24 * window..24 * (window + 1)]].concat();
-        let turn = common_turn(placed, &truth);
+        let turn = common_rotation(placed, &truth);
         assert!(placed.iter().zip(&truth).all(|(a, b)| (a - b - turn).abs() < 0.01), "{placed:?} {truth:?}");
     }
 }
 
 #[test]
 fn a_window_joined_to_nothing_is_searched_and_that_is_charged() {
-    let (problem, psi, windows) = setting();
-    let mut growth = growth(&problem, &windows, &psi, 0..3);
+    let (measurements, psi, windows) = setting();
+    let mut beam_search = beam_search(&measurements, &windows, &psi, 0..3);
     let mut budget = Budget::default();
-    growth.place(3, None, &mut budget);
+    beam_search.place(3, None, &mut budget);
     let mut one_search = Budget::default();
     one_search.charge(1, ORDER);
     assert_eq!(budget.left, one_search.left);
-    assert_eq!(growth.offset[3], Some(72));
-    assert!(same_motion(&growth.beam[0].estimate.psi, &psi));
+    assert_eq!(beam_search.offset[3], Some(72));
+    assert!(same_motion(&beam_search.beam[0].estimate.psi, &psi));
 }
 
 #[test]
 fn a_search_tells_a_few_distinct_placements_the_best_first() {
-    let (problem, psi, windows) = setting();
-    let growth = growth(&problem, &windows, &psi, 0..3);
-    let known = &growth.beam[0].estimate;
-    let belief = growth.belief(known).expect("a shape");
-    let placements = growth.search(&windows[3], known, &belief);
+    let (measurements, psi, windows) = setting();
+    let beam_search = beam_search(&measurements, &windows, &psi, 0..3);
+    let known = &beam_search.beam[0].estimate;
+    let belief = beam_search.belief(known).expect("a shape");
+    let placements = beam_search.search(&windows[3], known, &belief);
     assert!((1..=BRANCHES).contains(&placements.len()));
     assert!(placements.windows(2).all(|pair| pair[0].cost <= pair[1].cost));
     for (index, placement) in placements.iter().enumerate() {
@@ -261,109 +268,109 @@ fn a_search_tells_a_few_distinct_placements_the_best_first() {
         };
         assert!(placements[..index].iter().all(|other| apart(other) > 1e-3), "the same placement twice");
     }
-    let turn = common_turn(&known.psi, &psi[..72]);
+    let turn = common_rotation(&known.psi, &psi[..72]);
     assert!(placements[0].psi.iter().zip(&psi[72..]).all(|(a, b)| (0.5 * (a - b - turn)).sin().abs() < 0.02));
 }
 
 #[test]
 fn a_window_that_nothing_explains_is_put_off_and_changes_nothing_else() {
-    let (problem, psi, mut windows) = setting();
+    let (measurements, psi, mut windows) = setting();
     contradict(&mut windows[3], 5e-3);
-    let mut growth = growth(&problem, &windows, &psi, 0..3);
-    let before = growth.beam[0].estimate.clone();
+    let mut beam_search = beam_search(&measurements, &windows, &psi, 0..3);
+    let before = beam_search.beam[0].estimate.clone();
     let mut budget = Budget::default();
-    growth.place(3, Some(2), &mut budget);
-    assert!(growth.put_off[3] && growth.offset[3].is_none());
-    assert_eq!((growth.thin.len(), &growth.beam[0].estimate.psi), (72, &before.psi));
-    assert_eq!(growth.beam[0].estimate.coefficients, before.coefficients);
+    beam_search.place(3, Some(2), &mut budget);
+    assert!(beam_search.put_off[3] && beam_search.offset[3].is_none());
+    assert_eq!((beam_search.thin.len(), &beam_search.beam[0].estimate.psi), (72, &before.psi));
+    assert_eq!(beam_search.beam[0].estimate.coefficients, before.coefficients);
     assert!(budget.left < Budget::default().left, "it was followed and then searched");
 }
 
 #[test]
 fn a_window_counts_as_explained_up_to_its_share_of_the_strain_allowed() {
-    let (problem, psi, mut windows) = setting();
+    let (measurements, psi, mut windows) = setting();
     contradict(&mut windows[3], 5e-5);
-    let placed_at = |most_strain: f64| {
-        let mut growth = growth(&problem, &windows, &psi, 0..3);
-        growth.most_strain = most_strain;
-        growth.place(3, Some(2), &mut Budget::default());
-        growth
+    let placed_at = |largest_misfit: f64| {
+        let mut beam_search = beam_search(&measurements, &windows, &psi, 0..3);
+        beam_search.largest_misfit = largest_misfit;
+        beam_search.place(3, Some(2), &mut Budget::default());
+        beam_search
     };
     let placed = placed_at(1e9);
     let best = &placed.beam[0].estimate;
     let there = Estimate { psi: best.psi[72..].to_vec(), ..best.clone() };
     let each = misfit(&windows[3].thin, &there, TOLERANCE.sharp()) / 24.0;
-    let strain = each / (WINDOW * TOLERANCE.plain(24, 24));
+    let normalized_misfit = each / (WINDOW * TOLERANCE.noise_misfit(24, 24));
     assert!(each > 0.0 && each < 2.0 * EXPLAINED, "{each}");
-    assert!(placed_at(1.01 * strain).offset[3].is_some());
-    assert!(placed_at(0.99 * strain).put_off[3]);
+    assert!(placed_at(1.01 * normalized_misfit).offset[3].is_some());
+    assert!(placed_at(0.99 * normalized_misfit).put_off[3]);
 }
 
 #[test]
 fn no_strain_allowed_makes_a_window_explained_that_is_missed_by_twice_the_limit() {
-    let (problem, psi, mut windows) = setting();
+    let (measurements, psi, mut windows) = setting();
     contradict(&mut windows[3], 1e-3);
-    let mut growth = growth(&problem, &windows, &psi, 0..3);
-    growth.most_strain = f64::INFINITY;
-    growth.place(3, Some(2), &mut Budget::default());
-    assert!(growth.put_off[3]);
+    let mut beam_search = beam_search(&measurements, &windows, &psi, 0..3);
+    beam_search.largest_misfit = f64::INFINITY;
+    beam_search.place(3, Some(2), &mut Budget::default());
+    assert!(beam_search.put_off[3]);
 }
 
 #[test]
 fn the_strain_is_the_misfit_per_instant_as_a_share_of_what_noise_may_make() {
-    let (problem, psi, windows) = setting();
-    assert!(empty(&problem, &windows).strain().is_infinite());
-    let mut growth = growth(&problem, &windows, &psi, 1..3);
-    assert!(growth.strain() < 0.1, "{}", growth.strain());
-    growth.beam[0].estimate.psi[7] += 0.1;
-    let misfit = misfit(&growth.thin, &growth.beam[0].estimate, TOLERANCE.sharp());
-    let expected = misfit / 48.0 / TOLERANCE.plain(48, 48);
-    assert!((growth.strain() / expected - 1.0).abs() < 1e-12 && expected > 0.1, "{expected}");
+    let (measurements, psi, windows) = setting();
+    assert!(empty(&measurements, &windows).normalized_misfit().is_infinite());
+    let mut beam_search = beam_search(&measurements, &windows, &psi, 1..3);
+    assert!(beam_search.normalized_misfit() < 0.1, "{}", beam_search.normalized_misfit());
+    beam_search.beam[0].estimate.psi[7] += 0.1;
+    let misfit = misfit(&beam_search.thin, &beam_search.beam[0].estimate, TOLERANCE.sharp());
+    let expected = misfit / 48.0 / TOLERANCE.noise_misfit(48, 48);
+    assert!((beam_search.normalized_misfit() / expected - 1.0).abs() < 1e-12 && expected > 0.1, "{expected}");
 }
 
 #[test]
 fn a_growth_waits_under_more_strain_than_is_allowed() {
-    let (problem, psi, windows) = setting();
-    let mut growth = growth(&problem, &windows, &psi, 0..2);
-    growth.beam[0].estimate.psi[7] += 0.1;
-    let strain = growth.strain();
-    assert!(!growth.grow(&mut Budget::default(), 0.99 * strain));
-    assert_eq!(growth.thin.len(), 48);
-    assert!(growth.grow(&mut Budget::default(), 1.01 * strain.max(1.0)));
-    assert_eq!(growth.thin.len(), 96);
+    let (measurements, psi, windows) = setting();
+    let mut beam_search = beam_search(&measurements, &windows, &psi, 0..2);
+    beam_search.beam[0].estimate.psi[7] += 0.1;
+    let normalized_misfit = beam_search.normalized_misfit();
+    assert!(!beam_search.grow(&mut Budget::default(), 0.99 * normalized_misfit));
+    assert_eq!(beam_search.thin.len(), 48);
+    assert!(beam_search.grow(&mut Budget::default(), 1.01 * normalized_misfit.max(1.0)));
+    assert_eq!(beam_search.thin.len(), 96);
 }
 
 #[test]
 fn a_growth_ends_when_the_budget_is_spent() {
-    let (problem, psi, windows) = setting();
-    let mut growth = growth(&problem, &windows, &psi, 0..1);
-    assert!(growth.grow(&mut Budget { left: 0.0 }, 1.0));
-    assert_eq!(growth.thin.len(), 48, "one window more");
-    assert!(growth.grow(&mut Budget::default(), 1.0));
-    assert_eq!(growth.thin.len(), 96);
+    let (measurements, psi, windows) = setting();
+    let mut beam_search = beam_search(&measurements, &windows, &psi, 0..1);
+    assert!(beam_search.grow(&mut Budget { left: 0.0 }, 1.0));
+    assert_eq!(beam_search.thin.len(), 48, "one window more");
+    assert!(beam_search.grow(&mut Budget::default(), 1.0));
+    assert_eq!(beam_search.thin.len(), 96);
 }
 
 #[test]
 fn what_was_put_off_is_tried_again_only_when_more_strain_is_allowed() {
-    let (problem, _, windows) = setting();
-    let mut growth = empty(&problem, &windows);
-    growth.put_off.fill(true);
-    assert!(!growth.grow(&mut Budget::default(), 1.0), "nothing explains anything");
-    assert_eq!(growth.put_off, [false; 4]);
-    growth.put_off.fill(true);
-    assert!(!growth.grow(&mut Budget::default(), 1.0));
-    assert_eq!(growth.put_off, [true; 4]);
+    let (measurements, _, windows) = setting();
+    let mut beam_search = empty(&measurements, &windows);
+    beam_search.put_off.fill(true);
+    assert!(!beam_search.grow(&mut Budget::default(), 1.0), "nothing explains anything");
+    assert_eq!(beam_search.put_off, [false; 4]);
+    beam_search.put_off.fill(true);
+    assert!(!beam_search.grow(&mut Budget::default(), 1.0));
+    assert_eq!(beam_search.put_off, [true; 4]);
 }
 
 #[test]
 fn what_was_placed_is_told_in_order_of_time() {
-    let (problem, psi, windows) = setting();
-    let mut growth = empty(&problem, &windows);
-    growth.admit(3);
-    growth.admit(1);
+    let (measurements, psi, windows) = setting();
+    let mut beam_search = empty(&measurements, &windows);
+    beam_search.admit(3);
+    beam_search.admit(1);
     let placed = [&psi[72..], &psi[24..48]].concat();
-    growth.beam = vec![Hypothesis { estimate: estimate(&placed), score: 1.0 }];
-    let grown = growth.in_order_of_time();
+    beam_search.beam = vec![Hypothesis { estimate: estimate(&placed), score: 1.0 }];
+    let grown = beam_search.in_order_of_time();
     assert_eq!(grown.windows.iter().map(|window| window.range.clone()).collect::<Vec<_>>(), [24..48, 72..96]);
     let positions: Vec<usize> = grown.thin.instants.iter().map(|instant| instant.position as usize).collect();
     assert_eq!(positions, (24..48).chain(72..96).collect::<Vec<_>>());
@@ -390,14 +397,14 @@ fn a_plain_misfit_is_what_noise_makes_of_thinned_samples_within_limits() {
     // Noise as large as that at which arrangements are judged: two squares for each instant, several times over.
     let noisy = tolerance(1e-3);
     assert_eq!(noisy.sharp().sensor_m, noisy.scatter_m);
-    assert!((noisy.plain(10, 25) - PLAIN * 2.0 * 10.0 / 25.0).abs() < 1e-12);
+    assert!((noisy.noise_misfit(10, 25) - NOISE_MISFIT * 2.0 * 10.0 / 25.0).abs() < 1e-12);
     // Half of that noise: a quarter of the squares.
     let half = tolerance(0.5 * TOLERANCE.sharp().sensor_m);
-    assert!((half.plain(8, 9) - PLAIN * 0.5 * 8.0 / 9.0).abs() < 1e-12);
-    assert_eq!(noisy.plain(10, 10), EXPLAINED);
-    assert_eq!(tolerance(0.0).plain(10, 10), LEAST_PLAIN);
-    assert_eq!(noisy.plain(10, 0), EXPLAINED);
-    assert_eq!(noisy.plain(0, 0), LEAST_PLAIN);
+    assert!((half.noise_misfit(8, 9) - NOISE_MISFIT * 0.5 * 8.0 / 9.0).abs() < 1e-12);
+    assert_eq!(noisy.noise_misfit(10, 10), EXPLAINED);
+    assert_eq!(tolerance(0.0).noise_misfit(10, 10), LEAST_NOISE_MISFIT);
+    assert_eq!(noisy.noise_misfit(10, 0), EXPLAINED);
+    assert_eq!(noisy.noise_misfit(0, 0), LEAST_NOISE_MISFIT);
 }
 
 #[test]
@@ -411,24 +418,24 @@ fn the_noise_of_the_search_is_never_below_the_scatter() {
 
 #[test]
 fn the_misfit_is_the_sum_of_squares_of_contacts_and_balance_without_the_shapes_own_terms() {
-    let (mut problem, psi, _) = setting();
-    problem.instants.truncate(2);
+    let (mut measurements, psi, _) = setting();
+    measurements.instants.truncate(2);
     let noise = Noise { sensor_m: 1e-3, balance_m: 1e-4 };
     let truth = estimate(&psi[..2]);
-    assert!(misfit(&problem, &truth, noise) < 1e-12);
-    problem.instants[0].s1 += 2e-3;
-    problem.instants[1].s2 -= 3e-3;
-    assert!((misfit(&problem, &truth, noise) - 13.0).abs() < 1e-6);
+    assert!(misfit(&measurements, &truth, noise) < 1e-12);
+    measurements.instants[0].s1 += 2e-3;
+    measurements.instants[1].s2 -= 3e-3;
+    assert!((misfit(&measurements, &truth, noise) - 13.0).abs() < 1e-6);
     // At another orientation the readings still match, but not the balance.
     let mut other = truth;
     other.psi[1] += 0.7;
-    let at = problem.instants[1];
+    let at = measurements.instants[1];
     let (theta1, theta2) = at.contact_angles(other.psi[1]);
     let balance_m = shape().at(theta1).d * at.palms.sin12 + shape().at(theta2).d * at.palms.sin1;
     let value = residuals(&at, &other.coefficients, other.psi[1]).value;
     let contacts = (value[0] / 1e-3).powi(2) + (value[1] / 1e-3).powi(2);
     let expected = 4.0 + contacts + (balance_m / 1e-4).powi(2);
-    assert!((misfit(&problem, &other, noise) / expected - 1.0).abs() < 1e-9);
+    assert!((misfit(&measurements, &other, noise) / expected - 1.0).abs() < 1e-9);
     assert!(balance_m.abs() > 1e-4, "{balance_m}");
 }
 
@@ -437,11 +444,11 @@ fn the_common_turn_brings_one_motion_to_the_other_whatever_whole_turns_are_betwe
     let a: Vec<f64> = (0..20).map(|index| 0.3 * f64::from(index)).collect();
     for turn in [0.7, -3.0, 3.0] {
         let b: Vec<f64> = a.iter().zip(0..).map(|(a, index)| a - turn + TAU * f64::from(index % 3)).collect();
-        assert!((common_turn(&a, &b) - turn).abs() < 1e-12, "{turn}");
+        assert!((common_rotation(&a, &b) - turn).abs() < 1e-12, "{turn}");
         assert!(same_motion(&a, &b) && moved(&a, &b) == 0);
     }
     // Where the differences are spread, their mean.
-    assert!((common_turn(&[0.1, 0.2, 0.3], &[0.0; 3]) - 0.2).abs() < 1e-12);
+    assert!((common_rotation(&[0.1, 0.2, 0.3], &[0.0; 3]) - 0.2).abs() < 1e-12);
 }
 
 #[test]

@@ -1,12 +1,12 @@
-use crate::estimate::coverage::LONGEST_SLIDE;
 use super::*;
+use crate::estimate::coverage::LONGEST_SLIDE;
 use crate::log::Sample;
 
 /// So many samples that saw both contacts, the palms at rest.
-fn problem(count: usize) -> Problem {
+fn measurements(count: usize) -> Measurements {
     let palms = PalmPair::hinged(0.5, 1.9);
     let samples = (0..count).map(|index| Sample::new(index as f64, palms, 0.03, 0.04)).collect();
-    Problem::new(&Log { samples }, None)
+    Measurements::new(&Log { samples }, None)
 }
 
 fn set(instant: &mut Instant, weight1: f64, weight2: f64) {
@@ -15,10 +15,10 @@ fn set(instant: &mut Instant, weight1: f64, weight2: f64) {
 
 #[test]
 fn chi_squared_is_the_weighted_sum_of_squares_per_degree_of_freedom() {
-    let mut problem = problem(3);
-    set(&mut problem.instants[1], 0.5, 2.0);
+    let mut measurements = measurements(3);
+    set(&mut measurements.instants[1], 0.5, 2.0);
     let left = [(Some(2e-4), Some(-1e-4)), (Some(4e-4), Some(5e-5)), (Some(3e-4), Some(0.0))];
-    let (chi2, dof) = chi2(&problem, &left, 1e-4, 2);
+    let (chi2, dof) = chi2(&measurements, &left, 1e-4, 2);
     // Squares in units of 1e-4 m: 4 + 1, (0.5·4)² + (2·0.5)², 9 + 0; six readings less two unknowns.
     assert_eq!(dof, 4.0);
     assert!((chi2 - 19.0 / 4.0).abs() < 1e-12, "{chi2}");
@@ -27,7 +27,7 @@ fn chi_squared_is_the_weighted_sum_of_squares_per_degree_of_freedom() {
 #[test]
 fn a_contact_that_was_not_seen_is_no_degree_of_freedom() {
     let left = [(Some(2e-4), None), (None, Some(1e-4)), (None, None), (Some(1e-4), Some(1e-4))];
-    let (chi2, dof) = chi2(&problem(4), &left, 1e-4, 1);
+    let (chi2, dof) = chi2(&measurements(4), &left, 1e-4, 1);
     assert_eq!(dof, 3.0);
     assert!((chi2 - 7.0 / 3.0).abs() < 1e-12, "{chi2}");
 }
@@ -36,7 +36,7 @@ fn a_contact_that_was_not_seen_is_no_degree_of_freedom() {
 fn there_is_at_least_one_degree_of_freedom() {
     let left = [(Some(2e-4), Some(0.0))];
     for unknowns in [1, 2, 9] {
-        let (chi2, dof) = chi2(&problem(1), &left, 1e-4, unknowns);
+        let (chi2, dof) = chi2(&measurements(1), &left, 1e-4, unknowns);
         assert_eq!(dof, 1.0, "{unknowns} unknowns");
         assert!((chi2 - 4.0).abs() < 1e-12, "{chi2}");
     }
@@ -49,16 +49,16 @@ fn sliding(count: usize, step: f64) -> Vec<(f64, f64)> {
 
 #[test]
 fn a_track_goes_on_over_slides_up_to_the_longest_and_breaks_at_longer_ones() {
-    let problem = problem(8);
-    let unbroken = tracks(&problem, &sliding(8, 0.999 * LONGEST_SLIDE), &[]);
+    let measurements = measurements(8);
+    let unbroken = tracks(&measurements, &sliding(8, 0.999 * LONGEST_SLIDE), &[]);
     assert_eq!(unbroken.iter().map(Vec::len).collect::<Vec<_>>(), [8, 8]);
-    let broken = tracks(&problem, &sliding(8, 1.001 * LONGEST_SLIDE), &[]);
+    let broken = tracks(&measurements, &sliding(8, 1.001 * LONGEST_SLIDE), &[]);
     assert_eq!(broken.iter().map(Vec::len).collect::<Vec<_>>(), [1; 16]);
 }
 
 #[test]
 fn a_track_ends_where_a_piece_begins() {
-    let tracks = tracks(&problem(20), &sliding(20, 0.01), &[8]);
+    let tracks = tracks(&measurements(20), &sliding(20, 0.01), &[8]);
     let angles = sliding(20, 0.01);
     let (first, second): (Vec<f64>, Vec<f64>) = angles.into_iter().unzip();
     assert_eq!(tracks, [&first[..8], &first[8..], &second[..8], &second[8..]]);
@@ -68,16 +68,16 @@ fn a_track_ends_where_a_piece_begins() {
 fn brief_pieces_feel_nothing() {
     // Five samples between two leaps are too few, six are not.
     for (starts, felt) in [([8, 13], 15), ([8, 14], 20)] {
-        let tracks = tracks(&problem(20), &sliding(20, 0.01), &starts);
+        let tracks = tracks(&measurements(20), &sliding(20, 0.01), &starts);
         assert_eq!(tracks.iter().map(Vec::len).sum::<usize>(), 2 * felt, "{starts:?}");
     }
 }
 
 #[test]
 fn a_contact_that_was_not_seen_feels_nothing_and_the_other_one_goes_on() {
-    let mut problem = problem(10);
-    set(&mut problem.instants[4], 0.0, 1.0);
-    let tracks = tracks(&problem, &sliding(10, 0.01), &[]);
+    let mut measurements = measurements(10);
+    set(&mut measurements.instants[4], 0.0, 1.0);
+    let tracks = tracks(&measurements, &sliding(10, 0.01), &[]);
     assert_eq!(tracks.iter().map(Vec::len).collect::<Vec<_>>(), [9, 10]);
     assert!(!tracks[0].contains(&sliding(10, 0.01)[4].0));
 }
