@@ -49,6 +49,7 @@ fn found(shape: &SupportFunction, psi: &[f64], felt: impl Fn(f64) -> bool) -> Re
         outline: outline.collect(),
         motion: motion.collect(),
         verdict: crate::reconstruct::Verdict::default(),
+        findings: None,
         chi2_per_dof: 1.0,
         jumps: Vec::new(),
         coverage: 1.0,

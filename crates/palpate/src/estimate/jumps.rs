@@ -3,7 +3,7 @@
 
 use crate::estimate::motion::{SMALLEST_STEP, outlying_steps};
 use crate::mechanics::EnergyLandscape;
-use crate::mechanics::frictionless::Frictionless;
+use crate::mechanics::Forces;
 use crate::mechanics::passage::{barrier_m, carried, is_same_pose};
 use crate::palms::PalmPair;
 use crate::shape::SupportFunction;
@@ -34,7 +34,8 @@ pub(crate) struct DetectedJump {
 }
 
 impl DetectedJump {
-    fn turn(&self) -> f64 {
+    /// By how much the object turned, radians.
+    pub fn turn(&self) -> f64 {
         self.psi_after - self.psi_before
     }
 
@@ -104,7 +105,7 @@ fn passage(shape: &SupportFunction, palms: &[PalmPair], from: (usize, f64), to: 
     let ((from, before), (to, after)) = (from, to);
     let landscape = EnergyLandscape::new(shape, &palms[to]);
     let height = |psi: f64| landscape.height_m(psi);
-    let (end, jumped) = carried(&Frictionless, shape, &palms[from..=to], before);
+    let (end, jumped) = carried(&Forces::default(), shape, &palms[from..=to], before);
     let predicted = is_same_pose(end, after);
     let allowance_m = BARRIER_ALLOWANCE * shape.mean_radius_m();
     // Where the shape, not quite right, would still hold the old pose: the barrier in between must be next to nothing.

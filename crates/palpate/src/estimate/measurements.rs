@@ -6,6 +6,7 @@
 use crate::log::{Log, Sample};
 use crate::math::statistics::median;
 use crate::palms::{PalmAngles, contact_angles};
+use crate::sensor::Calibration;
 
 /// One sample, measured from the point where the lines of both palms meet.
 #[derive(Clone, Copy, Debug)]
@@ -26,9 +27,13 @@ pub(crate) struct Instant {
 }
 
 impl Instant {
-    fn new(index: usize, sample: &Sample, sd_scale_m: Option<f64>) -> Self {
-        let (angles, palms) = (sample.palms.angles(), &sample.palms);
-        let [shift1, shift2] = palms.base_shifts_m(&angles);
+    fn new(index: usize, sample: &Sample, sd_scale_m: Option<f64>, calibration: &Calibration) -> Self {
+        let palms = &calibration.palms(&sample.palms);
+        let angles = palms.angles();
+        let (base, surface) = (palms.base_shifts_m(&angles), calibration.surface_shift_m(palms));
+        let measured = |palm: usize, reading: Option<f64>| {
+            reading.map_or(0.0, |reading| calibration.position_m(palm, reading) + base[palm] - surface[palm])
+        };
         let weight = |s: Option<f64>, sd: Option<f64>| match (s, sd, sd_scale_m) {
             (None, _, _) => 0.0,
             (Some(_), Some(sd), Some(scale)) => scale / sd,
@@ -39,8 +44,8 @@ impl Instant {
             phi1: palms.phi1_rad,
             phi2: palms.phi2_rad,
             palms: angles,
-            s1: sample.s1_m.map_or(0.0, |s| s + shift1),
-            s2: sample.s2_m.map_or(0.0, |s| s + shift2),
+            s1: measured(0, sample.s1_m),
+            s2: measured(1, sample.s2_m),
             weight1: weight(sample.s1_m, sample.s1_sd_m),
             weight2: weight(sample.s2_m, sample.s2_sd_m),
             balance_weight: 1.0,
@@ -82,8 +87,17 @@ pub(crate) struct Measurements {
 impl Measurements {
     /// From a log; `sd_scale_m` is the common standard deviation that stated ones are relative to.
     pub fn new(log: &Log, sd_scale_m: Option<f64>) -> Self {
-        let instants =
-            log.samples.iter().enumerate().map(|(index, sample)| Instant::new(index, sample, sd_scale_m)).collect();
+        Self::calibrated(log, sd_scale_m, &Calibration::default())
+    }
+
+    /// The same of a rig with these constant errors, which are taken out of the readings.
+    pub fn calibrated(log: &Log, sd_scale_m: Option<f64>, calibration: &Calibration) -> Self {
+        let instants = log
+            .samples
+            .iter()
+            .enumerate()
+            .map(|(index, sample)| Instant::new(index, sample, sd_scale_m, calibration))
+            .collect();
         Self { instants }
     }
 

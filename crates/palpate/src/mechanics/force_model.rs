@@ -13,6 +13,7 @@ use crate::shape::SupportFunction;
 
 /// Palms, contacts and motion at one instant: all that a model of the forces may read of it.
 #[derive(Clone, Copy, Debug)]
+#[expect(dead_code, reason = "a model at rest reads no rates; the first that does takes this away")]
 pub(crate) struct MotionState<N = f64> {
     pub palms: PalmAngles<N>,
     pub contacts: Contacts<N>,
@@ -52,6 +53,7 @@ pub(crate) struct ForceResidual<N = f64> {
 
 /// A number that all instants share: a coefficient of friction, a radius of gyration.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[expect(dead_code, reason = "a model without friction and inertia has none; the first that has some takes this away")]
 pub(crate) struct SharedParameter {
     /// What it is called, with its unit.
     pub name: &'static str,

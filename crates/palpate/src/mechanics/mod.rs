@@ -10,3 +10,7 @@ pub(crate) mod passage;
 
 pub use frictionless::{EnergyLandscape, RestPose, STANDARD_GRAVITY_M_PER_S2, contact_forces_n, follow};
 pub use jump::Jump;
+
+/// The model of the forces that the estimator is built with. The solver takes any model as a type parameter; what looks at one sample
+/// at a time (residuals, transitions, jumps) takes this one.
+pub(crate) type Forces = frictionless::Frictionless;

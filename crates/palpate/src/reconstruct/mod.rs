@@ -35,6 +35,7 @@ pub use options::{FEWEST_SAMPLES, MOST_HARMONICS, Progress, ReconstructOptions};
 pub use paper::given_start::{Integrated, PaperEquations};
 pub use reconstruction::{Jump, OutlinePoint, Pose, Reconstruction};
 pub use smooth_from::{SmoothOptions, Smoothed, smooth_from};
+pub use verdict::certificate::Findings;
 pub use verdict::doubt::{Doubt, Verdict};
 pub use verdict::limits::CertificateLimits;
 

@@ -1,5 +1,6 @@
 //! The result of a reconstruction: plain data, shared by files, the report and Python.
 
+use crate::reconstruct::verdict::certificate::Findings;
 use crate::reconstruct::verdict::doubt::Verdict;
 use crate::shape::SupportFunction;
 
@@ -17,6 +18,8 @@ pub struct Reconstruction {
     pub motion: Vec<Pose>,
     /// What it is worth, with every doubt.
     pub verdict: Verdict,
+    /// What the verdict rests on; `None` where there is no certificate, or where a result was read from files.
+    pub findings: Option<Findings>,
     /// Weighted squared residuals per degree of freedom; near 1 for a fit that is consistent with the noise.
     pub chi2_per_dof: f64,
     /// The jumps to other poses, in order of time.

@@ -4,6 +4,7 @@ use crate::estimate::association::candidates::minima;
 use crate::estimate::association::transitions::near;
 use crate::estimate::measurements::{Instant, Measurements};
 use crate::estimate::model::contact::Linearised;
+use crate::estimate::model::layout::Layout;
 use crate::estimate::model::noise::Noise;
 use crate::estimate::solver::gauss_newton::Fit;
 use crate::estimate::solver::gauss_newton::Smoother;
@@ -26,7 +27,7 @@ impl PredictiveShape {
 
     /// −2 log of the probability of a sample at an orientation, the shape integrated out, but for a constant.
     pub fn neg_log_predictive(&self, instant: &Instant, psi: f64) -> f64 {
-        let mut linearised = Linearised::new(self.coefficients.len() / 2);
+        let mut linearised = Linearised::new(Layout::of_coefficients(&self.coefficients).order);
         let value = linearised.at(instant, &self.coefficients, psi).value;
         let weights = self.noise.weights(&Instant { balance_weight: 1.0, ..*instant });
         let mut rows = DMatrix::zeros(self.coefficients.len(), 3);

@@ -6,7 +6,7 @@ use crate::estimate::measurements::Instant;
 use crate::estimate::model::table::SupportTable;
 use crate::math::angle::wrapped;
 use crate::mechanics::EnergyLandscape;
-use crate::mechanics::frictionless::Frictionless;
+use crate::mechanics::Forces;
 use crate::mechanics::passage::{barrier_m, carried, is_same_pose};
 use crate::palms::PalmPair;
 use crate::shape::SupportFunction;
@@ -45,7 +45,7 @@ impl Transition<'_> {
         if let Some(rest) = EnergyLandscape::new(self.shape, &palms[1]).continued(psi) {
             return rest;
         }
-        carried(&Frictionless, self.shape, &palms, psi).0
+        carried(&Forces::default(), self.shape, &palms, psi).0
     }
 
     /// Whether both contacts were seen and neither leapt.

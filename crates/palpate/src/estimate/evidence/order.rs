@@ -3,6 +3,7 @@
 use crate::estimate::evidence::fit::{ROUNDS, fit};
 use crate::estimate::evidence::variance_components::VarianceComponents;
 use crate::estimate::measurements::Measurements;
+use crate::estimate::model::layout::Layout;
 use crate::estimate::model::noise::Noise;
 use crate::estimate::model::prior::Prior;
 use crate::estimate::solver::gauss_newton::Estimate;
@@ -23,7 +24,7 @@ pub(crate) fn choose_order(
     prior: Prior,
     variance_components: VarianceComponents,
 ) -> Option<Fit> {
-    let here = start.coefficients.len() / 2;
+    let here = Layout::of_coefficients(&start.coefficients).order;
     let middle = ORDERS.iter().position(|&order| order >= here).unwrap_or(ORDERS.len() - 1);
     let first = fit(measurements, ORDERS[middle], start, noise, prior, variance_components, ROUNDS)?;
     let mut best = first.clone();

@@ -2,6 +2,7 @@
 
 use crate::estimate::measurements::Measurements;
 use crate::estimate::model::contact::residuals;
+use crate::estimate::model::layout::Layout;
 use crate::estimate::model::noise::{Noise, STUDENT};
 use crate::estimate::model::prior::Prior;
 use crate::estimate::solver::gauss_newton::{Estimate, Smoother};
@@ -68,7 +69,7 @@ pub(crate) fn updated_noise(
 
 /// Expectation-maximisation step for the prior's c: the mean of k⁴(a² + b²), with what is uncertain of each added.
 pub(crate) fn updated_scale(coefficients: &[f64], variance: &[f64], prior: Prior) -> f64 {
-    let order = coefficients.len() / 2;
+    let order = Layout::of_coefficients(coefficients).order;
     let (mut sum, mut count) = (0.0, 0.0);
     for k in 2..=order {
         for index in [k, order + k] {

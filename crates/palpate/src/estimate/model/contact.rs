@@ -2,9 +2,9 @@
 //! predicted minus measured s1 and s2 (contact, eq. 3 of Moll & Erdmann 2001) and the balance g = d1 sin φ12 + d2 sin φ1.
 
 use crate::estimate::measurements::Instant;
+use crate::mechanics::Forces;
 use crate::mechanics::force_model::ForceModel;
 use crate::mechanics::force_model::{ForceResidual, MotionState};
-use crate::mechanics::frictionless::Frictionless;
 use crate::palms::{ContactRow, Contacts};
 use crate::shape::ContactSupport;
 
@@ -20,7 +20,7 @@ impl Residuals {
     pub fn is_unstable(&self, balance_m: f64) -> bool {
         let [_, _, value] = self.value;
         let residual = ForceResidual { value, by_psi: self.by_psi[2], by_psi_rates: [0.0; 2] };
-        Frictionless.is_unstable(&residual, 0.0, AT_REST * balance_m)
+        Forces::default().is_unstable(&residual, 0.0, AT_REST * balance_m)
     }
 }
 
@@ -93,14 +93,14 @@ pub(crate) fn combine(instant: &Instant, at: Contacts) -> Residuals {
     let (r_by_psi, d_by_psi) = at.by_psi();
     let ([s1, s2], [s1_by_psi, s2_by_psi]) =
         (instant.palms.positions(at.r, at.d), instant.palms.positions(r_by_psi, d_by_psi));
-    let forces = Frictionless.residual(&MotionState::at_rest(instant.palms, at));
+    let forces = Forces::default().residual(&MotionState::at_rest(instant.palms, at));
     Residuals { value: [s1 - instant.s1, s2 - instant.s2, forces.value], by_psi: [s1_by_psi, s2_by_psi, forces.by_psi] }
 }
 
 /// Derivatives of the three residuals by the angles of palm 1 and palm 2, each against the horizontal: `[palm][residual]`, ψ as it is.
 pub(crate) fn by_palms(instant: &Instant, at: &Contacts) -> [[f64; 3]; 2] {
     let [[s11, s21], [s12, s22]] = instant.palms.positions_by_palms(at);
-    let [g1, g2] = Frictionless.by_palms(&MotionState::at_rest(instant.palms, *at));
+    let [g1, g2] = Forces::default().by_palms(&MotionState::at_rest(instant.palms, *at));
     [[s11, s21, g1], [s12, s22, g2]]
 }
 
@@ -142,7 +142,7 @@ impl Linearised {
         let of_contacts = instant.palms.positions_row([share[0], share[1]]);
         // The row of the forces does not read the contacts while nothing moves.
         let contacts = Contacts { r: [0.0; 2], d: [0.0; 2], v: [0.0; 2] };
-        let of_forces = Frictionless.row(&MotionState::at_rest(instant.palms, contacts));
+        let of_forces = Forces::default().row(&MotionState::at_rest(instant.palms, contacts));
         let ContactRow { r: [r1, r2], d: [d1, d2], .. } = of_contacts.plus(share[2], &of_forces);
         let order = self.numbers.len();
         let (mean, harmonics) = row.split_at_mut(1);

@@ -7,6 +7,7 @@ use crate::math::lanes::Number;
 use crate::math::lanes::{LANES, Lanes, sin_cos};
 use crate::mechanics::force_model::{ForceModel, MotionState};
 use crate::palms::{ContactRow, Contacts, PalmAngles};
+use std::marker::PhantomData;
 
 /// Eight samples; where the log ends before, the rest weigh nothing.
 pub(crate) struct Block<F> {
@@ -89,11 +90,12 @@ impl<F: ForceModel> Block<F> {
 
     /// The derivative by the contacts of the mixture `share` of the three residuals.
     #[inline(always)]
-    pub fn mixture(&self, share: &[Lanes; 3]) -> Mixture {
+    pub fn mixture(&self, share: &[Lanes; 3]) -> Mixture<F> {
         let [one, two, three] = [0, 1, 2].map(|j| self.weights[j] * share[j]);
         let none = Contacts { r: [Lanes::ZERO; 2], d: [Lanes::ZERO; 2], v: [Lanes::ZERO; 2] };
         let of_forces = self.force_model.row(&MotionState::at_rest(self.palms, none));
-        Mixture(self.palms.positions_row([one, two]).plus(three, &of_forces))
+        let row = self.palms.positions_row([one, two]).plus(three, &of_forces);
+        Mixture { row, force_model: PhantomData }
     }
 
     /// Brings each ψ (as many as there are samples) to the minimum of its own sample by a few Newton steps; the residuals there.
@@ -170,16 +172,19 @@ fn in_two(row: [f64; 2 * LANES]) -> [Lanes; 2] {
 }
 
 /// Derivative of a mixture of residuals by the coefficients, as a row over the contacts.
-pub(crate) struct Mixture(ContactRow<Lanes>);
+pub(crate) struct Mixture<F> {
+    row: ContactRow<Lanes>,
+    force_model: PhantomData<F>,
+}
 
-impl Mixture {
+impl<F: ForceModel> Mixture<F> {
     /// One element of the derivative, for the coefficients (a0, a1 … aK, b1 … bK).
     #[inline(always)]
     pub fn element(&self, waves: &Waves, index: usize) -> Lanes {
-        let ContactRow { r: [r1, r2], d: [d1, d2], .. } = &self.0;
+        let ContactRow { r: [r1, r2], d: [d1, d2], v: [v1, v2] } = &self.row;
         let order = waves.0.len();
         if index == 0 {
-            return *r1 + *r2;
+            return if F::READS_CURVATURE { *r1 + *r2 + *v1 + *v2 } else { *r1 + *r2 };
         }
         let (number, even, odd) = if index <= order {
             let [cos, sin] = &waves.0[index - 1];
@@ -190,7 +195,14 @@ impl Mixture {
         };
         Lanes::from_fn(|lane| {
             let (one, two) = (lane, LANES + lane);
-            r1[lane] * even[one] + r2[lane] * even[two] + number * (d1[lane] * odd[one] + d2[lane] * odd[two])
+            let row =
+                r1[lane] * even[one] + r2[lane] * even[two] + number * (d1[lane] * odd[one] + d2[lane] * odd[two]);
+            if F::READS_CURVATURE {
+                // v is r with the k-th harmonic times 1 − k².
+                row + (1.0 - number * number) * (v1[lane] * even[one] + v2[lane] * even[two])
+            } else {
+                row
+            }
         })
     }
 }

@@ -2,9 +2,9 @@
 
 use crate::estimate::measurements::Measurements;
 use crate::estimate::model::contact::{AT_REST, contacts};
+use crate::mechanics::Forces;
 use crate::mechanics::force_model::ForceModel;
 use crate::mechanics::force_model::MotionState;
-use crate::mechanics::frictionless::Frictionless;
 
 /// Smooth errors that no shape explains (palms that are not quite slow, not quite straight) are forgiven up to this share
 /// of the mean radius.
@@ -32,7 +32,7 @@ pub(crate) fn unstable_samples(
     poses
         .filter(|(instant, psi)| {
             let state = MotionState::at_rest(instant.palms, contacts(instant, coefficients, **psi));
-            Frictionless.is_unstable(&Frictionless.residual(&state), slack_m, AT_REST * balance_m)
+            Forces::default().is_unstable(&Forces::default().residual(&state), slack_m, AT_REST * balance_m)
         })
         .count()
 }

@@ -18,6 +18,11 @@ impl Layout {
         Self { order, shared: 0 }
     }
 
+    /// Of the coefficients of a shape.
+    pub fn of_coefficients(coefficients: &[f64]) -> Self {
+        Self::of_shape(coefficients.len() / 2)
+    }
+
     /// How many unknowns there are.
     pub fn unknowns(self) -> usize {
         2 * self.order + 1 + self.shared
@@ -58,7 +63,7 @@ impl Layout {
 
 /// Turns a shape by `angle` in its frame: r(θ) becomes r(θ − angle).
 pub(crate) fn rotate(coefficients: &mut [f64], angle: f64) {
-    let layout = Layout::of_shape(coefficients.len() / 2);
+    let layout = Layout::of_coefficients(coefficients);
     for k in 1..=layout.order {
         let (sin, cos) = (angle * k as f64).sin_cos();
         let (cosine, sine) = (Layout::cosine(k), layout.sine(k));
@@ -69,11 +74,11 @@ pub(crate) fn rotate(coefficients: &mut [f64], angle: f64) {
 
 /// Changes the number of harmonics: cuts, or pads with zeros.
 pub(crate) fn coefficients_to_order(coefficients: &mut Vec<f64>, order: usize) {
-    let old = coefficients.len() / 2;
+    let old = Layout::of_coefficients(coefficients).order;
     if old == order {
         return;
     }
-    let mut changed = vec![0.0; 2 * order + 1];
+    let mut changed = vec![0.0; Layout::of_shape(order).unknowns()];
     changed[0] = coefficients[0];
     let kept = old.min(order);
     changed[1..=kept].copy_from_slice(&coefficients[1..=kept]);

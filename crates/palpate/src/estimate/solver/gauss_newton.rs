@@ -18,8 +18,8 @@ use crate::estimate::solver::outer_products::OuterProducts;
 use crate::estimate::solver::posterior::Posterior;
 use crate::math::lanes::Number;
 use crate::math::lanes::{LANES, Lanes};
+use crate::mechanics::Forces;
 use crate::mechanics::force_model::ForceModel;
-use crate::mechanics::frictionless::Frictionless;
 use nalgebra::{Cholesky, DVector, Dyn};
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
@@ -60,7 +60,7 @@ pub(crate) struct Taken {
 }
 
 /// Everything that defines the cost, for one number of harmonics.
-pub(crate) struct Smoother<'a, F = Frictionless> {
+pub(crate) struct Smoother<'a, F = Forces> {
     pub force_model: F,
     pub measurements: &'a Measurements,
     pub order: usize,
@@ -74,7 +74,7 @@ pub(crate) struct Smoother<'a, F = Frictionless> {
 
 impl<'a> Smoother<'a> {
     pub fn new(measurements: &'a Measurements, order: usize, noise: Noise, prior: Prior) -> Self {
-        Self::with_forces(Frictionless, measurements, order, noise, prior)
+        Self::with_forces(Forces::default(), measurements, order, noise, prior)
     }
 
     /// The same over further samples, with the belief that others left of the shape (of the same order).
@@ -90,7 +90,7 @@ impl<'a> Smoother<'a> {
 }
 
 impl<'a, F: ForceModel> Smoother<'a, F> {
-    /// With a model of the forces of one's own.
+    /// With a model of the forces of one's own, one that reads its own instant only.
     pub fn with_forces(
         force_model: F,
         measurements: &'a Measurements,
@@ -98,6 +98,7 @@ impl<'a, F: ForceModel> Smoother<'a, F> {
         noise: Noise,
         prior: Prior,
     ) -> Self {
+        const { assert!(F::NEIGHBOURS == 0, "orientations that depend on each other need a banded elimination") };
         Self {
             force_model,
             measurements,
@@ -148,7 +149,7 @@ impl<'a, F: ForceModel> Smoother<'a, F> {
 
     /// Where the unknowns stand.
     pub fn layout(&self) -> Layout {
-        Layout::of_shape(self.order)
+        Layout { order: self.order, shared: F::PARAMETERS.len() }
     }
 
     /// An estimate after a step of the shape, with every ψ turned along.

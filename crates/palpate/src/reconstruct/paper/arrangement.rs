@@ -2,6 +2,7 @@
 //! support function. Turning a piece turns its normal equations, so that many arrangements of pieces can be tried cheaply.
 
 use crate::estimate::measurements::Measurements;
+use crate::estimate::model::layout::Layout;
 use crate::estimate::model::prior::Prior;
 use crate::reconstruct::search::closed_form::Contact;
 use nalgebra::{DMatrix, DVector};
@@ -21,7 +22,7 @@ pub(crate) struct Segment {
 impl Segment {
     /// Nothing but the prior: harmonics that fall with the square of their number.
     pub fn prior(order: usize, prior: Prior) -> Self {
-        let size = 2 * order + 1;
+        let size = Layout::of_shape(order).unknowns();
         let mut normal = DMatrix::zeros(size, size);
         for k in 1..=order {
             let weight = ((k * k) as f64 / prior.scale_m).powi(2);
@@ -34,7 +35,7 @@ impl Segment {
 
     /// What the contacts of a piece say, each of its numbers with the standard deviation `sd_m`.
     pub fn new(measurements: &Measurements, contacts: &[Contact], order: usize, sd_m: f64) -> Self {
-        let size = 2 * order + 1;
+        let size = Layout::of_shape(order).unknowns();
         let stride = contacts.len().div_ceil(ROWS).max(1);
         let weight = stride as f64 / (sd_m * sd_m);
         let (mut normal, mut right, mut square) = (DMatrix::zeros(size, size), DVector::zeros(size), 0.0);

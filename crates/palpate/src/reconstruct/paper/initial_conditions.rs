@@ -14,6 +14,7 @@
 use crate::estimate::coverage::{NODES, touches};
 use crate::estimate::measurements::Measurements;
 use crate::estimate::model::contact::residuals;
+use crate::estimate::model::layout::Layout;
 use crate::estimate::model::noise_from_log::{contact_scatter_m, stated_noise_m};
 use crate::estimate::model::prior::Prior;
 use crate::estimate::motion::unwrap;
@@ -269,7 +270,7 @@ impl<'a> Job<'a> {
             .flatten()
             .map(|left| (left / self.expected_m).powi(2))
             .collect();
-        let dof = squares.len().saturating_sub(2 * self.order + 1).max(1) as f64;
+        let dof = squares.len().saturating_sub(Layout::of_shape(self.order).unknowns()).max(1) as f64;
         let balance: Vec<f64> = self
             .measurements
             .instants
@@ -285,6 +286,7 @@ impl<'a> Job<'a> {
             outline,
             motion,
             verdict: Verdict::new(vec![Doubt::UncertifiedMethod { method: self.method }]),
+            findings: None,
             chi2_per_dof: squares.iter().sum::<f64>() / dof,
             alternatives: 1,
             others: Vec::new(),

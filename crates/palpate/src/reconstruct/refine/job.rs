@@ -14,6 +14,7 @@ use crate::estimate::jumps::detect_jumps;
 use crate::estimate::measurements::Measurements;
 use crate::estimate::model::force::balance_is_missed;
 use crate::estimate::model::force::balance_limit_m;
+use crate::estimate::model::layout::Layout;
 use crate::estimate::model::noise::Noise;
 use crate::estimate::model::noise_from_log::{contact_scatter_m, stated_noise_m, with_noisy_angles};
 use crate::estimate::model::prior::Prior;
@@ -112,7 +113,7 @@ impl<'a> Job<'a> {
     /// as exact as statics has it is tried, and balance that friction or pace spoil.
     fn rough(&self, medium: &Measurements, start: Estimate) -> Option<Fit> {
         let sd = self.scatter_m.max(1e-3 * self.prior.size_m);
-        let order = start.coefficients.len() / 2;
+        let order = Layout::of_coefficients(&start.coefficients).order;
         let with_share = |share: f64| {
             let noise = Noise { sensor_m: sd, balance_m: share * sd };
             fit(&mut medium.clone(), order, start.clone(), noise, self.prior, self.variance_components(), ROUNDS)

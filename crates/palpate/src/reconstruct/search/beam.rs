@@ -15,6 +15,7 @@ use crate::estimate::evidence::laplace::log_evidence;
 use crate::estimate::measurements::Instant;
 use crate::estimate::measurements::Measurements;
 use crate::estimate::model::contact::{contacts, residuals};
+use crate::estimate::model::layout::Layout;
 use crate::estimate::model::noise::Noise;
 use crate::estimate::model::prior::Prior;
 use crate::estimate::motion::same_motion;
@@ -134,7 +135,7 @@ impl Default for Budget {
 
 impl Budget {
     fn charge(&mut self, searches: usize, order: usize) {
-        self.left -= searches as f64 * ((2 * order + 1) as f64 / 17.0).powi(2);
+        self.left -= searches as f64 * (Layout::of_shape(order).unknowns() as f64 / 17.0).powi(2);
     }
 
     pub fn is_spent(&self) -> bool {

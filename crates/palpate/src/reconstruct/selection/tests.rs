@@ -12,6 +12,7 @@ fn candidate(explained: bool, log_evidence: f64, chi2_per_dof: f64, physical: &[
         outline: Vec::new(),
         motion: Vec::new(),
         verdict: Verdict::new(vec![if explained { Doubt::LittleFelt { coverage: 0.0 } } else { Doubt::NotConvex }]),
+        findings: None,
         chi2_per_dof,
         jumps: physical.iter().map(jump).collect(),
         coverage: 0.0,

@@ -3,11 +3,12 @@
 use super::certificate::Findings;
 use super::limits::CertificateLimits;
 use crate::estimate::coverage::{NODES, touches, tracks};
-use crate::estimate::jumps::detect_jumps;
+use crate::estimate::jumps::{detect_jumps, jump_reversals};
 use crate::estimate::measurements::Instant;
 use crate::estimate::measurements::Measurements;
 use crate::estimate::model::contact::residuals;
 use crate::estimate::model::force::unstable_samples;
+use crate::estimate::model::layout::Layout;
 use crate::estimate::model::layout::rotate;
 use crate::estimate::model::noise_from_log::angle_scatter_rad;
 use crate::estimate::model::noise_from_log::angle_sensitivity_m;
@@ -88,7 +89,7 @@ pub(crate) fn assemble(
     let angle_error = angle_sd * angle_sensitivity_m(measurements, coefficients, psi);
     let allowance = limits.model_allowance * coefficients[0].abs();
     let expected_m = expected.stated_m.unwrap_or(expected.scatter_m.hypot(angle_error).max(allowance));
-    let (chi2_per_dof, dof) = chi2(measurements, &left, expected_m, 2 * fit.order + 1);
+    let (chi2_per_dof, dof) = chi2(measurements, &left, expected_m, Layout::of_shape(fit.order).unknowns());
     let times_s: Vec<f64> = log.samples.iter().map(|sample| sample.time_s).collect();
     let placed =
         || motion.iter().zip(ambiguity_rad).filter(|(_, ambiguity_rad)| **ambiguity_rad == 0.0).map(|(pose, _)| pose);
@@ -104,8 +105,11 @@ pub(crate) fn assemble(
         sensor_m: chi2_per_dof.sqrt() * expected_m,
         expected_sensor_m: expected_m,
         balance_m: fit.noise.balance_m,
-        jumps: &jumps,
-        times_s: &times_s,
+        samples: log.samples.len(),
+        unphysical_jumps: jumps.iter().filter(|jump| !jump.physical).count(),
+        first_unphysical_jump: jumps.iter().find(|jump| !jump.physical).map(|jump| (times_s[jump.sample], jump.turn())),
+        jump_reversals: jump_reversals(&jumps),
+        shortest_jump_rad: jumps.iter().map(|jump| jump.turn().abs()).fold(f64::INFINITY, f64::min),
         unstable: unstable_samples(measurements, coefficients, psi, slack_m, fit.noise.balance_m),
         coverage: felt.len() as f64 / NODES as f64,
         ambiguous: ambiguity_rad.iter().filter(|ambiguity_rad| **ambiguity_rad > 0.0).count(),
@@ -122,6 +126,7 @@ pub(crate) fn assemble(
         coverage: felt.len() as f64 / NODES as f64,
         outline,
         verdict,
+        findings: Some(findings),
         chi2_per_dof,
         jumps: jumps
             .iter()

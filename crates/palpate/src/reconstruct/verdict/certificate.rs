@@ -3,27 +3,38 @@
 
 use super::doubt::{Doubt, Verdict};
 use super::limits::CertificateLimits;
-use crate::estimate::jumps::{DetectedJump, jump_reversals};
 
-/// What the certificate looks at: plain numbers, so that each limit can be tested by changing one of them.
-#[derive(Clone, Debug)]
-pub(crate) struct Findings<'a> {
+/// What the certificate looks at: plain numbers, so that a verdict by other limits needs no new reconstruction.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub struct Findings {
+    /// Samples of the log.
+    pub samples: usize,
     /// Mean radius of the shape, metres.
     pub mean_radius_m: f64,
+    /// Whether the radius of curvature is nowhere negative.
     pub convex: bool,
+    /// Weighted squared residuals of the contact positions per degree of freedom.
     pub chi2_per_dof: f64,
     /// Degrees of freedom of the contact positions.
     pub dof: f64,
     /// Whether log or user state the noise.
     pub noise_stated: bool,
-    /// Root mean square of what the fit leaves in the contact positions, and what the noise explains, metres.
+    /// Root mean square of what the fit leaves in the contact positions, metres.
     pub sensor_m: f64,
+    /// What their noise explains, metres.
     pub expected_sensor_m: f64,
     /// Standard deviation of the balance, metres.
     pub balance_m: f64,
-    pub jumps: &'a [DetectedJump],
-    /// Time of each sample, seconds.
-    pub times_s: &'a [f64],
+    /// Jumps that the object found would not make.
+    pub unphysical_jumps: usize,
+    /// Time (seconds) of the first of them, and by how much the object would turn (radians).
+    pub first_unphysical_jump: Option<(f64, f64)>,
+    /// Jumps that the next one undoes at once.
+    pub jump_reversals: usize,
+    /// The smallest turn in a jump, radians; infinite without a jump.
+    pub shortest_jump_rad: f64,
     /// Samples at rest at a pose that is no minimum of the energy.
     pub unstable: usize,
     /// Share of the boundary that was felt.
@@ -32,13 +43,15 @@ pub(crate) struct Findings<'a> {
     pub ambiguous: usize,
     /// By how much the orientation would be wrong if all of them were elsewhere, radians (root mean square over all samples).
     pub ambiguity_rad: f64,
-    /// Standard deviation of ψ over all samples that could be placed, radians: root mean square, and largest.
+    /// Standard deviation of ψ over all samples that could be placed, radians: root mean square.
     pub psi_sd_rad: f64,
+    /// The largest of them, radians.
     pub largest_psi_sd_rad: f64,
+    /// Largest standard deviation of r over the felt boundary, metres.
     pub largest_felt_r_sd_m: f64,
 }
 
-impl Findings<'_> {
+impl Findings {
     /// The verdict by these limits.
     pub fn verdict(&self, limits: &CertificateLimits) -> Verdict {
         let mut doubts = self.contradictions(limits);
@@ -56,13 +69,8 @@ impl Findings<'_> {
         if !(self.mean_radius_m.is_finite() && self.mean_radius_m > 0.0) {
             doubts.push(Doubt::NegativeRadius);
         }
-        let unphysical: Vec<&DetectedJump> = self.jumps.iter().filter(|jump| !jump.physical).collect();
-        if let Some(first) = unphysical.first() {
-            doubts.push(Doubt::UnphysicalJumps {
-                time_s: self.times_s.get(first.sample).copied().unwrap_or(f64::NAN),
-                turn_rad: first.psi_after - first.psi_before,
-                jumps: unphysical.len(),
-            });
+        if let Some((time_s, turn_rad)) = self.first_unphysical_jump {
+            doubts.push(Doubt::UnphysicalJumps { time_s, turn_rad, jumps: self.unphysical_jumps });
         }
         if self.chi2_per_dof > limits.chi2(self.dof, self.noise_stated) || !self.chi2_per_dof.is_finite() {
             let (left_m, expected_m) = (self.sensor_m, self.expected_sensor_m);
@@ -71,9 +79,8 @@ impl Findings<'_> {
         if !self.convex {
             doubts.push(Doubt::NotConvex);
         }
-        let samples = self.times_s.len();
-        if self.unstable as f64 > limits.unstable_share * samples as f64 {
-            doubts.push(Doubt::UnstablePoses { samples: self.unstable, of: samples });
+        if self.unstable as f64 > limits.unstable_share * self.samples as f64 {
+            doubts.push(Doubt::UnstablePoses { samples: self.unstable, of: self.samples });
         }
         doubts
     }
@@ -87,15 +94,14 @@ impl Findings<'_> {
         if self.ambiguity_rad > limits.ambiguity_rad {
             doubts.push(Doubt::AmbiguousPoses { samples: self.ambiguous, ambiguity_rad: self.ambiguity_rad });
         }
-        let reversals = jump_reversals(self.jumps);
-        if reversals > limits.reversals {
-            doubts.push(Doubt::JumpReversals { reversals });
+        if self.jump_reversals > limits.reversals {
+            doubts.push(Doubt::JumpReversals { reversals: self.jump_reversals });
         }
         if !(self.psi_sd_rad <= limits.psi_sd_rad && self.largest_psi_sd_rad <= limits.largest_psi_sd_rad) {
             let (sd_rad, largest_sd_rad) = (self.psi_sd_rad, self.largest_psi_sd_rad);
             doubts.push(Doubt::UncertainOrientation { sd_rad, largest_sd_rad });
         }
-        let short = self.jumps.iter().any(|jump| (jump.psi_after - jump.psi_before).abs() < limits.short_jump_rad);
+        let short = self.shortest_jump_rad < limits.short_jump_rad;
         let r_sd = if short { limits.r_sd_with_short_jumps } else { limits.r_sd };
         if !(self.largest_felt_r_sd_m <= r_sd * self.mean_radius_m) || !self.largest_felt_r_sd_m.is_finite() {
             doubts.push(Doubt::UncertainBoundary { sd_m: self.largest_felt_r_sd_m });
@@ -108,19 +114,10 @@ impl Findings<'_> {
 mod tests {
     use super::*;
 
-    const TIMES_S: [f64; 400] = {
-        let mut times_s = [0.0; 400];
-        let mut index = 0;
-        while index < times_s.len() {
-            times_s[index] = 0.01 * index as f64;
-            index += 1;
-        }
-        times_s
-    };
-
     /// Of a log that leaves no doubt.
-    fn sound() -> Findings<'static> {
+    fn sound() -> Findings {
         Findings {
+            samples: 400,
             mean_radius_m: 0.03,
             convex: true,
             chi2_per_dof: 1.0,
@@ -129,8 +126,10 @@ mod tests {
             sensor_m: 1e-4,
             expected_sensor_m: 1e-4,
             balance_m: 1e-5,
-            jumps: &[],
-            times_s: &TIMES_S,
+            unphysical_jumps: 0,
+            first_unphysical_jump: None,
+            jump_reversals: 0,
+            shortest_jump_rad: f64::INFINITY,
             unstable: 0,
             coverage: 0.9,
             ambiguous: 0,
@@ -138,19 +137,6 @@ mod tests {
             psi_sd_rad: 1e-3,
             largest_psi_sd_rad: 1e-2,
             largest_felt_r_sd_m: 1e-5,
-        }
-    }
-
-    fn jump(sample: usize, psi_before: f64, psi_after: f64) -> DetectedJump {
-        let (height_before_m, height_after_m) = (0.03, 0.029);
-        DetectedJump {
-            sample,
-            psi_before,
-            psi_after,
-            height_before_m,
-            height_after_m,
-            physical: true,
-            predicted: false,
         }
     }
 
@@ -183,11 +169,10 @@ mod tests {
 
     #[test]
     fn every_jump_must_be_physical() {
-        let jumps = [jump(100, 0.0, 1.0), jump(200, 1.0, 2.5), jump(300, 2.5, 4.0)];
-        let mut unphysical = jumps;
-        (unphysical[1].physical, unphysical[2].physical) = (false, false);
+        let unphysical = Findings { unphysical_jumps: 2, first_unphysical_jump: Some((2.0, 1.5)), ..sound() };
         let expected = Doubt::UnphysicalJumps { time_s: 2.0, turn_rad: 1.5, jumps: 2 };
-        crosses(&Findings { jumps: &jumps, ..sound() }, &Findings { jumps: &unphysical, ..sound() }, &expected);
+        crosses(&Findings { shortest_jump_rad: 1.5, ..sound() }, &unphysical, &expected);
+        assert!(expected.to_string().contains("2 s and 1 more"), "{expected}");
     }
 
     #[test]
@@ -234,10 +219,8 @@ mod tests {
 
     #[test]
     fn one_reversal_of_a_jump_is_attributed_to_noise() {
-        let there_and_back: Vec<DetectedJump> =
-            (0..4).map(|i| if i % 2 == 0 { jump(100 + i, 1.0, 2.0) } else { jump(100 + i, 2.0, 1.0) }).collect();
-        let just = Findings { jumps: &there_and_back[..2], ..sound() };
-        crosses(&just, &Findings { jumps: &there_and_back[..3], ..sound() }, &Doubt::JumpReversals { reversals: 2 });
+        let at = |jump_reversals| Findings { jump_reversals, shortest_jump_rad: 1.0, ..sound() };
+        crosses(&at(1), &at(2), &Doubt::JumpReversals { reversals: 2 });
     }
 
     #[test]
@@ -256,10 +239,9 @@ mod tests {
         let at = |largest_felt_r_sd_m| Findings { largest_felt_r_sd_m, ..sound() };
         crosses(&at(6e-4), &at(6.01e-4), &Doubt::UncertainBoundary { sd_m: 6.01e-4 });
         assert!(!verdict(&at(f64::INFINITY)).is_certified());
-        let (short, long) = ([jump(100, 1.0, 1.249)], [jump(100, 1.0, 1.251)]);
-        let between = |jumps| Findings { jumps, ..at(6e-4) };
-        crosses(&between(&long), &between(&short), &Doubt::UncertainBoundary { sd_m: 6e-4 });
-        let known_better = |largest_felt_r_sd_m| Findings { jumps: &short, ..at(largest_felt_r_sd_m) };
+        let between = |shortest_jump_rad| Findings { shortest_jump_rad, ..at(6e-4) };
+        crosses(&between(0.25), &between(0.249), &Doubt::UncertainBoundary { sd_m: 6e-4 });
+        let known_better = |largest_felt_r_sd_m| Findings { shortest_jump_rad: 0.1, ..at(largest_felt_r_sd_m) };
         crosses(&known_better(1.5e-4), &known_better(1.51e-4), &Doubt::UncertainBoundary { sd_m: 1.51e-4 });
     }
 
