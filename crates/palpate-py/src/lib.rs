@@ -6,8 +6,10 @@
 
 mod arrays;
 mod compare;
+mod doubt;
 mod errors;
 mod log;
+mod mechanics;
 mod motion;
 mod moves;
 mod palms;
@@ -18,7 +20,6 @@ mod result;
 mod sensor;
 mod shape;
 mod simulate;
-mod mechanics;
 mod svg;
 mod sweep;
 mod truth;
@@ -32,6 +33,8 @@ use pyo3::prelude::*;
 mod _palpate {
     #[pymodule_export]
     use crate::compare::{Errors, compare};
+    #[pymodule_export]
+    use crate::doubt::DoubtData;
     #[pymodule_export]
     use crate::log::LogData;
     #[pymodule_export]

@@ -9,10 +9,10 @@ use std::path::Path;
 use anyhow::Context as _;
 use palpate::Reconstruction;
 use palpate::palms::PalmMotion;
+use palpate::plan::plan_jump_free;
 use palpate::reconstruct::{ReconstructError, ReconstructOptions, reconstruct};
 use palpate::sensor::Touchpad;
 use palpate::shape::{RandomShape, random_shape};
-use palpate::plan::plan_jump_free;
 use palpate::simulate::{SimulateOptions, Simulation, simulate};
 
 use super::Context;
@@ -89,7 +89,7 @@ fn alone(logs: &[Simulation], jumps: bool, threads: usize, pool: &rayon::ThreadP
         .iter()
         .map(|log| {
             let (seconds, found) = timed(|| pool.install(|| solved(log)));
-            (seconds, found.is_ok_and(|found| found.certified))
+            (seconds, found.is_ok_and(|found| found.is_certified()))
         })
         .collect();
     let mut seconds: Vec<f64> = runs.iter().map(|(seconds, _)| *seconds).collect();
