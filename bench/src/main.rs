@@ -73,7 +73,7 @@ fn fastest<T>(mut work: impl FnMut() -> T) -> f64 {
 
 /// Enough digits to see whether a change for speed changed the result.
 fn tell(found: &Reconstruction) {
-    println!("certified: {}; {}", found.certified, found.reason);
+    println!("certified: {}; {}", found.is_certified(), found.verdict);
     println!("chi2 {:.9}, sensor {:.12} m, {} jumps", found.chi2_per_dof, found.sensor_sd_m, found.jumps.len());
     let turned: f64 = found.motion.iter().map(|pose| pose.psi_rad).sum::<f64>() / found.motion.len() as f64;
     println!("mean orientation {turned:.12} rad, {} harmonics", found.shape.harmonics_m().len());

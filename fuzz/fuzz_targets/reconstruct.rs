@@ -15,7 +15,7 @@ fuzz_target!(|bytes: &[u8]| {
     }
     if let Ok(result) = reconstruct(&file.log, &ReconstructOptions::default(), &|_| {}) {
         assert_eq!(result.motion.len(), file.log.samples.len());
-        if result.certified {
+        if result.is_certified() {
             assert!(result.chi2_per_dof.is_finite() && result.sensor_sd_m.is_finite());
             assert!(result.outline.iter().all(|point| point.r_m.is_finite()));
             assert!(result.motion.iter().all(|pose| pose.psi_rad.is_finite()));

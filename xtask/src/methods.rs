@@ -156,7 +156,7 @@ fn on_logs(dir: &Path) -> anyhow::Result<String> {
                 digits(errors.rms_psi_rad.to_degrees()),
                 digits(1e3 * errors.rms_com_m),
                 found.jumps.len(),
-                if found.certified { "yes" } else { "no" }
+                if found.is_certified() { "yes" } else { "no" }
             ));
         }
     }

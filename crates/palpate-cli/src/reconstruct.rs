@@ -117,6 +117,7 @@ pub fn run(arguments: &Arguments) -> Result<Ending, Failure> {
             harmonics: arguments.harmonics,
             sensor_sd_m: arguments.sensor_sd_mm.map(|sd| 1e-3 * sd),
             method: arguments.method.into(),
+            ..ReconstructOptions::default()
         },
         min_touches: arguments.min_touches,
         diagnostics: arguments.diagnostics,
@@ -197,7 +198,7 @@ pub fn told(summary: &Summary, out: &Path) -> String {
         _ => "NOT certified",
     };
     let mut lines = vec![verdict.to_string()];
-    lines.extend(summary.reason.split("; ").filter(|reason| !reason.is_empty()).map(|reason| format!("  - {reason}")));
+    lines.extend(summary.verdict().doubts.iter().map(|doubt| format!("  - {doubt}")));
     let jumps = match summary.jumps.len() {
         0 => "no jump".to_string(),
         1 => "1 jump".to_string(),
@@ -276,12 +277,13 @@ mod tests {
     #[test]
     fn several_answers_are_told_with_where_they_are() {
         let summary: Summary = serde_json::from_str(
-            r#"{"certified": false, "com_certified": false, "reason": "3 different objects explain the log equally well",
+            r#"{"certified": false, "com_certified": false, "reason": "3 different objects; and so on",
+            "doubts": [{"kind": "not-convex", "text": ""}, {"kind": "new", "text": "3 different objects; and so on"}],
             "chi2_per_dof": 1, "jumps": [1.5], "coverage": 0.5, "alternatives": 3, "sensor_sd_m": 0.0001, "balance_sd_m": null,
             "samples": 100, "harmonics": 8, "seconds": 1, "version": "0.1.0"}"#,
         )
         .expect("a summary");
-        let expected = "NOT certified\n  - 3 different objects explain the log equally well\n  \
+        let expected = "NOT certified\n  - the shape is not convex\n  - 3 different objects; and so on\n  \
             felt    50 % of the boundary in 100 samples, 1 jump; sensor noise 0.100 mm\n  \
             others  that fit equally well: out/alternatives\n  report  out/report.html";
         assert_eq!(told(&summary, Path::new("out")), expected);

@@ -35,6 +35,7 @@
 #![forbid(unsafe_code)]
 
 mod columns;
+mod doubts;
 mod figures;
 mod folder;
 mod log_reader;

@@ -2,7 +2,8 @@
 
 use palpate::Reconstruction;
 use palpate::compare::TruthError;
-use palpate::reconstruct::Jump;
+use palpate::number_or_null;
+use palpate::reconstruct::{Doubt, Jump, Verdict};
 use serde::{Deserialize, Serialize};
 
 /// The summary of a result, `summary.json`. A number that could not be computed (NaN or infinite) is `null` in JSON and reads back
@@ -15,6 +16,9 @@ pub struct Summary {
     pub com_certified: bool,
     /// Why not certified; empty when both verdicts are yes.
     pub reason: String,
+    /// The same one by one, with the numbers behind each. Empty in files of older versions; see [`Summary::verdict`].
+    #[serde(default, with = "crate::doubts")]
+    pub doubts: Vec<Doubt>,
     /// Weighted squared residuals per degree of freedom; near 1 for a fit that is consistent with the noise.
     #[serde(with = "number_or_null")]
     pub chi2_per_dof: f64,
@@ -122,9 +126,10 @@ impl Summary {
         // JSON has no NaN, and a list of times has no gaps.
         let jumps = || reconstruction.jumps.iter().filter(|jump| jump.time_s.is_finite());
         Self {
-            certified: reconstruction.certified,
-            com_certified: reconstruction.com_certified,
-            reason: reconstruction.reason.clone(),
+            certified: reconstruction.is_certified(),
+            com_certified: reconstruction.is_com_certified(),
+            reason: reconstruction.verdict.to_string(),
+            doubts: reconstruction.verdict.doubts.clone(),
             chi2_per_dof: reconstruction.chi2_per_dof,
             jumps: jumps().map(|jump| jump.time_s).collect(),
             jump_details: jumps().map(JumpSummary::from).collect(),
@@ -146,16 +151,34 @@ impl Summary {
     /// how far it is from a truth is left out.
     #[must_use]
     pub fn of_alternative(&self, other: &Reconstruction) -> Self {
+        let of_other = Self::new(other, self.seconds);
+        let told = if other.verdict.doubts.is_empty() { self } else { &of_other };
         Self {
             certified: false,
             com_certified: false,
-            reason: if other.reason.is_empty() { self.reason.clone() } else { other.reason.clone() },
+            reason: told.reason.clone(),
+            doubts: told.doubts.clone(),
             alternatives: self.alternatives,
             version: self.version.clone(),
             log: self.log.clone(),
             notes: self.notes.clone(),
-            ..Self::new(other, self.seconds)
+            ..of_other
         }
+    }
+
+    /// The verdict. Where the doubts do not say what `certified` and `com_certified` say (an older version wrote none, and a newer one
+    /// may know others), it is the reason in words.
+    pub fn verdict(&self) -> Verdict {
+        let verdict = Verdict::new(self.doubts.clone());
+        if (verdict.is_certified(), verdict.is_com_certified()) == (self.certified, self.com_certified) {
+            return verdict;
+        }
+        let text = self.reason.clone();
+        Verdict::new(match (self.certified, self.com_certified) {
+            (true, true) => Vec::new(),
+            (true, false) => vec![Doubt::ReportedOfCenterOfMass { text }],
+            (false, _) => vec![Doubt::Reported { text }],
+        })
     }
 
     /// The summary as indented JSON with a line break at the end, the same text as `summary.json`.
@@ -164,18 +187,5 @@ impl Summary {
     /// None in practice: every field has a JSON form.
     pub fn to_json(&self) -> Result<String, serde_json::Error> {
         serde_json::to_string_pretty(self).map(|json| json + "\n")
-    }
-}
-
-/// JSON has no NaN: a number that is not finite is written as null and read as NaN.
-mod number_or_null {
-    use serde::{Deserialize, Deserializer, Serialize, Serializer};
-
-    pub(super) fn serialize<S: Serializer>(value: &f64, serializer: S) -> Result<S::Ok, S::Error> {
-        value.is_finite().then_some(*value).serialize(serializer)
-    }
-
-    pub(super) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
-        Ok(Option::<f64>::deserialize(deserializer)?.unwrap_or(f64::NAN))
     }
 }

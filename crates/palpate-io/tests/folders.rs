@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use palpate::reconstruct::{Jump, OutlinePoint, Pose};
+use palpate::reconstruct::{Doubt, Jump, Method, OutlinePoint, Pose, Verdict};
 use palpate::shape::SupportFunction;
 use palpate::truth::TruePose;
 use palpate::{Reconstruction, Truth};
@@ -39,9 +39,7 @@ fn reconstruction() -> Reconstruction {
         shape: SupportFunction::new(0.03, vec![[0.0, 0.0], [0.001, 0.002]]),
         outline: outline.collect(),
         motion: motion.collect(),
-        certified: true,
-        com_certified: false,
-        reason: "the balance does not hold".to_string(),
+        verdict: Verdict::new(vec![Doubt::Unbalanced { balance_sd_m: 2e-5 }]),
         chi2_per_dof: 1.02,
         jumps: vec![Jump {
             time_s: 0.15,
@@ -108,12 +106,12 @@ fn a_result_reads_back_the_same() {
 fn ambiguous() -> Reconstruction {
     let mut result = reconstruction();
     let mut other = reconstruction();
-    (other.certified, other.com_certified, other.reason) = (true, true, String::new());
+    other.verdict = Verdict::default();
     other.outline.iter_mut().for_each(|point| point.r_m += 0.001);
     let mut third = other.clone();
-    third.reason = "a reason of its own".to_string();
+    third.verdict = Verdict::new(vec![Doubt::NotConvex]);
     third.motion.iter_mut().for_each(|pose| pose.psi_rad += 1.0);
-    (result.certified, result.reason) = (false, "3 different objects explain the log equally well".to_string());
+    result.verdict = Verdict::new(vec![Doubt::Alternatives { objects: 3 }]);
     (result.alternatives, result.others) = (3, vec![other, third]);
     result.jumps.clear();
     result
@@ -137,7 +135,9 @@ fn alternatives_read_back_the_same_and_are_never_certified() {
         assert_eq!(read_motion_csv(&place), Ok(other.motion.clone()));
         let read = read_summary(&place).unwrap_or_else(|error| panic!("{error}"));
         assert!(!read.certified && !read.com_certified);
-        assert_eq!(read.reason, ["3 different objects explain the log equally well", "a reason of its own"][index]);
+        let expected = [Doubt::Alternatives { objects: 3 }, Doubt::NotConvex][index].clone();
+        assert_eq!(read.reason, expected.to_string());
+        assert_eq!(read.verdict().doubts, [expected]);
         assert_eq!((read.alternatives, read.jumps.len()), (3, 1));
         assert_eq!(read.log.as_deref(), Some("trial.csv"));
     }
@@ -178,7 +178,14 @@ fn the_summary_has_the_promised_keys_and_no_number_that_json_lacks() {
     let expected = r#"{
   "certified": true,
   "com_certified": false,
-  "reason": "the balance does not hold",
+  "reason": "shape and motion are certified, the centre of mass is not: force/torque balance is missed by 0.02 mm (friction, or fast palms)",
+  "doubts": [
+    {
+      "kind": "unbalanced",
+      "balance_sd_m": 0.00002,
+      "text": "shape and motion are certified, the centre of mass is not: force/torque balance is missed by 0.02 mm (friction, or fast palms)"
+    }
+  ],
   "chi2_per_dof": null,
   "jumps": [
     0.15
@@ -206,6 +213,81 @@ fn the_summary_has_the_promised_keys_and_no_number_that_json_lacks() {
     assert_eq!(json, expected.replace("VERSION", env!("CARGO_PKG_VERSION")));
     let back: Summary = serde_json::from_str(&json).expect("it reads back");
     assert!(back.chi2_per_dof.is_nan() && back.sensor_sd_m.is_nan());
+}
+
+/// What comes back of a summary without its doubts, as older versions wrote it.
+fn without_doubts(verdict: Verdict) -> (Summary, Summary) {
+    let summary = Summary::new(&Reconstruction { verdict, ..reconstruction() }, 1.5);
+    let mut json: serde_json::Value = serde_json::to_value(&summary).expect("it has a JSON form");
+    json.as_object_mut().expect("an object").remove("doubts").expect("it was there");
+    (summary, serde_json::from_value(json).expect("it reads back"))
+}
+
+#[test]
+fn every_doubt_reads_back_with_its_numbers_and_its_sentence() {
+    let text = "in words".to_string();
+    let doubts = vec![
+        Doubt::NegativeRadius,
+        Doubt::UnphysicalJumps { time_s: 0.5, turn_rad: -1.25, jumps: 2 },
+        Doubt::Misfit { left_m: 0.25, expected_m: 0.125, stated: true },
+        Doubt::NotConvex,
+        Doubt::UnstablePoses { samples: 3, of: 5 },
+        Doubt::LittleFelt { coverage: 0.25 },
+        Doubt::AmbiguousPoses { samples: 1, ambiguity_rad: 0.5 },
+        Doubt::JumpReversals { reversals: 7 },
+        Doubt::UncertainOrientation { sd_rad: 0.5, largest_sd_rad: 1.5 },
+        Doubt::UncertainBoundary { sd_m: 0.5 },
+        Doubt::Alternatives { objects: 4 },
+        Doubt::Unbalanced { balance_sd_m: 0.5 },
+        Doubt::UncertifiedMethod { method: Method::Ode },
+        Doubt::Reported { text: text.clone() },
+        Doubt::ReportedOfCenterOfMass { text },
+    ];
+    let verdict = Verdict::new(doubts);
+    let summary = Summary::new(&Reconstruction { verdict: verdict.clone(), ..reconstruction() }, 1.5);
+    let json = summary.to_json().expect("it has a JSON form");
+    let read: Summary = serde_json::from_str(&json).expect("it reads back");
+    assert_eq!(read.verdict(), verdict);
+    let value: serde_json::Value = serde_json::from_str(&json).expect("JSON");
+    for (written, doubt) in value["doubts"].as_array().expect("a list").iter().zip(&verdict.doubts) {
+        assert_eq!(written["text"], doubt.to_string());
+        assert!(written["kind"].is_string());
+    }
+    assert_eq!(json.matches("\"text\"").count(), verdict.doubts.len());
+}
+
+#[test]
+fn a_doubt_may_have_numbers_that_json_lacks() {
+    let verdict = Verdict::new(vec![Doubt::UncertainBoundary { sd_m: f64::INFINITY }]);
+    let json = Summary::new(&Reconstruction { verdict, ..reconstruction() }, 1.5).to_json().expect("a JSON form");
+    assert!(json.contains("\"sd_m\": null"));
+    let read: Summary = serde_json::from_str(&json).expect("it reads back");
+    assert!(matches!(read.verdict().doubts[..], [Doubt::UncertainBoundary { sd_m }] if sd_m.is_nan()));
+}
+
+#[test]
+fn a_summary_of_an_older_version_gives_its_reason_in_words() {
+    let (_, read) = without_doubts(Verdict::default());
+    assert_eq!(read.verdict(), Verdict::default());
+
+    let (summary, read) = without_doubts(Verdict::new(vec![Doubt::NotConvex, Doubt::LittleFelt { coverage: 0.1 }]));
+    assert_eq!(read.verdict().doubts, [Doubt::Reported { text: summary.reason }]);
+    assert!(!read.verdict().is_certified() && !read.verdict().is_com_certified());
+
+    let (summary, read) = without_doubts(Verdict::new(vec![Doubt::Unbalanced { balance_sd_m: 1e-3 }]));
+    assert_eq!(read.verdict().doubts, [Doubt::ReportedOfCenterOfMass { text: summary.reason }]);
+    assert!(read.verdict().is_certified() && !read.verdict().is_com_certified());
+}
+
+#[test]
+fn a_doubt_of_a_newer_version_is_read_as_its_sentence() {
+    let json = Summary::new(&reconstruction(), 1.5).to_json().expect("it has a JSON form");
+    let (certified, newer) = (json.replace("\"unbalanced\"", "\"slippery\""), "\"certified\": false");
+    let read: Summary = serde_json::from_str(&certified).expect("it reads");
+    assert_eq!(read.verdict().doubts, [Doubt::ReportedOfCenterOfMass { text: read.reason.clone() }]);
+    let read: Summary = serde_json::from_str(&certified.replace("\"certified\": true", newer)).expect("it reads");
+    assert_eq!(read.verdict().doubts, [Doubt::Reported { text: read.reason.clone() }]);
+    assert!(serde_json::from_str::<Summary>(&certified.replace("\"text\"", "\"words\"")).is_err());
 }
 
 #[test]

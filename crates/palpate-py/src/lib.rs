@@ -6,6 +6,7 @@
 
 mod arrays;
 mod compare;
+mod doubt;
 mod errors;
 mod log;
 mod mechanics;
@@ -32,6 +33,8 @@ use pyo3::prelude::*;
 mod _palpate {
     #[pymodule_export]
     use crate::compare::{Errors, compare};
+    #[pymodule_export]
+    use crate::doubt::DoubtData;
     #[pymodule_export]
     use crate::log::LogData;
     #[pymodule_export]

@@ -22,7 +22,12 @@ fn options(harmonics: Option<Whole>, sensor_sd_m: Option<f64>, method: &str) -> 
     let Some(method) = methods.into_iter().find(|known| known.to_string() == method) else {
         return Err(errors::input(format!("method must be 'likelihood', 'ode' or 'quadrature', not '{method}'")));
     };
-    Ok(ReconstructOptions { harmonics: harmonics.map(Whole::count), sensor_sd_m, method })
+    Ok(ReconstructOptions {
+        harmonics: harmonics.map(Whole::count),
+        sensor_sd_m,
+        method,
+        ..ReconstructOptions::default()
+    })
 }
 
 /// Reconstructs on the pool and makes a result of it.

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use numpy::{PyArray1, PyArray2};
-use palpate::reconstruct::{Jump, OutlinePoint, Pose};
+use palpate::reconstruct::{Jump, OutlinePoint, Pose, Verdict};
 use palpate::shape::SupportFunction;
 use palpate::{Log, Reconstruction};
 use palpate_io::Summary;
@@ -13,6 +13,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::arrays::{self, Table};
+use crate::doubt::DoubtData;
 use crate::errors::{self, InternalError, OrRaise};
 use crate::log::{LogData, escaped};
 use crate::pickled::{self, Pickled};
@@ -175,19 +176,25 @@ impl ResultData {
     /// bool: shape and motion are statistically consistent with the log, unique and convex.
     #[getter]
     fn certified(&self) -> bool {
-        self.found.certified
+        self.found.is_certified()
     }
 
     /// bool: `certified`, and force and torque balance within the noise, so that the centre of mass can be trusted too.
     #[getter]
     fn com_certified(&self) -> bool {
-        self.found.com_certified
+        self.found.is_com_certified()
     }
 
     /// str: why not certified; empty when both verdicts are yes.
     #[getter]
     fn reason(&self) -> String {
-        self.found.reason.clone()
+        self.found.verdict.to_string()
+    }
+
+    /// list of Doubt: the same one by one, with the numbers behind each; empty when both verdicts are yes.
+    #[getter]
+    fn doubts(&self) -> Vec<DoubtData> {
+        self.found.verdict.doubts.iter().cloned().map(DoubtData).collect()
     }
 
     /// float: weighted squared residuals per degree of freedom; near 1 for a fit that is consistent with the noise.
@@ -398,7 +405,12 @@ impl ResultData {
 
     fn _repr_html_(&self) -> String {
         let found = &self.found;
-        let reason = if found.reason.is_empty() { String::new() } else { format!("<p>{}</p>", escaped(&found.reason)) };
+        let reasons: Vec<String> = found.verdict.doubts.iter().map(|doubt| escaped(&doubt.to_string())).collect();
+        let reason = match &reasons[..] {
+            [] => String::new(),
+            [one] => format!("<p>{one}</p>"),
+            several => format!("<ul><li>{}</li></ul>", several.join("</li><li>")),
+        };
         let rows = [
             ("mean radius", format!("{:.3} mm", 1e3 * found.shape.mean_radius_m())),
             ("boundary felt", format!("{:.0} %", 100.0 * found.coverage)),
@@ -419,7 +431,7 @@ impl ResultData {
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> Pickled<'py> {
         let found = &self.found;
-        let verdict = (found.certified, found.com_certified, &found.reason, found.alternatives);
+        let verdict = (self.doubts(), found.alternatives);
         let numbers = [found.chi2_per_dof, found.coverage, found.sensor_sd_m, found.balance_sd_m, self.seconds];
         let outline: Vec<[f64; 7]> = found.outline.iter().map(palpate_io::point_row).collect();
         let motion: Vec<[f64; 11]> = found.motion.iter().map(motion_row).collect();
@@ -432,7 +444,7 @@ impl ResultData {
     #[expect(clippy::too_many_arguments, reason = "the parts of a pickled result")]
     fn _made(
         py: Python<'_>,
-        verdict: (bool, bool, String, usize),
+        verdict: (Vec<PyRef<DoubtData>>, usize),
         numbers: [f64; 5],
         shape: &Shape,
         tables: (Table, Table),
@@ -440,15 +452,13 @@ impl ResultData {
         others: Vec<PyRef<Self>>,
         log: Option<Py<LogData>>,
     ) -> PyResult<Self> {
-        let (certified, com_certified, reason, alternatives) = verdict;
+        let (doubts, alternatives) = verdict;
         let [chi2_per_dof, coverage, sensor_sd_m, balance_sd_m, seconds] = numbers;
         let found = Reconstruction {
             shape: shape.0.clone(),
             outline: arrays::rows("an outline", &tables.0)?.into_iter().map(palpate_io::point_of).collect(),
             motion: arrays::rows("a motion", &tables.1)?.iter().map(pose).collect(),
-            certified,
-            com_certified,
-            reason,
+            verdict: Verdict::new(doubts.iter().map(|doubt| doubt.0.clone()).collect()),
             chi2_per_dof,
             jumps: jumps.iter().map(|jump| jump.0).collect(),
             coverage,
@@ -463,7 +473,7 @@ impl ResultData {
 
 impl ResultData {
     fn verdict(&self) -> &'static str {
-        match (self.found.certified, self.found.com_certified) {
+        match (self.found.is_certified(), self.found.is_com_certified()) {
             (true, true) => "certified: shape, motion and centre of mass",
             (true, false) => "certified: shape and motion, but not the centre of mass",
             _ => "NOT certified",
@@ -490,9 +500,7 @@ fn loaded(py: Python<'_>, folder: &std::path::Path) -> PyResult<(Reconstruction,
         shape,
         outline,
         motion,
-        certified: summary.certified,
-        com_certified: summary.com_certified,
-        reason: summary.reason.clone(),
+        verdict: summary.verdict(),
         chi2_per_dof: summary.chi2_per_dof,
         jumps: summary.jump_details.iter().map(jump).collect(),
         coverage: summary.coverage,

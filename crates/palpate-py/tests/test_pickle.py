@@ -48,6 +48,7 @@ def everything() -> list[object]:
         truth,
         result,
         palpate.reconstruct(palpate.Log.from_csv(LOGS / "stone_zigzag_oracle.csv")),
+        *palpate.reconstruct(log, method="ode").doubts,
         palpate.compare(result, truth),
         *palpate.sweep_jobs('kind = "simulate"\nobjects.mixed = {}\ntouchpads = [{}]\n'),
     ]

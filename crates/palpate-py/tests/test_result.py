@@ -17,6 +17,7 @@ def test_the_egg_is_found(result: palpate.Result, simulation: palpate.Simulation
     assert result.certified
     assert result.com_certified
     assert result.reason == ""
+    assert result.doubts == []
     errors = palpate.compare(result, simulation.truth)
     assert errors.rms_r_m < 2e-5
     assert errors.rms_form_m <= errors.rms_r_m
@@ -106,9 +107,36 @@ def test_what_cannot_be_certified_is_no_error() -> None:
     log = palpate.simulate(palpate.SupportFunction(0.03), motion, touchpad=pad, rate_hz=3).log
     result = palpate.reconstruct(log)
     assert not result.certified
-    assert result.reason
+    assert result.reason == "; ".join(str(doubt) for doubt in result.doubts)
+    uncertain = next(doubt for doubt in result.doubts if doubt.kind == "uncertain-orientation")
+    assert uncertain.text.startswith("the orientation is known only to")
+    assert uncertain.values.keys() == {"sd_rad", "largest_sd_rad"}
+    assert uncertain.values["largest_sd_rad"] > uncertain.values["sd_rad"] > 0.02
+    assert not uncertain.concerns_center_of_mass_only
+    assert [doubt["kind"] for doubt in result.summary["doubts"]] == [doubt.kind for doubt in result.doubts]
     assert "NOT certified" in repr(result)
     assert "NOT certified" in result._repr_html_()
+
+
+def test_doubts_come_back_from_a_folder(tmp_path: Path) -> None:
+    log = palpate.simulate(palpate.SupportFunction.named("egg"), palpate.PalmMotion.random(1, 20), rate_hz=5).log
+    result = palpate.reconstruct(log, method="ode")
+    assert [(doubt.kind, doubt.values) for doubt in result.doubts] == [("uncertified-method", {"method": "ode"})]
+    result.save(tmp_path / "out")
+    assert palpate.Result.load(tmp_path / "out").doubts == result.doubts
+    # An older version wrote the words alone.
+    path = tmp_path / "out" / "summary.json"
+    summary = json.loads(path.read_text())
+    del summary["doubts"]
+    path.write_text(json.dumps(summary))
+    read = palpate.Result.load(tmp_path / "out")
+    assert (read.certified, read.reason) == (False, result.reason)
+    assert [(doubt.kind, doubt.text, doubt.values) for doubt in read.doubts] == [("reported", result.reason, {})]
+    summary["certified"] = True
+    path.write_text(json.dumps(summary))
+    read = palpate.Result.load(tmp_path / "out")
+    assert (read.certified, read.com_certified, read.reason) == (True, False, result.reason)
+    assert read.doubts[0].concerns_center_of_mass_only
 
 
 def test_options_do_what_they_say(simulation: palpate.Simulation, result: palpate.Result) -> None:

@@ -58,7 +58,7 @@ const CROSS: &str = "M5 5l10 10M15 5L5 15";
 
 /// The badge and the sentence beside it.
 pub(crate) fn verdict(result: &Reconstruction) -> String {
-    let (class, icon, badge, sentence) = match (result.certified, result.com_certified) {
+    let (class, icon, badge, sentence) = match (result.is_certified(), result.is_com_certified()) {
         (true, true) => (
             "good",
             "M4 10.5l4 4 8-9",
@@ -80,11 +80,14 @@ pub(crate) fn verdict(result: &Reconstruction) -> String {
         ),
         (false, _) => ("bad", CROSS, "Not certified", "What follows is the best fit found. Do not rely on it."),
     };
-    let reason = result.reason.trim();
-    let reason = if reason.is_empty() {
-        String::new()
-    } else {
-        format!("<p class=\"reason\"><b>Why:</b> {}</p>", escape(reason))
+    let reasons: Vec<String> = result.verdict.doubts.iter().map(|doubt| escape(&doubt.to_string())).collect();
+    let reason = match &reasons[..] {
+        [] => String::new(),
+        [one] => format!("<p class=\"reason\"><b>Why:</b> {one}</p>"),
+        several => {
+            let items: String = several.iter().map(|one| format!("<li>{one}</li>")).collect();
+            format!("<div class=\"reason\"><b>Why:</b><ul>{items}</ul></div>")
+        }
     };
     format!(
         "<div class=\"verdict {class}\"><span class=\"badge\"><svg viewBox=\"0 0 20 20\" aria-hidden=\"true\">\

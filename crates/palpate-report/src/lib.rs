@@ -2,12 +2,13 @@
 //!
 //! ```
 //! use palpate::{Log, Reconstruction, shape::SupportFunction};
+//! # use palpate::reconstruct::{Doubt, Verdict};
 //! use palpate_report::{ReportInput, page};
 //!
 //! let log = Log::default();
 //! # let reconstruction = Reconstruction {
-//! #     shape: SupportFunction::new(0.03, vec![]), outline: vec![], motion: vec![], certified: false,
-//! #     com_certified: false, reason: "nothing was felt".into(), chi2_per_dof: f64::NAN, jumps: vec![],
+//! #     shape: SupportFunction::new(0.03, vec![]), outline: vec![], motion: vec![],
+//! #     verdict: Verdict::new(vec![Doubt::LittleFelt { coverage: 0.0 }]), chi2_per_dof: f64::NAN, jumps: vec![],
 //! #     coverage: 0.0, alternatives: 1, others: vec![], sensor_sd_m: f64::NAN, balance_sd_m: f64::NAN };
 //! let html = page(&ReportInput {
 //!     title: "An empty palm",

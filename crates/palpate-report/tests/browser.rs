@@ -15,6 +15,7 @@ use std::time::{Duration, Instant};
 use devtools::{Browser, PATIENCE};
 use fixture::fixture;
 use palpate::compare::TruthError;
+use palpate::reconstruct::{Doubt, Verdict};
 use palpate::shape::SupportFunction;
 use palpate_report::{ReportInput, TruthOverlay, page};
 use serde_json::json;
@@ -183,8 +184,7 @@ fn ambiguous_page() -> (fixture::Fixture, String) {
         (pose.psi_rad, pose.piece) = (1.3 * pose.psi_rad, 0);
     }
     let result = &mut egg.reconstruction;
-    (result.certified, result.com_certified, result.alternatives) = (false, false, 2);
-    result.reason = "2 different objects explain the log equally well".to_owned();
+    (result.verdict, result.alternatives) = (Verdict::new(vec![Doubt::Alternatives { objects: 2 }]), 2);
     result.others = vec![other];
     let html = page(&ReportInput {
         title: "two_answers.csv",
@@ -250,12 +250,14 @@ fn the_choice_of_an_arrangement_changes_what_is_shown() {
 #[test]
 fn a_poor_result_is_drawn_without_complaint() {
     let mut egg = fixture(300, 9.0, 1.6);
-    egg.reconstruction.certified = false;
-    egg.reconstruction.com_certified = false;
     egg.reconstruction.alternatives = 3;
     egg.reconstruction.chi2_per_dof = f64::NAN;
     egg.reconstruction.sensor_sd_m = f64::NAN;
-    egg.reconstruction.reason = "3 arrangements of the pieces fit equally well <script>alert(1)</script>".to_owned();
+    egg.reconstruction.verdict = Verdict::new(vec![
+        Doubt::Misfit { left_m: f64::NAN, expected_m: 1e-4, stated: false },
+        Doubt::LittleFelt { coverage: 0.2 },
+        Doubt::Reported { text: "3 arrangements of the pieces fit equally well <script>alert(1)</script>".to_owned() },
+    ]);
     for (i, pose) in egg.reconstruction.motion.iter_mut().enumerate() {
         if (100..140).contains(&i) {
             (pose.psi_rad, pose.com_x_m, pose.residual1_m) = (f64::NAN, f64::INFINITY, None);
@@ -288,8 +290,7 @@ fn an_empty_result_is_drawn_without_complaint() {
     let nothing = fixture(0, 0.0, 1.0);
     let mut reconstruction = nothing.reconstruction.clone();
     reconstruction.outline.clear();
-    reconstruction.certified = false;
-    reconstruction.reason = "the log has no samples".to_owned();
+    reconstruction.verdict = Verdict::new(vec![Doubt::Reported { text: "the log has no samples".to_owned() }]);
     let input = ReportInput {
         title: "empty.csv",
         log: &nothing.log,

@@ -4,7 +4,7 @@ mod fixture;
 
 use fixture::{Fixture, fixture};
 use palpate::compare::TruthError;
-use palpate::reconstruct::Jump;
+use palpate::reconstruct::{Doubt, Jump, Verdict};
 use palpate::{Log, Reconstruction};
 use palpate_report::{ReportInput, TruthOverlay, page};
 use proptest::prelude::*;
@@ -87,8 +87,7 @@ fn the_truth_is_laid_over_the_estimate() {
 fn text_is_escaped() {
     let egg = fixture(20, 1.0, 1.0);
     let mut result = egg.reconstruction.clone();
-    result.certified = false;
-    result.reason = "</script><script>evil()".to_owned();
+    result.verdict = Verdict::new(vec![Doubt::Reported { text: "</script><script>evil()".to_owned() }]);
     let html =
         page(&ReportInput { title: "{{data}}<b>", command: Some("palpate '<img src=x>'"), ..input(&egg.log, &result) });
     assert!(!html.contains("<script>evil") && !html.contains("<img") && !html.contains("<b></h1>"));
@@ -99,15 +98,30 @@ fn text_is_escaped() {
 fn verdicts_are_told_apart() {
     let egg = fixture(20, 1.0, 1.0);
     let mut result = egg.reconstruction.clone();
-    for (certified, com_certified, badge) in
-        [(true, true, ">Certified<"), (true, false, "centre of mass not"), (false, false, "Not certified")]
-    {
-        (result.certified, result.com_certified) = (certified, com_certified);
+    for (doubts, badge) in [
+        (vec![], ">Certified<"),
+        (vec![Doubt::Unbalanced { balance_sd_m: 1e-3 }], "centre of mass not"),
+        (vec![Doubt::NotConvex], "Not certified"),
+    ] {
+        result.verdict = Verdict::new(doubts);
         let html = page(&input(&egg.log, &result));
         let badges = [">Certified<", "certified, centre of mass not", "Not certified"];
         let found: Vec<_> = badges.iter().filter(|text| html.contains(**text)).collect();
         assert!(found.len() == 1 && found[0].contains(badge), "{found:?} instead of {badge}");
     }
+}
+
+#[test]
+fn several_doubts_are_a_list_and_one_is_a_sentence() {
+    let egg = fixture(20, 1.0, 1.0);
+    let mut result = egg.reconstruction.clone();
+    let of = |result: &Reconstruction| page(&input(&egg.log, result));
+    assert!(!of(&result).contains("<b>Why:</b>"));
+    result.verdict = Verdict::new(vec![Doubt::NotConvex]);
+    assert!(of(&result).contains("<p class=\"reason\"><b>Why:</b> the shape is not convex</p>"));
+    result.verdict = Verdict::new(vec![Doubt::NotConvex, Doubt::Reported { text: "a < b; c".to_owned() }]);
+    let list = "<b>Why:</b><ul><li>the shape is not convex</li><li>a &lt; b; c</li></ul>";
+    assert!(of(&result).contains(list));
 }
 
 #[test]
@@ -138,7 +152,7 @@ fn arrangements_that_fit_equally_well_are_all_there() {
     let mut other = egg.reconstruction.clone();
     other.jumps.clear();
     other.motion.iter_mut().for_each(|pose| pose.psi_rad += 1.0);
-    egg.reconstruction.certified = false;
+    egg.reconstruction.verdict = Verdict::new(vec![Doubt::Alternatives { objects: 2 }]);
     egg.reconstruction.alternatives = 2;
     egg.reconstruction.others = vec![other];
     let html = with_truth(&egg);

@@ -47,7 +47,7 @@ impl From<&ReconstructChoice> for ReconstructOptions {
             MethodChoice::Ode => Method::Ode,
             MethodChoice::Quadrature => Method::Quadrature,
         };
-        Self { harmonics: choice.harmonics, sensor_sd_m: choice.sensor_sd_m, method }
+        Self { harmonics: choice.harmonics, sensor_sd_m: choice.sensor_sd_m, method, ..Self::default() }
     }
 }
 
@@ -120,15 +120,15 @@ fn against_truth(row: &mut Row, known: &Known, truth: &Truth, options: &Reconstr
 /// What the result says of itself, and how far it is from the truth.
 fn tell(row: &mut Row, found: &Reconstruction, truth: Option<&Truth>) {
     row.status = Status::Reconstructed;
-    row.certified = found.certified;
-    row.com_certified = found.com_certified;
+    row.certified = found.is_certified();
+    row.com_certified = found.is_com_certified();
     row.jumps_found = Some(found.jumps.len() as u64);
     row.coverage = finite(found.coverage);
     row.harmonics = Some(found.shape.harmonics_m().len() as u64);
     row.alternatives = Some(found.alternatives as u64);
     row.chi2_per_dof = finite(found.chi2_per_dof);
     row.sensor_sd_m = finite(found.sensor_sd_m);
-    row.reason = found.reason.clone();
+    row.reason = found.verdict.to_string();
     let Some(truth) = truth else { return };
     match compare(found, truth) {
         Ok(errors) => {

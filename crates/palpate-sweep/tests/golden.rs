@@ -87,8 +87,8 @@ fn figures(found: &Reconstruction) -> Vec<(&'static str, f64, f64)> {
     let psi_spread = spread(mean_sd(found.motion.iter().map(|p| p.psi_sd_rad).collect())) * 30.0;
     let com_spread = spread(mean_sd(found.motion.iter().map(|p| p.com_sd_m).collect())) * 30.0;
     vec![
-        ("certified", f64::from(found.certified), 0.0),
-        ("com_certified", f64::from(found.com_certified), 0.0),
+        ("certified", f64::from(found.is_certified()), 0.0),
+        ("com_certified", f64::from(found.is_com_certified()), 0.0),
         ("alternatives", found.alternatives as f64, 0.0),
         ("jumps", found.jumps.len() as f64, 0.0),
         ("harmonics", found.shape.harmonics_m().len() as f64, 0.0),
@@ -119,7 +119,7 @@ fn line(name: &str, found: &Reconstruction) -> String {
     for (_, value, _) in figures(found) {
         write!(line, ",{value:e}").expect("room");
     }
-    write!(line, ",{}", found.reason.replace(',', ";")).expect("room");
+    write!(line, ",{}", found.verdict.to_string().replace(',', ";")).expect("room");
     line
 }
 
@@ -134,7 +134,7 @@ fn differences(name: &str, expected: &str, found: &Reconstruction) -> Vec<String
             differences.push(format!("{name}: {what} is {value:e}, was {expected:e}"));
         }
     }
-    let reason = found.reason.replace(',', ";");
+    let reason = found.verdict.to_string().replace(',', ";");
     if cells[cells.len() - 1] != reason {
         differences.push(format!("{name}: the reason is \"{reason}\", was \"{}\"", cells[cells.len() - 1]));
     }

@@ -61,7 +61,7 @@
 //!
 //! // What it gets back from what it felt.
 //! let found = reconstruct(&felt.log, &ReconstructOptions::default(), &|_| ())?;
-//! assert!(found.certified, "{}", found.reason);
+//! assert!(found.is_certified(), "{}", found.verdict);
 //! assert!((found.shape.perimeter_m() - egg.perimeter_m()).abs() < 1e-5);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -75,7 +75,7 @@
 //!
 //! The object is convex, smooth and rigid, and lies in the plane; it touches each palm in one point, without friction, and the
 //! palms are slow enough for it to be at rest at all times. Light friction and moderate speed cost the certificate of the centre
-//! of mass first ([`Reconstruction::com_certified`]). What cannot be certified is said to be so, with the reason.
+//! of mass first ([`Reconstruction::is_com_certified`]). What cannot be certified is said to be so, with the reason.
 #![forbid(unsafe_code)]
 
 pub mod compare;
@@ -84,6 +84,8 @@ pub mod information;
 pub mod log;
 mod math;
 pub mod mechanics;
+#[cfg(feature = "serde")]
+pub mod number_or_null;
 pub mod palms;
 pub mod plan;
 pub mod reconstruct;

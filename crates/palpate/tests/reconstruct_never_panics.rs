@@ -77,8 +77,8 @@ fn survives_by(log: &Log, method: Method) -> Result<(), TestCaseError> {
         Ok(found) => {
             prop_assert_eq!(found.motion.len(), log.samples.len());
             prop_assert_eq!(diagnostics(log, &found).len(), log.samples.len());
-            prop_assert!(found.certified || found.reason.len() > 20, "{}", found.reason);
-            prop_assert!(!found.certified || found.outline.iter().all(|point| point.r_m.is_finite()));
+            prop_assert!(found.is_certified() || found.verdict.to_string().len() > 20, "{}", found.verdict);
+            prop_assert!(!found.is_certified() || found.outline.iter().all(|point| point.r_m.is_finite()));
         }
         Err(error) => prop_assert!(error.to_string().len() > 20, "{error}"),
     }

@@ -6,8 +6,9 @@ mod reconstruct_support;
 use std::f64::consts::TAU;
 
 use palpate::Log;
+use palpate::information::cramer_rao_bound_m;
 use palpate::mechanics::EnergyLandscape;
-use palpate::reconstruct::{ReconstructOptions, Reconstruction, cramer_rao_bound_m, reconstruct_from};
+use palpate::reconstruct::{ReconstructOptions, Reconstruction, reconstruct_from};
 use palpate::shape::{RandomShape, SupportFunction, random_shape};
 use palpate::simulate::Simulation;
 use rand::{RngExt, SeedableRng};

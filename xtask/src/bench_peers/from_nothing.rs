@@ -89,7 +89,7 @@ fn alone(logs: &[Simulation], jumps: bool, threads: usize, pool: &rayon::ThreadP
         .iter()
         .map(|log| {
             let (seconds, found) = timed(|| pool.install(|| solved(log)));
-            (seconds, found.is_ok_and(|found| found.certified))
+            (seconds, found.is_ok_and(|found| found.is_certified()))
         })
         .collect();
     let mut seconds: Vec<f64> = runs.iter().map(|(seconds, _)| *seconds).collect();

@@ -20,6 +20,7 @@ from palpate._errors import (
     WriteError,
 )
 from palpate._palpate import (
+    Doubt,
     EnergyLandscape,
     Jump,
     Log,
@@ -54,6 +55,7 @@ from palpate._sweep import SweepResult, sweep
 
 __all__ = [
     "CompareError",
+    "Doubt",
     "EnergyLandscape",
     "InputError",
     "InternalError",

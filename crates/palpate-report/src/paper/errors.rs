@@ -38,7 +38,7 @@ fn row(trial: &Trial, method: Method) -> String {
         .collect();
     numbers.push(1e3 * (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt());
     let cells: String = numbers.into_iter().map(|value| format!("<td>{}</td>", three_digits(value))).collect();
-    let certified = if found.certified { "yes" } else { "no" };
+    let certified = if found.is_certified() { "yes" } else { "no" };
     format!("<tr><td>{}</td><td>{}</td>{cells}<td>{certified}</td></tr>\n", escape(trial.name), method.name())
 }
 

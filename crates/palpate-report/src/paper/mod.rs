@@ -128,6 +128,7 @@ fn rest<'a>(trial: &Trial<'a>) -> Rest<'a> {
 mod tests {
     use super::*;
     use palpate::compare::RigidMotion;
+    use palpate::reconstruct::{Doubt, Verdict};
     use palpate::sensor::VisionSystem;
     use palpate::shape::SupportFunction;
     use palpate::{Log, Reconstruction, Truth};
@@ -139,9 +140,7 @@ mod tests {
             shape: shape.clone(),
             outline: vec![],
             motion: vec![],
-            certified: false,
-            com_certified: false,
-            reason: String::new(),
+            verdict: Verdict::new(vec![Doubt::NotConvex]),
             chi2_per_dof: f64::NAN,
             jumps: vec![],
             coverage: 0.0,

@@ -2,6 +2,7 @@
 
 /// A way from the log to shape and motion.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "kebab-case"))]
 pub enum Method {
     /// Maximum likelihood over all samples, with error bars and a certificate.
     #[default]

@@ -40,8 +40,8 @@ pub fn solve(log: &Log) -> Result<Reconstruction, ReconstructError> {
         Ok(found) => println!(
             "{:.1} s, certified {} {}, chi2 {:.2}, K {}, sd {:.4} mm, balance {:.4} mm, jumps {}, coverage {:.2}, alternatives {}: {}",
             taken.as_secs_f64(),
-            found.certified,
-            found.com_certified,
+            found.is_certified(),
+            found.is_com_certified(),
             found.chi2_per_dof,
             found.shape.harmonics_m().len(),
             1e3 * found.sensor_sd_m,
@@ -49,7 +49,7 @@ pub fn solve(log: &Log) -> Result<Reconstruction, ReconstructError> {
             found.jumps.len(),
             found.coverage,
             found.alternatives,
-            found.reason
+            found.verdict
         ),
         Err(error) => println!("{:.1} s, {error}", taken.as_secs_f64()),
     }
@@ -94,11 +94,11 @@ pub fn assert_right(found: &Reconstruction, truth: &Truth, noise_m: f64, fold: u
 /// The contract of the certificate: a certified answer is right, and where there is none the reason says something.
 pub fn assert_honest(result: &Result<Reconstruction, ReconstructError>, truth: &Truth, noise_m: f64, fold: u32) {
     match result {
-        Ok(found) if found.certified => assert_right(found, truth, noise_m, fold),
+        Ok(found) if found.is_certified() => assert_right(found, truth, noise_m, fold),
         Ok(found) => {
             errors(found, truth);
-            assert!(found.reason.len() > 20, "a reason that helps, not {:?}", found.reason);
-            assert!(!found.com_certified, "no centre of mass without a shape");
+            assert!(found.verdict.to_string().len() > 20, "a reason that helps, not {:?}", found.verdict);
+            assert!(!found.is_com_certified(), "no centre of mass without a shape");
         }
         Err(error) => assert!(error.to_string().len() > 20, "a reason that helps, not {error}"),
     }

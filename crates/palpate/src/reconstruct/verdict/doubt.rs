@@ -18,8 +18,10 @@ pub enum Doubt {
     /// Jumps that the object found would not make.
     UnphysicalJumps {
         /// When the first of them happens, seconds.
+        #[cfg_attr(feature = "serde", serde(with = "crate::number_or_null"))]
         time_s: f64,
         /// By how much the object would turn there, radians.
+        #[cfg_attr(feature = "serde", serde(with = "crate::number_or_null"))]
         turn_rad: f64,
         /// How many there are.
         jumps: usize,
@@ -27,8 +29,10 @@ pub enum Doubt {
     /// The contact positions are missed by more than their noise explains.
     Misfit {
         /// Root mean square of what the fit leaves, metres.
+        #[cfg_attr(feature = "serde", serde(with = "crate::number_or_null"))]
         left_m: f64,
         /// What the noise explains, metres.
+        #[cfg_attr(feature = "serde", serde(with = "crate::number_or_null"))]
         expected_m: f64,
         /// Whether log or user stated the noise; else it was estimated from the scatter of neighbouring samples.
         stated: bool,
@@ -45,6 +49,7 @@ pub enum Doubt {
     /// Too little of the boundary was felt to tell an object by.
     LittleFelt {
         /// Fraction of the boundary that was felt, 0 to 1.
+        #[cfg_attr(feature = "serde", serde(with = "crate::number_or_null"))]
         coverage: f64,
     },
     /// Samples whose pose could be another.
@@ -52,6 +57,7 @@ pub enum Doubt {
         /// How many.
         samples: usize,
         /// By how much the motion would be wrong if all of them were elsewhere: root mean square over all samples, radians.
+        #[cfg_attr(feature = "serde", serde(with = "crate::number_or_null"))]
         ambiguity_rad: f64,
     },
     /// The motion alternates between equilibria that next to no energy barrier separates.
@@ -62,13 +68,16 @@ pub enum Doubt {
     /// The orientation is hardly known.
     UncertainOrientation {
         /// Standard deviation over all samples, radians.
+        #[cfg_attr(feature = "serde", serde(with = "crate::number_or_null"))]
         sd_rad: f64,
         /// The largest of them, radians.
+        #[cfg_attr(feature = "serde", serde(with = "crate::number_or_null"))]
         largest_sd_rad: f64,
     },
     /// Parts of the felt boundary are hardly known.
     UncertainBoundary {
         /// Largest standard deviation of the felt boundary, metres.
+        #[cfg_attr(feature = "serde", serde(with = "crate::number_or_null"))]
         sd_m: f64,
     },
     /// Several objects explain the log equally well.
@@ -79,6 +88,7 @@ pub enum Doubt {
     /// Force/torque balance does not hold within the noise: the centre of mass is only a best guess, shape and motion are certified.
     Unbalanced {
         /// Standard deviation of the balance, metres.
+        #[cfg_attr(feature = "serde", serde(with = "crate::number_or_null"))]
         balance_sd_m: f64,
     },
     /// The method has no certificate.
@@ -88,6 +98,11 @@ pub enum Doubt {
     },
     /// A reason that a file gives in words.
     Reported {
+        /// The words.
+        text: String,
+    },
+    /// A reason that a file gives in words why the centre of mass alone is not certified.
+    ReportedOfCenterOfMass {
         /// The words.
         text: String,
     },
@@ -108,7 +123,7 @@ impl Doubt {
 
     /// Whether it concerns the centre of mass alone.
     pub fn concerns_center_of_mass_only(&self) -> bool {
-        matches!(self, Self::Unbalanced { .. })
+        matches!(self, Self::Unbalanced { .. } | Self::ReportedOfCenterOfMass { .. })
     }
 }
 
@@ -181,7 +196,7 @@ impl fmt::Display for Doubt {
                 "the method {method} integrates and has neither error bars nor a certificate (the method {} has both)",
                 Method::Likelihood
             ),
-            Self::Reported { text } => f.write_str(text),
+            Self::Reported { text } | Self::ReportedOfCenterOfMass { text } => f.write_str(text),
         }
     }
 }
@@ -227,5 +242,20 @@ impl fmt::Display for Verdict {
             doubt.fmt(f)?;
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_file_reports_of_the_centre_of_mass_leaves_shape_and_motion_certified() {
+        let text = "force/torque balance does not hold".to_owned();
+        let verdict = Verdict::new(vec![Doubt::ReportedOfCenterOfMass { text: text.clone() }]);
+        assert!(verdict.is_certified() && !verdict.is_com_certified() && verdict.is_explained());
+        assert_eq!(verdict.to_string(), text);
+        let verdict = Verdict::new(vec![Doubt::Reported { text }]);
+        assert!(!verdict.is_certified() && !verdict.is_com_certified() && verdict.is_explained());
     }
 }
