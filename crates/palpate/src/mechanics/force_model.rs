@@ -53,7 +53,6 @@ pub(crate) struct ForceResidual<N = f64> {
 
 /// A number that all instants share: a coefficient of friction, a radius of gyration.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[expect(dead_code, reason = "a model without friction and inertia has none; the first that has some takes this away")]
 pub(crate) struct SharedParameter {
     /// What it is called, with its unit.
     pub name: &'static str,

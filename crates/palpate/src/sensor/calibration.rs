@@ -6,7 +6,8 @@
 //! ten constants a log of an unknown object tells all but two: the common scale of the pads and the common offset of their surfaces, under
 //! which the contact constraint and the balance are unchanged.
 
-use crate::palms::{Contacts, PalmAngles, PalmPair};
+use crate::palms::{Contacts, PalmPair};
+use crate::shape::ContactSupport;
 
 /// Constant errors of two palms and their pads; the default is a rig without errors.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -59,11 +60,12 @@ impl Calibration {
         palms.angles().positions(self.surface_m, [0.0; 2])
     }
 
-    /// The derivatives of the contact residuals at an instant: `palms` as they stand, `contacts` on the outline, and the measured positions
-    /// in metres.
-    pub(crate) fn rows(&self, palms: &PalmAngles, contacts: &Contacts, positions_m: [f64; 2]) -> CalibrationRows {
+    /// The derivatives of the contact residuals at an instant: `palms` as they stand, both contacts on the outline, and the measured
+    /// positions from the base points, metres.
+    pub fn rows(&self, palms: &PalmPair, contacts: [ContactSupport; 2], positions_m: [f64; 2]) -> CalibrationRows {
+        let (palms, contacts) = (palms.angles(), Contacts::from(contacts));
         let apart = |values: [f64; 2]| [[values[0], 0.0], [0.0, values[1]]];
-        let in_front = Contacts { r: [0, 1].map(|k| contacts.r[k] + self.surface_m[k]), ..*contacts };
+        let in_front = Contacts { r: [0, 1].map(|k| contacts.r[k] + self.surface_m[k]), ..contacts };
         // θ moves with the palm as ever, but d and v are those of the outline: only what φ₂ does to r + p changes.
         let by_palms = palms.positions_by_palms(&in_front);
         let excess = [self.surface_m[0], -self.surface_m[1]];
@@ -103,17 +105,17 @@ mod tests {
         }
     }
 
-    fn contacts(palms: &PalmPair) -> Contacts {
+    fn contacts(palms: &PalmPair) -> [ContactSupport; 2] {
         let shape = SupportFunction::new(0.03, vec![[2e-3, -1e-3], [1.8e-3, 6e-4], [-5e-4, 7e-4]]);
         let (theta1, theta2) = palms.contact_angles(PSI);
-        Contacts::from([shape.at(theta1), shape.at(theta2)])
+        [shape.at(theta1), shape.at(theta2)]
     }
 
     /// Predicted less measured positions.
     fn residuals(calibration: &Calibration) -> [f64; 2] {
         let (read, readings) = read();
         let palms = calibration.palms(&read);
-        let at = contacts(&palms);
+        let at = Contacts::from(contacts(&palms));
         let (on_lines, shift) = (palms.angles().positions(at.r, at.d), calibration.surface_shift_m(&palms));
         [0, 1].map(|k| on_lines[k] + shift[k] - calibration.position_m(k, readings[k]))
     }
@@ -146,7 +148,7 @@ mod tests {
             let (read, readings) = read();
             let palms = at.palms(&read);
             let positions = [0, 1].map(|k| at.position_m(k, readings[k]));
-            let rows = at.rows(&palms.angles(), &contacts(&palms), positions);
+            let rows = at.rows(&palms, contacts(&palms), positions);
             let slope = |change: &dyn Fn(&mut Calibration, f64)| -> [f64; 2] {
                 let [plus, minus] = [STEP, -STEP].map(|step| {
                     let mut moved = at;
@@ -175,7 +177,7 @@ mod tests {
     fn a_parallel_body_has_the_same_readings_as_surfaces_in_front() {
         // The common offset of the surfaces is a symmetry: the object found is larger by as much all around.
         let (palms, _) = read();
-        let at = contacts(&palms);
+        let at = Contacts::from(contacts(&palms));
         let larger = Contacts { r: at.r.map(|r| r + 4e-3), v: at.v.map(|v| v + 4e-3), ..at };
         let shift = Calibration { surface_m: [4e-3; 2], ..Calibration::default() }.surface_shift_m(&palms);
         let (on_lines, of_larger) =
