@@ -5,7 +5,9 @@
 
 pub(crate) mod force_model;
 pub(crate) mod frictionless;
+mod gravity;
 mod jump;
 
-pub use frictionless::{EnergyLandscape, RestPose, STANDARD_GRAVITY_M_PER_S2, contact_forces_n, follow};
+pub use frictionless::{EnergyLandscape, RestPose, contact_forces_n, follow};
+pub use gravity::STANDARD_GRAVITY_M_PER_S2;
 pub use jump::Jump;

@@ -1,4 +1,4 @@
-use crate::reconstruct::reconstruction::Jump;
+use crate::mechanics::Jump;
 use super::*;
 use crate::shape::SupportFunction;
 
