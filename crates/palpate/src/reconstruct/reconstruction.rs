@@ -1,5 +1,6 @@
 //! The result of a reconstruction: plain data, shared by files, the report and Python.
 
+use crate::mechanics::Jump;
 use crate::reconstruct::verdict::certificate::Findings;
 use crate::reconstruct::verdict::doubt::Verdict;
 use crate::shape::SupportFunction;
@@ -58,24 +59,6 @@ impl Reconstruction {
         }
         self.others.iter_mut().for_each(|other| other.prune(min_touches));
     }
-}
-
-/// The object jumped from one resting pose to another.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Jump {
-    /// Time of the first sample after the jump, seconds.
-    pub time_s: f64,
-    /// Orientation before, radians.
-    pub psi_before_rad: f64,
-    /// Orientation after, radians.
-    pub psi_after_rad: f64,
-    /// Height of the centre of mass in the old pose over the palms as they are after the jump, metres.
-    pub height_before_m: f64,
-    /// Height of the centre of mass in the new pose over the same palms, metres. The energy lost is the difference of the
-    /// two heights times the weight.
-    pub height_after_m: f64,
-    /// Whether the object that was found would make this jump: downhill all the way.
-    pub physical: bool,
 }
 
 /// One point of the reconstructed boundary.

@@ -47,7 +47,8 @@ pub struct Smoothed {
 ///
 /// ```
 /// use palpate::reconstruct::{SmoothOptions, smooth_from};
-/// # use palpate::{shape::NamedShape, simulate::{PalmLimits, SimulateOptions, plan_turn, simulate}};
+/// # use palpate::plan::{PalmLimits, plan_turn};
+/// # use palpate::{shape::NamedShape, simulate::{SimulateOptions, simulate}};
 /// # let pebble = NamedShape::Pebble.shape(0.03)?;
 /// # let plan = plan_turn(&pebble, &PalmLimits::default(), 40.0)?;
 /// # let options = SimulateOptions { start_psi_rad: plan.start_psi_rad, ..SimulateOptions::default() };
