@@ -48,7 +48,6 @@
 //! ```
 //! use palpate::palms::PalmPair;
 //! use palpate::plan::{PalmLimits, plan_turn};
-//! use palpate::reconstruct::{ReconstructOptions, reconstruct};
 //! use palpate::shape::NamedShape;
 //! use palpate::simulate::{SimulateOptions, simulate};
 //!
@@ -60,8 +59,8 @@
 //! let felt = simulate(&egg, &motion, &options)?;
 //!
 //! // What it gets back from what it felt.
-//! let found = reconstruct(&felt.log, &ReconstructOptions::default(), &|_| ())?;
-//! assert!(found.certified, "{}", found.reason);
+//! let found = palpate::reconstruct(&felt.log)?;
+//! assert!(found.is_certified(), "{}", found.verdict);
 //! assert!((found.shape.perimeter_m() - egg.perimeter_m()).abs() < 1e-5);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -75,7 +74,7 @@
 //!
 //! The object is convex, smooth and rigid, and lies in the plane; it touches each palm in one point, without friction, and the
 //! palms are slow enough for it to be at rest at all times. Light friction and moderate speed cost the certificate of the centre
-//! of mass first ([`Reconstruction::com_certified`]). What cannot be certified is said to be so, with the reason.
+//! of mass first ([`Reconstruction::is_com_certified`]). What cannot be certified is said to be so, with the reason.
 #![forbid(unsafe_code)]
 
 pub mod compare;
@@ -93,7 +92,7 @@ pub mod simulate;
 pub mod truth;
 
 pub use log::{Log, Sample};
-pub use reconstruct::Reconstruction;
+pub use reconstruct::{Reconstruction, Reconstructor, reconstruct};
 pub use truth::Truth;
 
 /// The README's code, compiled and run.

@@ -46,8 +46,8 @@ fn cut(run: &Simulation, range: std::ops::Range<usize>) -> Simulation {
 fn assert_refused(result: &Result<Reconstruction, ReconstructError>) {
     match result {
         Ok(found) => {
-            assert!(!found.certified && !found.com_certified, "certified");
-            assert!(found.reason.len() > 20, "a reason that helps, not {:?}", found.reason);
+            assert!(!found.is_certified() && !found.is_com_certified(), "certified");
+            assert!(found.verdict.to_string().len() > 20, "a reason that helps, not {}", found.verdict);
         }
         Err(error) => assert!(error.to_string().len() > 20, "a reason that helps, not {error}"),
     }
@@ -216,7 +216,7 @@ fn millimetres_taken_as_metres() {
     }))
     .expect("an answer");
     let small = solve(&run.log).expect("an answer");
-    assert!(small.certified && large.certified, "{} {}", small.reason, large.reason);
+    assert!(small.is_certified() && large.is_certified(), "{} {}", small.verdict, large.verdict);
     assert_right(&small, &run.truth, NOISE_M, 1);
     for (small, large) in small.outline.iter().zip(&large.outline) {
         assert!((1e3 * small.r_m - large.r_m).abs() < 1e-3 * SIZE_M, "{} {}", small.r_m, large.r_m);
@@ -251,7 +251,7 @@ fn all_times_equal() {
     // The palms are slow, so time itself plays no part.
     let run = turned(&egg(), 600, noisy(NOISE_M));
     let found = solve(&changed(&run.log, |sample| sample.time_s = 0.0)).expect("an answer");
-    assert!(found.certified, "{}", found.reason);
+    assert!(found.is_certified(), "{}", found.verdict);
     assert_right(&found, &run.truth, NOISE_M, 1);
 }
 

@@ -8,7 +8,7 @@ use std::time::Instant;
 use palpate::compare::{TruthError, compare};
 use palpate::palms::PalmPair;
 use palpate::plan::{PalmLimits, plan_turn};
-use palpate::reconstruct::{ReconstructError, ReconstructOptions, Reconstruction, reconstruct};
+use palpate::reconstruct::{ReconstructError, Reconstruction, reconstruct};
 use palpate::sensor::Touchpad;
 use palpate::shape::SupportFunction;
 use palpate::simulate::{SimulateOptions, Simulation, simulate};
@@ -34,14 +34,14 @@ pub fn turned(shape: &SupportFunction, samples: usize, touchpad: Touchpad) -> Si
 /// Reconstructs, and prints what came of it. How long it took is told and not judged.
 pub fn solve(log: &Log) -> Result<Reconstruction, ReconstructError> {
     let started = Instant::now();
-    let result = reconstruct(log, &ReconstructOptions::default(), &|_| ());
+    let result = reconstruct(log);
     let taken = started.elapsed();
     match &result {
         Ok(found) => println!(
             "{:.1} s, certified {} {}, chi2 {:.2}, K {}, sd {:.4} mm, balance {:.4} mm, jumps {}, coverage {:.2}, alternatives {}: {}",
             taken.as_secs_f64(),
-            found.certified,
-            found.com_certified,
+            found.is_certified(),
+            found.is_com_certified(),
             found.chi2_per_dof,
             found.shape.harmonics_m().len(),
             1e3 * found.sensor_sd_m,
@@ -49,7 +49,7 @@ pub fn solve(log: &Log) -> Result<Reconstruction, ReconstructError> {
             found.jumps.len(),
             found.coverage,
             found.alternatives,
-            found.reason
+            found.verdict
         ),
         Err(error) => println!("{:.1} s, {error}", taken.as_secs_f64()),
     }
@@ -94,11 +94,11 @@ pub fn assert_right(found: &Reconstruction, truth: &Truth, noise_m: f64, fold: u
 /// The contract of the certificate: a certified answer is right, and where there is none the reason says something.
 pub fn assert_honest(result: &Result<Reconstruction, ReconstructError>, truth: &Truth, noise_m: f64, fold: u32) {
     match result {
-        Ok(found) if found.certified => assert_right(found, truth, noise_m, fold),
+        Ok(found) if found.is_certified() => assert_right(found, truth, noise_m, fold),
         Ok(found) => {
             errors(found, truth);
-            assert!(found.reason.len() > 20, "a reason that helps, not {:?}", found.reason);
-            assert!(!found.com_certified, "no centre of mass without a shape");
+            assert!(found.verdict.to_string().len() > 20, "a reason that helps, not {}", found.verdict);
+            assert!(!found.is_com_certified(), "no centre of mass without a shape");
         }
         Err(error) => assert!(error.to_string().len() > 20, "a reason that helps, not {error}"),
     }
