@@ -456,6 +456,7 @@ impl ResultData {
         let (doubts, alternatives) = verdict;
         let [chi2_per_dof, coverage, sensor_sd_m, balance_sd_m, seconds] = numbers;
         let found = Reconstruction {
+            findings: None,
             shape: shape.0.clone(),
             outline: arrays::rows("an outline", &tables.0)?.into_iter().map(palpate_io::point_of).collect(),
             motion: arrays::rows("a motion", &tables.1)?.iter().map(pose).collect(),
@@ -498,6 +499,7 @@ fn loaded(py: Python<'_>, folder: &std::path::Path) -> PyResult<(Reconstruction,
         physical: jump.physical,
     };
     let found = Reconstruction {
+        findings: None,
         shape,
         outline,
         motion,

@@ -8,7 +8,8 @@ use crate::shape::SupportFunction;
 /// Shape, motion and centre of mass of the object behind a log, with error bars and a verdict.
 ///
 /// The object frame has its origin at the centre of mass and is turned so that ψ of the first sample is 0. The
-/// [methods](super::Method) that integrate have no error bars: their standard deviations of r, ψ and the centre of mass are NaN.
+/// [methods](super::Method) that integrate have no error bars: their standard deviations of r, ψ and the centre of mass are NaN, which
+/// a CSV file has as `NaN` and JSON as `null`. They are never certified.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reconstruction {
     /// Support function about the centre of mass.
@@ -68,7 +69,7 @@ pub struct OutlinePoint {
     pub theta_rad: f64,
     /// Support function r(θ), metres.
     pub r_m: f64,
-    /// Posterior standard deviation of r(θ) after the best rotation, metres.
+    /// Posterior standard deviation of r(θ) after the best rotation, metres; NaN by the methods that integrate.
     pub r_sd_m: f64,
     /// Boundary point, x in the object frame, metres.
     pub x_m: f64,
@@ -87,13 +88,13 @@ pub struct Pose {
     pub time_s: f64,
     /// Orientation ψ in radians, unwrapped within a piece.
     pub psi_rad: f64,
-    /// Posterior standard deviation of ψ, radians.
+    /// Posterior standard deviation of ψ, radians; NaN by the methods that integrate.
     pub psi_sd_rad: f64,
     /// Centre of mass, X in the global frame, metres.
     pub com_x_m: f64,
     /// Centre of mass, Y in the global frame, metres.
     pub com_y_m: f64,
-    /// Posterior standard deviation of the centre of mass (root of the mean of both variances), metres.
+    /// Posterior standard deviation of the centre of mass (root of the mean of both variances), metres; NaN by the methods that integrate.
     pub com_sd_m: f64,
     /// Normal angle of the object at contact 1, radians.
     pub theta1_rad: f64,

@@ -205,7 +205,7 @@ impl<'a> Job<'a> {
     }
 
     /// No contact is believed to be more exact than this on the way through the log, metres.
-    fn floor_m(&self) -> f64 {
+    pub(crate) fn floor_m(&self) -> f64 {
         0.3 * self.scatter_m
     }
 
