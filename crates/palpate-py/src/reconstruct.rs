@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use palpate::Reconstruction;
-use palpate::reconstruct::{Method, ReconstructError, ReconstructOptions};
+use palpate::reconstruct::{ReconstructError, ReconstructOptions, UnknownMethod};
 use palpate_io::LogFile;
 use pyo3::prelude::*;
 
@@ -18,10 +18,7 @@ use crate::work::{self, Teller};
 
 /// The options of the estimator from what Python calls them.
 fn options(harmonics: Option<Whole>, sensor_sd_m: Option<f64>, method: &str) -> PyResult<ReconstructOptions> {
-    let methods = [Method::Likelihood, Method::Ode, Method::Quadrature];
-    let Some(method) = methods.into_iter().find(|known| known.to_string() == method) else {
-        return Err(errors::input(format!("method must be 'likelihood', 'ode' or 'quadrature', not '{method}'")));
-    };
+    let method = method.parse().map_err(|error: UnknownMethod| errors::input(error.to_string()))?;
     Ok(ReconstructOptions {
         harmonics: harmonics.map(Whole::count),
         sensor_sd_m,

@@ -11,6 +11,7 @@ pub const MOST_HARMONICS: usize = 64;
 
 /// Options of [`reconstruct`](super::reconstruct); the default leaves everything to the data.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default))]
 pub struct ReconstructOptions {
     /// Number of harmonics K of the support function; `None` = chosen by the evidence, or 12 by the methods that integrate.
     pub harmonics: Option<usize>,
