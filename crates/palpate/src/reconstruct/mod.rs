@@ -34,7 +34,7 @@ mod verdict;
 pub use crate::mechanics::Jump;
 pub use diagnostics::{ContactDiagnostics, diagnostics};
 pub use error::ReconstructError;
-pub use method::Method;
+pub use method::{Method, UnknownMethod};
 pub use options::{FEWEST_SAMPLES, MOST_HARMONICS, Progress, ReconstructOptions};
 pub use paper::given_start::{Integrated, PaperEquations};
 pub use reconstruction::{OutlinePoint, Pose, Reconstruction};

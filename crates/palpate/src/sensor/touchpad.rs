@@ -14,10 +14,13 @@ const INCH_M: f64 = 0.0254;
 /// let pad = Touchpad { length_m: 0.15, noise_sd_m: 0.1e-3, ..Touchpad::interlink() };
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Touchpad {
     /// Length along the palm, from its base, metres; an object beyond it has run off the palm. May be infinite.
+    #[cfg_attr(feature = "serde", serde(with = "endless_or_null"))]
     pub length_m: f64,
     /// Width across the palm, metres. Of no effect on a planar object; kept for the record.
+    #[cfg_attr(feature = "serde", serde(with = "endless_or_null"))]
     pub width_m: f64,
     /// Position steps per inch; `None` for no rounding.
     pub counts_per_inch: Option<f64>,
@@ -33,6 +36,21 @@ pub struct Touchpad {
     pub dropout: f64,
     /// Standard deviation of Gaussian noise on each palm angle (φ₁ and φ₁₂) as the robot reports them, radians.
     pub angle_noise_sd_rad: f64,
+}
+
+/// Text formats such as JSON have no infinity: there null is endless.
+#[cfg(feature = "serde")]
+mod endless_or_null {
+    use crate::number_or_null;
+    use serde::{Deserializer, Serializer};
+
+    pub(super) fn serialize<S: Serializer>(value: &f64, serializer: S) -> Result<S::Ok, S::Error> {
+        number_or_null::serialize(value, serializer)
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+        number_or_null::deserialize(deserializer).map(|value| if value.is_nan() { f64::INFINITY } else { value })
+    }
 }
 
 /// One contact on a pad.
