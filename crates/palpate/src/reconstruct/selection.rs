@@ -2,7 +2,7 @@
 
 use super::search::schedule::Found;
 use crate::estimate::measurements::Measurements;
-use crate::estimate::model::force::balance_is_missed;
+use crate::estimate::model::balance_tolerance::balance_is_missed;
 use crate::estimate::motion::same_motion;
 use crate::estimate::solver::gauss_newton::Fit;
 use crate::estimate::solver::gauss_newton::{Estimate, Smoother, StoppingCriteria};

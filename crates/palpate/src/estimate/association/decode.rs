@@ -13,7 +13,7 @@ use crate::estimate::association::transitions::{Transition, near, steps, turn};
 use crate::estimate::association::viterbi::Trellis;
 use crate::estimate::evidence::motion_prior::{CERTAIN, UNSTABLE_POSE};
 use crate::estimate::measurements::{Instant, Measurements};
-use crate::estimate::model::force::balance_limit_m;
+use crate::estimate::model::balance_tolerance::balance_limit_m;
 use crate::estimate::model::noise::Spread;
 use crate::estimate::model::table::SupportTable;
 use crate::estimate::solver::gauss_newton::Fit;

@@ -13,10 +13,10 @@
 //! damped towards the last rate, (n q + λ² ψ'₋)/(q² + λ²), with a λ that grows with the noise; exact readings are not damped.
 
 use super::adams::{self, STARTING_STEPS};
+use crate::estimate::closed_form::Contact;
 use crate::estimate::measurements::Instant;
 use crate::math::local_polynomial::Smoothing;
 use crate::palms::PalmAngles;
-use crate::reconstruct::search::closed_form::Contact;
 
 /// Where the denominator of ψ' is smaller than this share of the size of the object, ψ' keeps its last value.
 const SINGULAR: f64 = 0.02;

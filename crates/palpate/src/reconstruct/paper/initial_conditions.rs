@@ -11,6 +11,7 @@
 //! The most telling piece comes first; each further piece is laid against the outline that the ones before it describe.
 //! An error that has entered an integral stays there, so nothing is certified.
 
+use crate::estimate::closed_form::{Contact, feasible_heights};
 use crate::estimate::coverage::{NODES, touches};
 use crate::estimate::measurements::Measurements;
 use crate::estimate::model::contact::residuals;
@@ -24,10 +25,9 @@ use crate::reconstruct::error::ReconstructError;
 use crate::reconstruct::method::Method;
 use crate::reconstruct::options::MOST_HARMONICS;
 use crate::reconstruct::options::ReconstructOptions;
-use crate::reconstruct::paper::arrangement::Segment;
 use crate::reconstruct::paper::piece::Piece;
+use crate::reconstruct::paper::piece_normal_equations::PieceNormalEquations;
 use crate::reconstruct::reconstruction::{Pose, Reconstruction};
-use crate::reconstruct::search::closed_form::{Contact, feasible_heights};
 use crate::reconstruct::search::segments::segments;
 use crate::reconstruct::verdict::assemble::{outline, pose};
 use crate::reconstruct::verdict::doubt::{Doubt, Verdict};
@@ -120,7 +120,7 @@ pub(crate) fn reconstruct_from(
 struct Placed {
     contacts: Vec<Contact>,
     /// What it says of the shape, at that orientation.
-    segment: Segment,
+    segment: PieceNormalEquations,
 }
 
 struct Job<'a> {
@@ -133,7 +133,7 @@ struct Job<'a> {
     /// Standard deviation that r and d are trusted with.
     trust_m: f64,
     expected_m: f64,
-    prior: Segment,
+    prior: PieceNormalEquations,
 }
 
 impl<'a> Job<'a> {
@@ -159,19 +159,19 @@ impl<'a> Job<'a> {
             size_m,
             trust_m: expected_m.hypot(TRUST * size_m),
             expected_m,
-            prior: Segment::prior(order, Prior { size_m, scale_m: 0.5 * size_m }),
+            prior: PieceNormalEquations::prior(order, Prior { size_m, scale_m: 0.5 * size_m }),
         }
     }
 
     /// The piece at the orientation `turn` more than it was integrated with.
     fn place(&self, piece: &Piece, mut contacts: Vec<Contact>, turn: f64) -> Placed {
         contacts.iter_mut().for_each(|contact| contact.psi += turn);
-        let segment = Segment::new(&piece.measurements, &contacts, self.order, self.trust_m);
+        let segment = PieceNormalEquations::new(&piece.measurements, &contacts, self.order, self.trust_m);
         Placed { contacts, segment }
     }
 
     /// The initial conditions of a piece with the smallest errors, laid against what is `known` of the outline.
-    fn search(&self, piece: &Piece, known: &Segment, alone: bool) -> Option<Placed> {
+    fn search(&self, piece: &Piece, known: &PieceNormalEquations, alone: bool) -> Option<Placed> {
         let (low, high) =
             feasible_heights(&piece.measurements, &piece.relative, self.size_m).unwrap_or((0.0, 8.0 * self.size_m));
         let count = if alone { HEIGHTS[0] } else { HEIGHTS[1] };
@@ -181,7 +181,7 @@ impl<'a> Job<'a> {
         let trial = |height_m: f64, near: Option<f64>| -> (f64, f64) {
             let Some(contacts) = piece.integrate(piece.start(height_m)) else { return (f64::INFINITY, 0.0) };
             let drift = piece.x_error_m2(&contacts) * contacts.len() as f64 / (self.trust_m * self.trust_m);
-            let segment = Segment::new(&piece.measurements, &contacts, self.order, self.trust_m);
+            let segment = PieceNormalEquations::new(&piece.measurements, &contacts, self.order, self.trust_m);
             let misfit = |turn: f64| known.and(&segment.turned(turn)).misfit();
             if alone {
                 return (drift + misfit(0.0), 0.0);

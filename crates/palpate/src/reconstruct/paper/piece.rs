@@ -1,13 +1,13 @@
 //! A piece of a log between two jumps, ready to be integrated.
 
+use crate::estimate::closed_form;
+use crate::estimate::closed_form::{Contact, relative_height};
 use crate::estimate::measurements::Instant;
 use crate::estimate::measurements::Measurements;
 use crate::log::Log;
 use crate::math::local_polynomial::FEWEST;
 use crate::reconstruct::method::Method;
 use crate::reconstruct::paper::equations::Signals;
-use crate::reconstruct::search::closed_form;
-use crate::reconstruct::search::closed_form::{Contact, relative_height};
 use std::ops::Range;
 
 /// A piece made ready for integration.

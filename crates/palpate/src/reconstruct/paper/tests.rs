@@ -2,13 +2,13 @@
 
 use super::piece::Piece;
 use crate::compare::compare;
+use crate::estimate::closed_form::Contact;
 use crate::estimate::measurements::Measurements;
 use crate::palms::{Palm, PalmMotion, PalmMove, PalmPair};
 use crate::reconstruct::error::ReconstructError;
 use crate::reconstruct::method::Method;
 use crate::reconstruct::reconstruction::Reconstruction;
 use crate::reconstruct::reconstructor::Reconstructor;
-use crate::reconstruct::search::closed_form::Contact;
 use crate::reconstruct::start::Start;
 use crate::sensor::Touchpad;
 use crate::shape::{NamedShape, SupportFunction};

@@ -11,6 +11,7 @@
 //! goes on for long, but under strain: with more squared residuals than the noise of the contacts would make. The search lets
 //! those wait that are.
 
+use crate::estimate::closed_form::{integrate, relative_height};
 use crate::estimate::evidence::laplace::log_evidence;
 use crate::estimate::measurements::Instant;
 use crate::estimate::measurements::Measurements;
@@ -21,7 +22,6 @@ use crate::estimate::model::prior::Prior;
 use crate::estimate::motion::same_motion;
 use crate::estimate::solver::gauss_newton::{Estimate, Smoother, StoppingCriteria};
 use crate::estimate::solver::posterior::Posterior;
-use crate::reconstruct::search::closed_form::{integrate, relative_height};
 use crate::reconstruct::search::windows::{Window, heights};
 use rayon::prelude::*;
 use std::f64::consts::TAU;

@@ -1,11 +1,11 @@
 //! Starts for the smoother where nothing is known but the log: a search over the height of the centre of mass at the first
 //! sample, the one unknown that the closed forms of [`super::quadrature`] leave.
 
+use crate::estimate::closed_form::{feasible_heights, integrate, relative_height};
 use crate::estimate::measurements::Measurements;
 use crate::estimate::model::noise::Noise;
 use crate::estimate::model::prior::Prior;
 use crate::estimate::solver::gauss_newton::{Estimate, Smoother, StoppingCriteria};
-use crate::reconstruct::search::closed_form::{feasible_heights, integrate, relative_height};
 use rayon::prelude::*;
 
 /// Trial heights of the centre of mass at the first sample.

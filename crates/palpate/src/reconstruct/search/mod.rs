@@ -1,7 +1,6 @@
 //! Arrangements of a log, with no start given.
 
 pub(crate) mod beam;
-pub(crate) mod closed_form;
 pub(crate) mod initial_height;
 pub(crate) mod schedule;
 pub(crate) mod seed;

@@ -1,7 +1,7 @@
 //! The log cut into windows short enough that a trial shape can follow the object through each of them.
 
+use crate::estimate::closed_form::{feasible_heights, relative_height};
 use crate::estimate::measurements::Measurements;
-use crate::reconstruct::search::closed_form::{feasible_heights, relative_height};
 use std::ops::Range;
 
 /// Thinned instants of one window, about.

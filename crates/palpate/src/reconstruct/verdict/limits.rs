@@ -1,7 +1,9 @@
 //! Every number that decides whether a result is certified, in one place (`docs/constants.md` says why each is what it is, and what half
 //! and twice of it do).
 
-use crate::estimate::model::force::{BALANCE_ALLOWANCES, BALANCE_SENSOR_SDS, MODEL_ALLOWANCE, STABILITY_SLACK};
+use crate::estimate::model::balance_tolerance::{
+    BALANCE_ALLOWANCES, BALANCE_SENSOR_SDS, MODEL_ALLOWANCE, STABILITY_SLACK,
+};
 use crate::reconstruct::error::ReconstructError;
 
 /// The limits of the certificate. Shares are of the mean radius unless said otherwise.

@@ -1,10 +1,10 @@
 //! What one integrated piece says of the shape: least squares of r and d = −r' at both contacts on the coefficients of the
 //! support function. Turning a piece turns its normal equations, so that many arrangements of pieces can be tried cheaply.
 
+use crate::estimate::closed_form::Contact;
 use crate::estimate::measurements::Measurements;
 use crate::estimate::model::layout::Layout;
 use crate::estimate::model::prior::Prior;
-use crate::reconstruct::search::closed_form::Contact;
 use nalgebra::{DMatrix, DVector};
 
 /// Instants of a piece that the normal equations take in, about.
@@ -12,14 +12,14 @@ const ROWS: usize = 300;
 
 /// Normal equations of the coefficients (a₀, a₁ … a_K, b₁ … b_K): those that minimise |rows · a − data|² / σ².
 #[derive(Clone, Debug)]
-pub(crate) struct Segment {
+pub(crate) struct PieceNormalEquations {
     normal: DMatrix<f64>,
     right: DVector<f64>,
     /// |data|² / σ².
     square: f64,
 }
 
-impl Segment {
+impl PieceNormalEquations {
     /// Nothing but the prior: harmonics that fall with the square of their number.
     pub fn prior(order: usize, prior: Prior) -> Self {
         let size = Layout::of_shape(order).unknowns();
@@ -129,8 +129,8 @@ mod tests {
                 Contact { psi, r1: one.r, d1: one.d, r2: two.r, d2: two.d }
             })
             .collect();
-        let prior = Segment::prior(8, Prior { size_m: 0.03, scale_m: 0.015 });
-        let segment = Segment::new(&measurements, &contacts, 8, 1e-6);
+        let prior = PieceNormalEquations::prior(8, Prior { size_m: 0.03, scale_m: 0.015 });
+        let segment = PieceNormalEquations::new(&measurements, &contacts, 8, 1e-6);
         for angle in [0.0, 1.1] {
             let (coefficients, _) = segment.turned(angle).and(&prior).solve().expect("solvable");
             let found = crate::shape::SupportFunction::from_coefficients(&coefficients);
