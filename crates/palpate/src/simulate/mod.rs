@@ -6,4 +6,4 @@ mod quasistatic;
 
 pub use coverage::coverage;
 pub use error::SimulateError;
-pub use quasistatic::{SimulateOptions, Simulation, TimedJump, simulate};
+pub use quasistatic::{SimulateOptions, Simulation, TimedJump, simulate, simulate_with};
