@@ -6,51 +6,53 @@
 use std::error::Error;
 
 use palpate::information::{Information, posterior};
-use palpate::palms::PalmPair;
+use palpate::palms::PalmMotion;
 use palpate::sensor::Touchpad;
 use palpate::shape::{NamedShape, SupportFunction};
 use palpate::simulate::{SimulateOptions, Simulation, simulate};
 
 const NOISE_M: f64 = 1e-4;
 
-/// Both palms rock by `swing_rad` to both sides, for 30 s at 10 samples a second.
-fn rocked(shape: &SupportFunction, swing_rad: f64) -> Result<Simulation, Box<dyn Error>> {
-    let palms = |t: f64| PalmPair::hinged(0.8 + swing_rad * (0.4 * t).sin(), 1.5 - 0.2 * (0.9 * t).cos());
-    let motion: Vec<(f64, PalmPair)> = (0..300).map(|index| f64::from(index) / 10.0).map(|t| (t, palms(t))).collect();
+/// One of many random motions of 20 s, felt 20 times a second.
+fn moved(shape: &SupportFunction, motion: u64) -> Result<Simulation, Box<dyn Error>> {
+    let motion = PalmMotion::random(motion, 20.0, 1.0)?.sample(20.0)?;
     let touchpad = Touchpad { noise_sd_m: NOISE_M, ..Touchpad::ideal() };
     Ok(simulate(shape, &motion, &SimulateOptions { touchpad, ..SimulateOptions::default() })?)
 }
 
 pub fn main() -> Result<(), Box<dyn Error>> {
+    // What is believed of the object: enough to plan by.
     let believed = NamedShape::Pebble.shape(0.030)?;
-    println!("swing   felt   r known to   centre of mass   least known");
-    let mut best: Option<(f64, f64)> = None;
-    for swing_rad in [0.1, 0.3, 0.5, 0.7] {
-        let planned = rocked(&believed, swing_rad)?;
+    println!("motion   felt   r known to   centre of mass to   least known change");
+    let mut best: Option<(u64, f64)> = None;
+    for motion in 1..=6 {
+        let planned = moved(&believed, motion)?;
         let psi_rad: Vec<f64> = planned.truth.motion.iter().map(|pose| pose.psi_rad).collect();
         let information = Information::of(&planned.log, &believed, &psi_rad, NOISE_M)?;
-        let (rms_m, weakest) = (information.rms_r_sd_m(), information.weakest_direction());
+        let (rms_m, com_m) = (information.rms_r_sd_m(), information.center_of_mass_sd_m());
+        let weakest_m = information.weakest_direction().sd_m;
+        let felt = 100.0 * information.felt_rad().len() as f64 / 720.0;
         println!(
-            "{swing_rad:.1} rad {:4.0} %   {:7.4} mm   {:11.4} mm   {:8.4} mm",
-            information.felt_rad().len() as f64 / 7.2,
+            "{motion:6} {felt:4.0} %   {:7.4} mm   {:14.4} mm   {:15.4} mm",
             1e3 * rms_m,
-            1e3 * information.center_of_mass_sd_m(),
-            1e3 * weakest.sd_m
+            1e3 * com_m,
+            1e3 * weakest_m
         );
-        if best.is_none_or(|(_, least)| weakest.sd_m < least) {
-            best = Some((swing_rad, weakest.sd_m));
+        if best.is_none_or(|(_, least_m)| com_m < least_m) {
+            best = Some((motion, com_m));
         }
     }
-    let (swing_rad, _) = best.ok_or("no motion tells anything")?;
+    let (motion, _) = best.ok_or("no motion tells anything")?;
 
-    // The motion that leaves the weakest direction best known is made; then the log itself says what was learnt.
-    let felt = rocked(&believed, swing_rad)?;
+    // The one that tells most of the centre of mass is made; then the log itself says what was learnt.
+    let felt = moved(&believed, motion)?;
     let found = palpate::reconstruct(&felt.log)?;
     let learnt = posterior(&felt.log, &found)?;
+    let com_m = learnt.center_of_mass_sd_m();
     println!(
-        "made with {swing_rad} rad: r known to {:.4} mm ({} harmonics)",
+        "motion {motion} made: r known to {:.4} mm, centre of mass to {:.4} mm",
         1e3 * learnt.rms_r_sd_m(),
-        learnt.order()
+        1e3 * com_m
     );
     Ok(())
 }

@@ -21,7 +21,7 @@ struct Skin {
 
 impl ContactSensor for Skin {
     fn read_contact(&mut self, contact: &PalmContact, rng: &mut dyn Rng) -> Option<ContactReading> {
-        let scale_m = 5e-5 + 1e-3 * contact.position_m;
+        let scale_m = 2e-5 + 5e-4 * contact.position_m;
         let noise_m = scale_m * rng.sample(self.tails);
         let drift_m = self.drift_m * (1.0 - (-contact.time_s / 10.0).exp());
         Some(ContactReading {
@@ -37,7 +37,7 @@ pub fn main() -> Result<(), Box<dyn Error>> {
     let egg = NamedShape::Egg.shape(0.030)?;
     let plan = plan_turn(&egg, &PalmLimits::default(), 40.0)?;
     let motion = plan.motion.sample(10.0)?;
-    for drift_m in [0.0, 1e-4, 1e-3] {
+    for drift_m in [0.0, 2e-5, 1e-3] {
         let mut skin = Skin { tails: StudentT::new(4.0)?, drift_m };
         let start_psi_rad = plan.start_psi_rad;
         let options = SimulateOptions { start_psi_rad, with_stated_noise: true, seed: 7, ..SimulateOptions::default() };
@@ -45,7 +45,7 @@ pub fn main() -> Result<(), Box<dyn Error>> {
         let found = palpate::reconstruct(&felt.log)?;
         let error = compare(&found, &felt.truth)?;
         let verdict = if found.is_certified() { "certified".to_owned() } else { found.verdict.to_string() };
-        println!("drift {:.1} mm: boundary to {:.4} mm, {verdict}", 1e3 * drift_m, 1e3 * error.rms_form_m);
+        println!("drift {:.2} mm: boundary to {:.4} mm, {verdict}", 1e3 * drift_m, 1e3 * error.rms_form_m);
     }
     Ok(())
 }
