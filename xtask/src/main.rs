@@ -1,11 +1,12 @@
-//! What the project does to itself: `cargo xtask test`, `cargo xtask monte-carlo`, `cargo xtask compare-rows`,
-//! `cargo xtask methods`, `cargo xtask python-cost`, `cargo xtask ray-cost`, `cargo xtask bench-peers`. Alone it lists its tasks.
+//! What the project does to itself: `cargo xtask test`, `cargo xtask doc`, `cargo xtask monte-carlo`,
+//! `cargo xtask compare-rows`, `cargo xtask methods`, `cargo xtask python-cost`, `cargo xtask ray-cost`, `cargo xtask bench-peers`. Alone it lists its tasks.
 #![forbid(unsafe_code)]
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "its tables and what it does are for the terminal")]
 
 mod bench_peers;
 mod browser;
 mod debian;
+mod doc;
 mod methods;
 mod monte_carlo;
 mod python;
@@ -32,6 +33,8 @@ struct Arguments {
 enum Task {
     /// Run every test of the workspace: units, properties, documentation, command line, the report in a browser, and Python.
     Test(test::Arguments),
+    /// Make the documentation of the crates with formulas rendered, complete in one folder.
+    Doc(doc::Arguments),
     /// Measure accuracy over many simulated objects and write the tables that the documentation quotes.
     MonteCarlo(monte_carlo::Arguments),
     /// Compare the trials of two studies row by row; fails where a verdict differs.
@@ -49,6 +52,7 @@ enum Task {
 fn main() -> ExitCode {
     let done = match Arguments::parse().task {
         Some(Task::Test(arguments)) => test::run(&arguments),
+        Some(Task::Doc(arguments)) => doc::run(&arguments),
         Some(Task::MonteCarlo(arguments)) => monte_carlo::run(&arguments),
         Some(Task::CompareRows(arguments)) => rows::run(&arguments),
         Some(Task::Methods(arguments)) => methods::run(&arguments),

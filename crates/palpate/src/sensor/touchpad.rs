@@ -1,8 +1,11 @@
 //! A touchpad on each palm: resolution, noise, pressure levels, rate, length, drop-outs, and the centroid that it reports
 //! when it feels several contacts (section 5 of Moll & Erdmann 2001).
 
-use rand::RngExt;
+use rand::{Rng, RngExt};
 use rand_distr::StandardNormal;
+
+use super::contact_sensor::{ContactReading, ContactSensor, PalmContact};
+use crate::palms::{Palm, PalmPair};
 
 /// Metres per inch.
 const INCH_M: f64 = 0.0254;
@@ -129,7 +132,7 @@ impl Touchpad {
     /// What the pad reports of its contacts: `None` without a contact or on a drop-out.
     ///
     /// Several contacts give their force-weighted centroid. Forces that are all zero count alike.
-    pub fn read(&self, contacts: &[PadContact], rng: &mut impl rand::Rng) -> Option<PadReading> {
+    pub fn read(&self, contacts: &[PadContact], rng: &mut (impl Rng + ?Sized)) -> Option<PadReading> {
         // The same draws whatever happens, so that one sample more or less does not change the rest of a log.
         let noise: f64 = rng.sample(StandardNormal);
         let missing = rng.random::<f64>() < self.dropout;
@@ -153,13 +156,28 @@ impl Touchpad {
         };
         Some(PadReading { position_m, force_n })
     }
+}
 
-    /// Palm angles (φ₁, φ₂) as the robot reports them.
-    pub(crate) fn read_angles(&self, phi1_rad: f64, phi2_rad: f64, rng: &mut impl rand::Rng) -> (f64, f64) {
+impl ContactSensor for Touchpad {
+    fn read_contact(&mut self, contact: &PalmContact, rng: &mut dyn Rng) -> Option<ContactReading> {
+        let contact = PadContact { position_m: contact.position_m, force_n: contact.force_n };
+        let PadReading { position_m, force_n } = self.read(&[contact], rng)?;
+        Some(ContactReading { position_m, position_sd_m: None, force_n: Some(force_n) })
+    }
+
+    fn read_angles_rad(&mut self, _time_s: f64, palms: &PalmPair, rng: &mut dyn Rng) -> (f64, f64) {
         let noise1: f64 = rng.sample(StandardNormal);
         let noise12: f64 = rng.sample(StandardNormal);
         let sd = self.angle_noise_sd_rad;
-        (phi1_rad + sd * noise1, phi2_rad + sd * (noise12 - noise1))
+        (palms.phi1_rad + sd * noise1, palms.phi2_rad + sd * (noise12 - noise1))
+    }
+
+    fn position_sd_m(&self) -> Option<f64> {
+        Some(Self::position_sd_m(self))
+    }
+
+    fn length_m(&self, _palm: Palm) -> f64 {
+        self.length_m
     }
 }
 

@@ -32,6 +32,11 @@ impl ErrorBars {
         Some(Self { layout: posterior.layout, covariance, normal, inflation })
     }
 
+    /// The covariance of the coefficients in this gauge, not inflated.
+    pub fn into_covariance(self) -> DMatrix<f64> {
+        self.covariance
+    }
+
     fn quadratic(&self, row: &DVector<f64>) -> f64 {
         (&self.covariance * row).dot(row).max(0.0)
     }
