@@ -2,9 +2,8 @@
 //! the one that the object reaches downhill from the old one.
 
 use crate::estimate::motion::{SMALLEST_STEP, outlying_steps};
-use crate::mechanics::EnergyLandscape;
-use crate::mechanics::Forces;
 use crate::mechanics::passage::{barrier_m, carried, is_same_pose};
+use crate::mechanics::{EnergyLandscape, Forces};
 use crate::palms::PalmPair;
 use crate::shape::SupportFunction;
 

@@ -6,8 +6,7 @@
 //! object can only come by a leap; how uncertain a pose is about its place, the error bars say.
 
 use crate::estimate::association::alternatives::Alternative;
-use crate::estimate::association::candidates::Choice;
-use crate::estimate::association::candidates::{candidates, minima};
+use crate::estimate::association::candidates::{Choice, candidates, minima};
 use crate::estimate::association::predictive::PredictiveShape;
 use crate::estimate::association::transitions::{Transition, near, steps, turn};
 use crate::estimate::association::viterbi::Trellis;

@@ -6,8 +6,7 @@ use crate::estimate::measurements::{Instant, Measurements};
 use crate::estimate::model::contact::Linearised;
 use crate::estimate::model::layout::Layout;
 use crate::estimate::model::noise::Noise;
-use crate::estimate::solver::gauss_newton::Fit;
-use crate::estimate::solver::gauss_newton::Smoother;
+use crate::estimate::solver::gauss_newton::{Fit, Smoother};
 use nalgebra::{DMatrix, Matrix3, Vector3};
 
 /// The shape that some samples leave.

@@ -5,9 +5,8 @@ use crate::estimate::evidence::motion_prior::{EXCLUDED, PER_HALF_TURN, PREDICTED
 use crate::estimate::measurements::Instant;
 use crate::estimate::model::table::SupportTable;
 use crate::math::angle::wrapped;
-use crate::mechanics::EnergyLandscape;
-use crate::mechanics::Forces;
 use crate::mechanics::passage::{barrier_m, carried, is_same_pose};
+use crate::mechanics::{EnergyLandscape, Forces};
 use crate::palms::PalmPair;
 use crate::shape::SupportFunction;
 use std::f64::consts::PI;

@@ -6,8 +6,7 @@ use crate::estimate::measurements::Measurements;
 use crate::estimate::model::layout::Layout;
 use crate::estimate::model::noise::Noise;
 use crate::estimate::model::prior::Prior;
-use crate::estimate::solver::gauss_newton::Estimate;
-use crate::estimate::solver::gauss_newton::Fit;
+use crate::estimate::solver::gauss_newton::{Estimate, Fit};
 
 /// Numbers of harmonics that are tried, in turn.
 pub(crate) const ORDERS: [usize; 12] = [3, 4, 6, 8, 10, 12, 16, 20, 24, 32, 40, 48];

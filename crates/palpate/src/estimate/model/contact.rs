@@ -3,8 +3,7 @@
 
 use crate::estimate::measurements::Instant;
 use crate::mechanics::Forces;
-use crate::mechanics::force_model::ForceModel;
-use crate::mechanics::force_model::{ForceResidual, MotionState};
+use crate::mechanics::force_model::{ForceModel, ForceResidual, MotionState};
 use crate::palms::{ContactRow, Contacts};
 use crate::shape::ContactSupport;
 

@@ -3,8 +3,7 @@
 use crate::estimate::measurements::Instant;
 use crate::estimate::model::contact::supports;
 use crate::estimate::model::noise::Noise;
-use crate::math::lanes::Number;
-use crate::math::lanes::{LANES, Lanes, sin_cos};
+use crate::math::lanes::{LANES, Lanes, Number, sin_cos};
 use crate::mechanics::force_model::{ForceModel, MotionState};
 use crate::palms::{ContactRow, Contacts, PalmAngles};
 use std::marker::PhantomData;

@@ -3,8 +3,7 @@
 use crate::estimate::measurements::Measurements;
 use crate::estimate::model::contact::{AT_REST, contacts};
 use crate::mechanics::Forces;
-use crate::mechanics::force_model::ForceModel;
-use crate::mechanics::force_model::MotionState;
+use crate::mechanics::force_model::{ForceModel, MotionState};
 
 /// Smooth errors that no shape explains (palms that are not quite slow, not quite straight) are forgiven up to this share
 /// of the mean radius.

@@ -1,7 +1,6 @@
 //! A piece of a log between two jumps, ready to be integrated.
 
-use crate::estimate::measurements::Instant;
-use crate::estimate::measurements::Measurements;
+use crate::estimate::measurements::{Instant, Measurements};
 use crate::log::Log;
 use crate::math::local_polynomial::FEWEST;
 use crate::reconstruct::method::Method;

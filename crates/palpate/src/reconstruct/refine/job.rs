@@ -2,8 +2,7 @@
 
 use super::resample::{carry_over, thinned_in_ranges};
 use super::restarts::along_weakest_direction;
-use crate::estimate::association::alternatives::Ambiguity;
-use crate::estimate::association::alternatives::compare_evidence;
+use crate::estimate::association::alternatives::{Ambiguity, compare_evidence};
 use crate::estimate::association::decode::{Aside, Decoded, decode};
 use crate::estimate::association::predictive::PredictiveShape;
 use crate::estimate::association::short_segments::reassociated;
@@ -12,15 +11,13 @@ use crate::estimate::evidence::order::choose_order;
 use crate::estimate::evidence::variance_components::VarianceComponents;
 use crate::estimate::jumps::detect_jumps;
 use crate::estimate::measurements::Measurements;
-use crate::estimate::model::force::balance_is_missed;
-use crate::estimate::model::force::balance_limit_m;
+use crate::estimate::model::force::{balance_is_missed, balance_limit_m};
 use crate::estimate::model::layout::Layout;
 use crate::estimate::model::noise::Noise;
 use crate::estimate::model::noise_from_log::{contact_scatter_m, stated_noise_m, with_noisy_angles};
 use crate::estimate::model::prior::Prior;
 use crate::estimate::motion::{moved, unwrap};
-use crate::estimate::solver::gauss_newton::Estimate;
-use crate::estimate::solver::gauss_newton::Fit;
+use crate::estimate::solver::gauss_newton::{Estimate, Fit};
 use crate::log::Log;
 use crate::palms::PalmPair;
 use crate::reconstruct::error::ReconstructError;

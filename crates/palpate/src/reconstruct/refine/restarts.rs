@@ -2,8 +2,7 @@
 //! wrong poses, each at a minimum of its own, bar the way down it, so that other places of it are looked at.
 
 use crate::estimate::measurements::Measurements;
-use crate::estimate::solver::gauss_newton::Fit;
-use crate::estimate::solver::gauss_newton::{Estimate, Smoother};
+use crate::estimate::solver::gauss_newton::{Estimate, Fit, Smoother};
 
 /// Standard deviations from the optimum at which the valley is looked at, up and down.
 const FAR: f64 = 4.0;

@@ -12,8 +12,7 @@
 //! those wait that are.
 
 use crate::estimate::evidence::laplace::log_evidence;
-use crate::estimate::measurements::Instant;
-use crate::estimate::measurements::Measurements;
+use crate::estimate::measurements::{Instant, Measurements};
 use crate::estimate::model::contact::{contacts, residuals};
 use crate::estimate::model::layout::Layout;
 use crate::estimate::model::noise::Noise;

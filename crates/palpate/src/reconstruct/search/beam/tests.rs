@@ -1,7 +1,5 @@
 use super::*;
-use crate::estimate::motion::ELSEWHERE;
-use crate::estimate::motion::common_rotation;
-use crate::estimate::motion::moved;
+use crate::estimate::motion::{ELSEWHERE, common_rotation, moved};
 use crate::palms::PalmMotion;
 use crate::reconstruct::search::windows::windows;
 use crate::shape::SupportFunction;
