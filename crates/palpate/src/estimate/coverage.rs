@@ -68,8 +68,8 @@ fn passes(path: &[f64]) -> Vec<(f64, f64)> {
     passes
 }
 
-/// The contact angles of each contact over each segment, where it was seen. Segments too short to be placed with certainty do not count as
-/// felt, nor does the boundary between the ends of a long step.
+/// The contact angles of each contact over each segment, where it was seen. Segments too short to be placed with certainty do not
+/// count as felt, nor does the boundary between the ends of a long step.
 pub(crate) fn contact_paths(measurements: &Measurements, angles: &[(f64, f64)], starts: &[usize]) -> Vec<Vec<f64>> {
     let short = short_segments(starts, angles.len());
     let mut paths = Vec::new();
@@ -102,7 +102,8 @@ pub(crate) fn felt_nodes(measurements: &Measurements, psi: &[f64]) -> impl Itera
     (0..NODES).filter(move |&node| counts[node] > 0)
 }
 
-/// A contact that moves further than this between two samples, in radians, did not feel the boundary in between: it may have jumped.
+/// A contact that moves further than this between two samples, in radians, did not feel the boundary in between: it may have
+/// jumped.
 pub(crate) const LONGEST_SLIDE: f64 = 0.3;
 
 #[cfg(test)]

@@ -1,5 +1,5 @@
-//! Detection of jumps in a motion, and whether statics predicts them (`docs/theory.md`, jumps): at a jump the potential energy falls, and
-//! the new pose is the minimum that the object descends to from the old one.
+//! Detection of jumps in a motion, and whether statics predicts them (`docs/theory.md`, jumps): at a jump the potential energy
+//! falls, and the new pose is the minimum that the object descends to from the old one.
 
 use crate::estimate::motion::{SMALLEST_STEP, outlying_steps};
 use crate::mechanics::passage::{barrier_m, carried, is_same_pose};
@@ -7,8 +7,8 @@ use crate::mechanics::{EnergyLandscape, Forces};
 use crate::palms::PalmPair;
 use crate::shape::SupportFunction;
 
-/// Energy barrier that errors of the shape may cause where there is none, as a rise of the centre of mass and a share of the mean radius.
-/// Larger values certify physically impossible jumps, smaller ones refuse true ones a few samples early.
+/// Energy barrier that errors of the shape may cause where there is none, as a rise of the centre of mass and a share of the mean
+/// radius. Larger values certify physically impossible jumps, smaller ones refuse true ones a few samples early.
 const BARRIER_ALLOWANCE: f64 = 3e-3;
 
 /// Longest ringing after a jump, samples: a longer one would hide a second jump.
@@ -89,8 +89,8 @@ pub(crate) fn detect_jumps(shape: &SupportFunction, palms: &[PalmPair], psi: &[f
     jumps
 }
 
-/// Number of jumps that the next one reverses at once, without statics predicting both exactly: such an object alternates between equilibria
-/// that next to no energy barrier separates, and its pose follows the noise.
+/// Number of jumps that the next one reverses at once, without statics predicting both exactly: such an object alternates between
+/// equilibria that next to no energy barrier separates, and its pose follows the noise.
 pub(crate) fn jump_reversals(jumps: &[DetectedJump]) -> usize {
     jumps
         .windows(2)

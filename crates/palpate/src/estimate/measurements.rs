@@ -1,7 +1,7 @@
 //! A palm log prepared for estimation: one `Instant` per sample, with the trigonometry of its palms (`docs/theory.md`, contact).
 //!
-//! Palms whose base points lie apart are reduced to a hinged pair: their lines meet in one point, and measured from there the contact
-//! equations (eq. 3 of Moll & Erdmann 2001) and the balance are those of a hinge. Only the origin of s changes.
+//! Palms whose base points lie apart are reduced to a hinged pair: their lines meet in one point, and measured from there the
+//! contact equations (eq. 3 of Moll & Erdmann 2001) and the balance are those of a hinge. Only the origin of s changes.
 
 use crate::log::{Log, Sample};
 use crate::math::statistics::median;

@@ -1,7 +1,8 @@
-//! The kernel of the estimator: measurements, models of noise and shape, the solver, the evidence, and the association of poses with
-//! samples. It depends on no search, verdict or file. Each folder depends only on those before it:
+//! The kernel of the estimator: measurements, models of noise and shape, the solver, the evidence, and the association of poses
+//! with samples. It depends on no search, verdict or file. Each folder depends only on those before it:
 //!
-//! 1. [`measurements`], [`motion`], [`jumps`], [`coverage`]: a log prepared, motions of the object and their jumps, boundary that was felt;
+//! 1. [`measurements`], [`motion`], [`jumps`], [`coverage`]: a log prepared, motions of the object and their jumps, boundary that
+//!    was felt;
 //! 2. [`model`]: residuals and their derivatives, noise, prior;
 //! 3. [`solver`]: maximum likelihood over all samples, every orientation eliminated exactly, and the posterior at the optimum;
 //! 4. [`evidence`]: number of harmonics, noise and scale of the prior by the evidence;

@@ -4,7 +4,7 @@ use crate::math::angle::mean_direction;
 use crate::math::statistics::median;
 use std::ops::Range;
 
-/// A turn by less than this between two samples never stands out, radians: noise moves a pose by as much.
+/// A turn by less than this between two samples never stands out, radians: noise alone turns a pose as far.
 pub(crate) const SMALLEST_STEP: f64 = 0.02;
 
 /// A step stands out when it turns the object this many times further than the median step around it.
@@ -46,7 +46,8 @@ pub(crate) fn moved(a: &[f64], b: &[f64]) -> usize {
     a.iter().zip(b).filter(|(a, b)| (0.5 * (*a - *b - turned)).sin().abs() > ELSEWHERE).count()
 }
 
-/// Sine of half the angle from which on poses count as different: 5.7 degrees, more than a fit moves a pose that keeps its minimum.
+/// Sine of half the angle from which on poses count as different: 5.7 degrees, more than a fit moves a pose that keeps its
+/// minimum.
 pub(crate) const ELSEWHERE: f64 = 0.05;
 
 /// Mean of 1 − cos of the differences up to which two motions are the same: that of 3 degrees.
@@ -60,7 +61,8 @@ pub(crate) fn same_motion(a: &[f64], b: &[f64]) -> bool {
     mean < SAME_MOTION
 }
 
-/// Segments with fewer samples than this are short: their own contacts do not determine their pose, since a fit adapts the shape to them.
+/// Segments with fewer samples than this are short: their own contacts do not determine their pose, since a fit adapts the shape
+/// to them.
 pub(crate) const SHORT_SEGMENT: usize = 6;
 
 /// The short segments between `starts`, the samples at which a segment other than the first begins.

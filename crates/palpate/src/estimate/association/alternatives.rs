@@ -1,6 +1,6 @@
-//! Model comparison between alternative data associations by their Laplace evidence (MacKay 1992; `docs/theory.md`,
-//! section on the decoded motion). The decoding ([`super::decode`]) compares poses for a given shape; here each alternative motion is smoothed to an optimum of its
-//! own, with a shape of its own, and the difference of the log evidences decides.
+//! Model comparison between alternative data associations by their Laplace evidence (MacKay 1992; `docs/theory.md`, section on
+//! the decoded motion). The decoding ([`super::decode`]) compares poses for a given shape; here each alternative motion is
+//! smoothed to an optimum of its own, with a shape of its own, and the difference of the log evidences decides.
 
 use crate::estimate::association::transitions::{LONGEST_STEP, near};
 use crate::estimate::evidence::laplace::log_evidence;
@@ -25,8 +25,8 @@ pub(crate) struct Alternative {
 /// Optima are compared by the evidence in units of 1, which this resolves.
 const STOPPING: StoppingCriteria = StoppingCriteria { iterations: 20, tolerance: 1e-7 };
 
-/// An alternative whose margin is below minus this replaces the motion (−2 ln of the odds): less is within what two runs of the smoother
-/// differ by.
+/// An alternative whose margin is below minus this replaces the motion (−2 ln of the odds): less is within what two runs of the
+/// smoother differ by.
 const LIKELIER: f64 = 1.0;
 
 /// How ambiguous the pose of each sample is.
@@ -56,7 +56,8 @@ impl Ambiguity {
             .collect()
     }
 
-    /// The decoded motion as an alternative to the fitted one, where they differ; the samples at which they do are ambiguous until then.
+    /// The decoded motion as an alternative to the fitted one, where they differ; the samples at which they do are ambiguous
+    /// until then.
     pub fn unsettled(&mut self, fitted: &[f64], decoded: &[f64]) -> Option<Alternative> {
         let samples: Vec<usize> = (0..fitted.len()).filter(|&sample| !near(fitted[sample], decoded[sample])).collect();
         samples.iter().for_each(|&sample| self.lower(sample..sample + 1, 0.0));
@@ -69,8 +70,8 @@ impl Ambiguity {
     }
 }
 
-/// Compares alternative motions with that of a fit by their evidence, and replaces the margins of the samples they were proposed for.
-/// Returns the estimate of the best alternative where it is more likely than the fit.
+/// Compares alternative motions with that of a fit by their evidence, and replaces the margins of the samples they were proposed
+/// for. Returns the estimate of the best alternative where it is more likely than the fit.
 pub(crate) fn compare_evidence(
     measurements: &Measurements,
     fit: &Fit,

@@ -1,4 +1,5 @@
-//! Candidates for the data association: the orientations at which a given shape explains one sample, as local minima of its misfit.
+//! Candidates for the data association: the orientations at which a given shape explains one sample, as local minima of its
+//! misfit.
 
 use crate::estimate::measurements::Instant;
 use crate::estimate::model::contact::residuals;
@@ -18,9 +19,9 @@ pub(crate) struct Choice {
     pub misfit: f64,
 }
 
-/// Tie-breaking of [`best_orientation`]: the balance (as a share of the mean radius, times [`BALANCE_SLOPE`], squared and at most 1) and
-/// the distance from the nearest pose (1 − cos, times [`DISTANCE_SHARE`]) count together as [`TIE`] usual squares of the contacts, so that
-/// they decide only between orientations that explain the contacts about equally well.
+/// Tie-breaking of [`best_orientation`]: the balance (as a share of the mean radius, times [`BALANCE_SLOPE`], squared and at most
+/// 1) and the distance from the nearest pose (1 − cos, times [`DISTANCE_SHARE`]) count together as [`TIE`] usual squares of the
+/// contacts, so that they decide only between orientations that explain the contacts about equally well.
 const TIE: f64 = 10.0;
 const BALANCE_SLOPE: f64 = 30.0;
 const DISTANCE_SHARE: f64 = 0.1;

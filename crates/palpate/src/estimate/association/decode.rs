@@ -1,10 +1,10 @@
-//! Decoding of the motion for a given shape: Viterbi decoding of a switching model (`docs/theory.md`, section on the decoded motion). The
-//! states are the candidate poses of each sample, the emission costs their misfits, the transition costs those of jumps
-//! ([`super::transitions`]); the best path explains the contacts with the fewest jumps that statics does not predict.
+//! Decoding of the motion for a given shape: Viterbi decoding of a switching model (`docs/theory.md`, section on the decoded
+//! motion). The states are the candidate poses of each sample, the emission costs their misfits, the transition costs those of
+//! jumps ([`super::transitions`]); the best path explains the contacts with the fewest jumps that statics does not predict.
 //!
-//! Decoding corrects samples that the search put at a wrong pose (beside a jump, in the ringing after it, in a window that was deferred),
-//! and finds ambiguous samples: those which a path of nearly the same cost has at another pose. Only poses that a jump separates count;
-//! the uncertainty of a pose about its optimum is that of the error bars.
+//! Decoding corrects samples that the search put at a wrong pose (beside a jump, in the ringing after it, in a window that was
+//! deferred), and finds ambiguous samples: those which a path of nearly the same cost has at another pose. Only poses that a jump
+//! separates count; the uncertainty of a pose about its optimum is that of the error bars.
 
 use crate::estimate::association::alternatives::Alternative;
 use crate::estimate::association::candidates::{Choice, candidates, minima};
@@ -23,12 +23,13 @@ use crate::shape::SupportFunction;
 use rayon::prelude::*;
 
 /// Where the balance is too inexact to predict jumps, a contact that moves by less than this share of the mean radius, plus
-/// [`STILL_SDS`] standard deviations of a contact position, did not jump. Any jump moves the contacts of all but near-circular objects
-/// further.
+/// [`STILL_SDS`] standard deviations of a contact position, did not jump. Any jump moves the contacts of all but near-circular
+/// objects further.
 const STILL: f64 = 0.02;
 const STILL_SDS: f64 = 6.0;
 
-/// No contact is taken to be more exact than this share of the mean radius, so that an exact log does not make every cost infinite.
+/// No contact is taken to be more exact than this share of the mean radius, so that an exact log does not make every cost
+/// infinite.
 const LEAST_CONTACT_SD: f64 = 1e-5;
 
 /// A candidate at the pose of the fit replaces it when its misfit is lower by more than this (squared standard deviations).
@@ -37,8 +38,8 @@ const BETTER_CANDIDATE: f64 = 1.0;
 /// The motion of a fit is changed when that lowers the cost by at least this (−2 ln of the odds): three standard deviations.
 const WORTH_CHANGING: f64 = 9.0;
 
-/// Standard deviation of an energy barrier that errors of the shape cause where there is none: as a share of that of a contact position,
-/// and of the mean radius.
+/// Standard deviation of an energy barrier that errors of the shape cause where there is none: as a share of that of a contact
+/// position, and of the mean radius.
 const BARRIER_SD: [f64; 2] = [0.03, 1e-4];
 
 /// The most likely motion for a shape.
@@ -62,8 +63,8 @@ impl Decoded {
     }
 }
 
-/// Samples that were not fitted. They may lie on boundary that the others did not feel, so that they are associated by their predictive
-/// likelihood.
+/// Samples that were not fitted. They may lie on boundary that the others did not feel, so that they are associated by their
+/// predictive likelihood.
 #[derive(Clone, Copy)]
 pub(crate) struct Aside<'a> {
     /// Their indices, increasing.
@@ -142,7 +143,7 @@ pub(crate) fn decode(measurements: &Measurements, fit: &Fit, floor_m: f64, aside
         match alternatives.iter().position(|(other, _)| *other == alternative) {
             Some(present) => alternatives[present].1.push(index),
             None if other.is_finite() && alternatives.len() < MOST_ALTERNATIVES => {
-                alternatives.push((alternative, vec![index]))
+                alternatives.push((alternative, vec![index]));
             }
             None => {}
         }

@@ -1,5 +1,5 @@
-//! Data association: which of its possible poses each sample has, and how ambiguous that is (Viterbi decoding, predictive likelihood and
-//! evidence; `docs/theory.md`, section on the decoded motion).
+//! Data association: which of its possible poses each sample has, and how ambiguous that is (Viterbi decoding, predictive
+//! likelihood and evidence; `docs/theory.md`, section on the decoded motion).
 
 pub(crate) mod alternatives;
 pub(crate) mod candidates;

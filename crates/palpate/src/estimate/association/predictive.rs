@@ -1,6 +1,6 @@
-//! The predictive shape, a Gaussian over the coefficients, and the predictive (marginal) likelihood of one sample at an orientation:
-//! −2 ln p = eᵀS⁻¹e + ln det S with S = 1 + JΣJᵀ (`docs/theory.md`, section on the decoded motion). Boundary that was hardly felt
-//! can explain a sample as well, at the price of its uncertainty.
+//! The predictive shape, a Gaussian over the coefficients, and the predictive (marginal) likelihood of one sample at an
+//! orientation: −2 ln p = eᵀS⁻¹e + ln det S with S = 1 + JΣJᵀ (`docs/theory.md`, section on the decoded motion). Boundary that
+//! was hardly felt can explain a sample as well, at the price of its uncertainty.
 
 use crate::estimate::association::candidates::minima;
 use crate::estimate::association::transitions::near;
@@ -51,8 +51,8 @@ impl PredictiveShape {
         first * first + second * second + (STUDENT + 1.0) * (balance * balance / STUDENT).ln_1p() + spread
     }
 
-    /// Margin (−2 ln of the ratio of predictive densities) of the orientation near `psi` over the most likely other one, and the most
-    /// likely other orientations, best first.
+    /// Margin (−2 ln of the ratio of predictive densities) of the orientation near `psi` over the most likely other one, and the
+    /// most likely other orientations, best first.
     pub fn elsewhere(&self, instant: &Instant, psi: f64) -> (f64, Vec<f64>) {
         let mut here = self.neg_log_predictive(instant, psi);
         let mut others = Vec::new();

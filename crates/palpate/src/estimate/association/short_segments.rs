@@ -1,6 +1,6 @@
-//! Data association of short segments, those of a few samples between two jumps. A fit adapts the shape to them, so that they always
-//! seem well placed; they are tested against the predictive shape that all other samples leave ([`super::predictive`]), and then by the
-//! evidence ([`super::alternatives`]).
+//! Data association of short segments, those of a few samples between two jumps. A fit adapts the shape to them, so that they
+//! always seem well placed; they are tested against the predictive shape that all other samples leave ([`super::predictive`]),
+//! and then by the evidence ([`super::alternatives`]).
 
 use crate::estimate::association::alternatives::{Alternative, Ambiguity};
 use crate::estimate::association::predictive::PredictiveShape;
@@ -12,12 +12,13 @@ use crate::estimate::solver::gauss_newton::Fit;
 use crate::math::angle::wrapped;
 use rayon::prelude::*;
 
-/// Samples in short segments beyond which all of them count as ambiguous: with so many set aside, the rest no longer predicts the shape.
+/// Samples in short segments beyond which all of them count as ambiguous: with so many set aside, the rest no longer predicts the
+/// shape.
 const MOST_SAMPLES: usize = 60;
 
-/// Looks for other orientations of each short segment, given the predictive shape of all samples outside short segments. Lowers the
-/// margins in `ambiguity` to that of the segment's most informative sample, the one with the largest margin, and returns the most likely
-/// alternative motions.
+/// Looks for other orientations of each short segment, given the predictive shape of all samples outside short segments. Lowers
+/// the margins in `ambiguity` to that of the segment's most informative sample, the one with the largest margin, and returns the
+/// most likely alternative motions.
 pub(crate) fn reassociated(
     measurements: &Measurements,
     fit: &Fit,

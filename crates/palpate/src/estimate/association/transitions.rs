@@ -12,8 +12,8 @@ use crate::palms::PalmPair;
 use crate::shape::SupportFunction;
 use std::f64::consts::PI;
 
-/// Largest turn from one sample to the next without a jump, radians: far above what slow palms turn an object by within one sample, and
-/// below the angle between neighbouring stable poses.
+/// Largest turn from one sample to the next without a jump, radians: far above what slow palms turn an object by within one
+/// sample, and below the angle between neighbouring stable poses.
 pub(crate) const LONGEST_STEP: f64 = 0.15;
 
 /// The signed turn from one angle to another, radians, at most half a turn.
@@ -62,8 +62,8 @@ impl Transition<'_> {
     }
 }
 
-/// The cost of each step from one sample's choices (outer) to those of the next (inner). With `blind`, statics is not consulted: every
-/// jump costs what a predicted one does, plus its turn.
+/// The cost of each step from one sample's choices (outer) to those of the next (inner). With `blind`, statics is not consulted:
+/// every jump costs what a predicted one does, plus its turn.
 pub(crate) fn steps(ahead: &Transition, before: &Instant, from: &[Choice], to: &[Choice], blind: bool) -> Vec<f64> {
     let mut costs = Vec::with_capacity(from.len() * to.len());
     let still = ahead.still_since(before);

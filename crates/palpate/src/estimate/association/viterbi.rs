@@ -1,5 +1,5 @@
-//! Viterbi decoding of a switching model, forward and backward (min-sum): the cheapest path through the trellis of poses, and for every
-//! pose of every sample the cheapest path through it (its min-marginal).
+//! Viterbi decoding of a switching model, forward and backward (min-sum): the cheapest path through the trellis of poses, and for
+//! every pose of every sample the cheapest path through it (its min-marginal).
 
 use crate::estimate::association::candidates::Choice;
 use crate::estimate::association::transitions::near;

@@ -1,5 +1,5 @@
-//! The optimum for one number of harmonics, alternating with variance components: the smoother, updates of noise, prior and weights of the
-//! balance, and the smoother again.
+//! The optimum for one number of harmonics, alternating with variance components: the smoother, updates of noise, prior and
+//! weights of the balance, and the smoother again.
 
 use crate::estimate::evidence::laplace::log_evidence;
 use crate::estimate::evidence::motion_prior::neg_log_prior;
@@ -11,7 +11,7 @@ use crate::estimate::model::noise::Noise;
 use crate::estimate::model::prior::Prior;
 use crate::estimate::solver::gauss_newton::{Estimate, Fit, Smoother, StoppingCriteria};
 
-/// Updates of noise and prior in one fit: they converge in two or three, and a later fit goes on from them.
+/// Updates of noise and prior in one fit: they converge in two or three, and a later fit continues from them.
 pub(crate) const ROUNDS: usize = 4;
 
 /// Steps of the smoother at most: from the start, and after an update, which moves the optimum little.
@@ -21,14 +21,16 @@ const FURTHER_STEPS: usize = 12;
 /// Relative fall of the cost at which the smoother ends: differences of the log evidence by one stand out.
 const TOLERANCE: f64 = 1e-7;
 
-/// An optimum, and the measurements with the weights of the balance (Student's t) at its residuals, with which a further fit goes on.
+/// An optimum, and the measurements with the weights of the balance (Student's t) at its residuals, with which a further fit goes
+/// on.
 #[derive(Clone, Debug)]
 pub(crate) struct Fitted {
     pub fit: Fit,
     pub weighted: Measurements,
 }
 
-/// Runs the smoother, updates noise, prior and weights, and runs it again, at most `rounds` times. `None` where no optimum is found.
+/// Runs the smoother, updates noise, prior and weights, and runs it again, at most `rounds` times. `None` where no optimum is
+/// found.
 pub(crate) fn fit(
     measurements: &Measurements,
     order: usize,

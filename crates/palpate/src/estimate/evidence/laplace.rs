@@ -1,5 +1,5 @@
-//! The evidence: the probability of a log with shape and motion integrated out, by Laplace's approximation (D. J. C. MacKay, *Bayesian
-//! interpolation*, Neural Computation 4, 1992; `docs/theory.md`, what the log says of itself).
+//! The evidence: the probability of a log with shape and motion integrated out, by Laplace's approximation (D. J. C. MacKay,
+//! *Bayesian interpolation*, Neural Computation 4, 1992; `docs/theory.md`, what the log says of itself).
 
 use crate::estimate::model::contact::residuals;
 use crate::estimate::solver::gauss_newton::{Estimate, Smoother};

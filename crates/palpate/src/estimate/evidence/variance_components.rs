@@ -1,5 +1,5 @@
-//! Variance components: the standard deviations of contacts and balance from squared residuals over their redundancy, and the scale of the
-//! prior by expectation-maximisation (`docs/theory.md`, what the log says of itself).
+//! Variance components: the standard deviations of contacts and balance from squared residuals over their redundancy, and the
+//! scale of the prior by expectation-maximisation (`docs/theory.md`, what the log says of itself).
 
 use crate::estimate::measurements::Measurements;
 use crate::estimate::model::contact::residuals;
@@ -17,13 +17,15 @@ pub(crate) struct VarianceComponents {
     pub floor_m: f64,
 }
 
-/// The balance is never taken to be more exact than this share of the sensor noise: the residuals of the contacts do not resolve more.
+/// The balance is never taken to be more exact than this share of the sensor noise: the residuals of the contacts do not resolve
+/// more.
 const LEAST_BALANCE_SHARE: f64 = 0.1;
 
 /// Least share of the redundancy that the coefficients leave, for logs with hardly more readings than coefficients.
 const LEAST_FREE_SHARE: f64 = 0.05;
 
-/// Largest factor by which one update changes a standard deviation, so that a poor first fit does not mislead the next; and its inverse.
+/// Largest factor by which one update changes a standard deviation, so that a poor first fit does not mislead the next; and its
+/// inverse.
 const LARGEST_STEP: f64 = 5.0;
 const SMALLEST_STEP: f64 = 0.2;
 
@@ -31,11 +33,13 @@ const SMALLEST_STEP: f64 = 0.2;
 const LEAST_INFORMATION: f64 = 1e-300;
 const LEAST_REDUNDANCY: f64 = 1e-9;
 
-/// Range of the scale of the prior, as shares of the size of the object: from a near-circular one to harmonics as large as the object.
+/// Range of the scale of the prior, as shares of the size of the object: from a near-circular one to harmonics as large as the
+/// object.
 const SCALES: [f64; 2] = [0.02, 2.0];
 
-/// The measurements with the weights of the balance at an estimate. The balance fails in bursts (ringing after a jump, stick and slip), so
-/// that its errors follow Student's t, not a Gaussian: iteratively reweighted, each sample has the weight (ν + 1)/(ν + (g/σ_b)²).
+/// The measurements with the weights of the balance at an estimate. The balance fails in bursts (ringing after a jump, stick and
+/// slip), so that its errors follow Student's t, not a Gaussian: iteratively reweighted, each sample has the weight (ν + 1)/(ν +
+/// (g/σ_b)²).
 pub(crate) fn with_balance_weights(
     mut measurements: Measurements,
     estimate: &Estimate,
@@ -87,7 +91,8 @@ pub(crate) fn updated_noise(
     Noise { sensor_m: sensor, balance_m: (balance_m * step(1)).max(LEAST_BALANCE_SHARE * sensor) }
 }
 
-/// Expectation-maximisation step for the scale c of the prior: c² is the mean of k⁴ a² and k⁴ b², each with its posterior variance added.
+/// Expectation-maximisation step for the scale c of the prior: c² is the mean of k⁴ a² and k⁴ b², each with its posterior
+/// variance added.
 pub(crate) fn updated_scale(coefficients: &[f64], variance: &[f64], prior: Prior) -> f64 {
     let order = Layout::of_coefficients(coefficients).order;
     let (mut sum, mut count) = (0.0, 0.0);

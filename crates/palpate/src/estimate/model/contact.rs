@@ -23,8 +23,8 @@ impl Residuals {
     }
 }
 
-/// A pose whose balance is missed by more standard deviations than this is not at rest but in motion (ringing), and not tested for
-/// stability.
+/// A pose whose balance is missed by more standard deviations than this is not at rest but in motion (ringing), and not tested
+/// for stability.
 pub(crate) const AT_REST: f64 = 4.0;
 
 /// Support function, its derivatives and the radius of curvature at several normal angles.
@@ -97,7 +97,8 @@ pub(crate) fn combine(instant: &Instant, at: Contacts) -> Residuals {
     Residuals { value: [s1 - instant.s1, s2 - instant.s2, forces.value], by_psi: [s1_by_psi, s2_by_psi, forces.by_psi] }
 }
 
-/// Derivatives of the three residuals by the angles of palm 1 and palm 2, each against the horizontal: `[palm][residual]`, ψ as it is.
+/// Derivatives of the three residuals by the angles of palm 1 and palm 2, each against the horizontal: `[palm][residual]`, ψ as
+/// it is.
 pub(crate) fn by_palms(instant: &Instant, at: &Contacts) -> [[f64; 3]; 2] {
     let [[s11, s21], [s12, s22]] = instant.palms.positions_by_palms(at);
     let [g1, g2] = Forces::default().by_palms(&MotionState::at_rest(instant.palms, *at));

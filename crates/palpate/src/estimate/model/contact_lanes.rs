@@ -1,5 +1,5 @@
-//! The residuals of [`super::contact`] for eight samples side by side (SIMD lanes), the Newton steps that project each ψ to its minimum, and
-//! rotations that separate ψ from the shape.
+//! The residuals of [`super::contact`] for eight samples side by side (SIMD lanes), the Newton steps that project each ψ to its
+//! minimum, and rotations that separate ψ from the shape.
 
 use crate::estimate::measurements::Instant;
 use crate::estimate::model::contact::supports;
@@ -105,8 +105,8 @@ impl<F: ForceModel> Block<F> {
         Mixture { row, force_model: PhantomData }
     }
 
-    /// Brings each ψ (as many as there are samples) to the minimum of its own sample by at most `rounds` Gauss-Newton steps; the residuals
-    /// there.
+    /// Brings each ψ (as many as there are samples) to the minimum of its own sample by at most `rounds` Gauss-Newton steps; the
+    /// residuals there.
     #[inline(always)]
     pub fn project_orientations(
         &self,

@@ -5,8 +5,8 @@ use crate::estimate::model::contact::{AT_REST, contacts};
 use crate::mechanics::Forces;
 use crate::mechanics::force_model::{ForceModel, MotionState};
 
-/// Systematic errors that no shape explains (palms that are not quite slow, not quite straight) are allowed up to this share of the mean
-/// radius: with less, real palms would be refused; with more, wrong shapes would pass.
+/// Systematic errors that no shape explains (palms that are not quite slow, not quite straight) are allowed up to this share of
+/// the mean radius: with less, real palms would be refused; with more, wrong shapes would pass.
 pub(crate) const MODEL_ALLOWANCE: f64 = 2e-3;
 
 /// Balance holds while its standard deviation is at most so many times that of the contact positions, or so many times
@@ -19,8 +19,8 @@ pub(crate) fn balance_limit_m(sensor_m: f64, mean_radius_m: f64) -> f64 {
     (BALANCE_SENSOR_SDS * sensor_m).max(BALANCE_ALLOWANCES * MODEL_ALLOWANCE * mean_radius_m)
 }
 
-/// Number of samples at rest at a pose that is no minimum of the potential energy. `slack_m` is allowed for errors of the stiffness;
-/// `balance_m` is the standard deviation of the balance.
+/// Number of samples at rest at a pose that is no minimum of the potential energy. `slack_m` is allowed for errors of the
+/// stiffness; `balance_m` is the standard deviation of the balance.
 pub(crate) fn unstable_samples(
     measurements: &Measurements,
     coefficients: &[f64],

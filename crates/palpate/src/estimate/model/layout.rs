@@ -1,5 +1,5 @@
-//! The order of the unknowns that all instants share: the coefficients (a₀, a₁ … a_K, b₁ … b_K) of the support function, followed by the
-//! shared parameters of calibration and forces, of which there are none yet.
+//! The order of the unknowns that all instants share: the coefficients (a₀, a₁ … a_K, b₁ … b_K) of the support function, followed
+//! by the shared parameters of calibration and forces, of which there are none yet.
 
 use nalgebra::DVector;
 

@@ -1,7 +1,7 @@
 //! Noise of the readings estimated from the log alone, before any shape is known (`docs/theory.md`, what the log says of itself).
 //!
-//! Third differences of neighbouring samples cancel every smooth motion and leave √20 times the noise. Quantised readings (a touchpad's
-//! counts, or rounded digits in a file) have at least the standard deviation of their step q, q/√12.
+//! Third differences of neighbouring samples cancel every smooth motion and leave √20 times the noise. Quantised readings (a
+//! touchpad's counts, or rounded digits in a file) have at least the standard deviation of their step q, q/√12.
 
 use crate::estimate::measurements::{Instant, Measurements};
 use crate::estimate::model::contact::{by_palms, contacts};
@@ -20,9 +20,9 @@ pub(crate) fn angle_scatter_rad(measurements: &Measurements) -> f64 {
     third_difference_scatter(measurements, [|i| i.phi1, |i| i.phi1 + i.phi2])
 }
 
-/// The measurements with contacts down-weighted where noise of the palm angles moves them by more than `contact_m`: far out on the palms,
-/// and where these are steep. Over all samples this is part of their noise; a single one may be missed by many times that. Shape and
-/// motion need to be approximately right.
+/// The measurements with contacts down-weighted where noise of the palm angles moves them by more than `contact_m`: far out on
+/// the palms, and where these are steep. Over all samples this is part of their noise; a single one may be missed by many times
+/// that. Shape and motion need to be approximately right.
 pub(crate) fn with_noisy_angles(
     measurements: &Measurements,
     coefficients: &[f64],
@@ -46,7 +46,8 @@ pub(crate) fn with_noisy_angles(
 /// No contact is taken to be more exact than this share of the mean radius: weights stay finite in an exact log.
 const LEAST_CONTACT_SD: f64 = 1e-5;
 
-/// Share of the third differences that are used, the smallest ones, so that jumps do not count; as a fraction, numerator and denominator.
+/// Share of the third differences that are used, the smallest ones, so that jumps do not count; as a fraction, numerator and
+/// denominator.
 const USED: [usize; 2] = [4, 5];
 
 /// Root mean square of the smaller four fifths of a standard normal distribution's absolute values.
@@ -63,7 +64,8 @@ fn third_difference_scatter(measurements: &Measurements, channels: [fn(&Instant)
             }
         }
     }
-    // Unlike a median, this is not biased by quantised readings. Third differences have √(1 + 9 + 9 + 1) times the standard deviation.
+    // Unlike a median, this is not biased by quantised readings. Third differences have √(1 + 9 + 9 + 1) times the standard
+    // deviation.
     differences.sort_by(f64::total_cmp);
     differences.truncate(differences.len() * USED[0] / USED[1]);
     let mean_square = differences.iter().map(|d| d * d).sum::<f64>() / differences.len().max(1) as f64;
@@ -79,8 +81,8 @@ const FEWEST_GAPS: usize = 8;
 /// The step is the gap at this quantile (one in so many) of all gaps: the commonest small one.
 const GAP_QUANTILE: usize = 10;
 
-/// Distance of a reading from a multiple of the step that rounding of digits explains, in steps: this, and this for each step from the
-/// first reading, up to this many.
+/// Distance of a reading from a multiple of the step that rounding of digits explains, in steps: this, and this for each step
+/// from the first reading, up to this many.
 const OFF_STEP: f64 = 0.02;
 const OFF_STEP_GROWTH: f64 = 1e-3;
 const GROWTH_STEPS: f64 = 100.0;

@@ -1,10 +1,10 @@
-//! The prior of the shape (`docs/theory.md`, maximum likelihood): independent harmonics whose standard deviations fall with the square of
-//! their number, and a penalty on v < 0 that keeps the shape convex.
+//! The prior of the shape (`docs/theory.md`, maximum likelihood): independent harmonics whose standard deviations fall with the
+//! square of their number, and a penalty on v < 0 that keeps the shape convex.
 
 use pulp::{Arch, Simd, WithSimd};
 
-/// The prior of the coefficients: a_k, b_k ~ N(0, (c/k²)²) for k ≥ 2, and wide priors on the mean radius and on the first harmonic, which
-/// is the place of the centre of mass.
+/// The prior of the coefficients: a_k, b_k ~ N(0, (c/k²)²) for k ≥ 2, and wide priors on the mean radius and on the first
+/// harmonic, which is the place of the centre of mass.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Prior {
     /// Rough size of the object, metres.
@@ -27,8 +27,8 @@ impl Prior {
     }
 }
 
-/// Margin ε and standard deviation σ_v of the convexity penalty, as shares of the size: v stays positive between the nodes, and a violation
-/// by a thousandth of the size costs more than any reading gains.
+/// Margin ε and standard deviation σ_v of the convexity penalty, as shares of the size: v stays positive between the nodes, and a
+/// violation by a thousandth of the size costs more than any reading gains.
 const MARGIN: f64 = 8e-3;
 const MARGIN_SD: f64 = 5e-4;
 

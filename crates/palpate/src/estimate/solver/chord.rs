@@ -1,9 +1,9 @@
-//! Chord (Shamanskii) steps for the smoother, from a start near the optimum. Near the optimum the normal matrix hardly changes any more;
-//! it is kept then, and only the gradient is evaluated anew (V. E. Shamanskii, *Ukrainian Mathematical Journal* 19, 1967): such a step
-//! costs O(M) for each sample, not O(M²).
+//! Chord (Shamanskii) steps for the smoother, from a start near the optimum. Near the optimum the normal matrix hardly changes
+//! any more; it is kept then, and only the gradient is evaluated anew (V. E. Shamanskii, *Ukrainian Mathematical Journal* 19,
+//! 1967): such a step costs O(M) for each sample, not O(M²).
 //!
-//! The orientations of the start are kept too: they are not brought to the minima of their samples before the first step, since at a
-//! slightly wrong shape some of these minima are the wrong ones.
+//! The orientations of the start are kept too: they are not brought to the minima of their samples before the first step, since
+//! at a slightly wrong shape some of these minima are the wrong ones.
 
 use crate::estimate::measurements::Instant;
 use crate::estimate::model::contact_lanes::{Block, Waves, Weighted, dots};
@@ -19,11 +19,12 @@ use nalgebra::DVector;
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
-/// The matrix is evaluated anew as long as steps lower the cost by more than this share of it: far from the optimum it changes too much.
+/// The matrix is evaluated anew as long as steps lower the cost by more than this share of it: far from the optimum it changes
+/// too much.
 const FAR: f64 = 0.5;
 
-/// A kept matrix serves as long as each step gains less than this share of what the one before gained: slower convergence costs more
-/// chord steps than a new matrix.
+/// A kept matrix serves as long as each step gains less than this share of what the one before gained: slower convergence costs
+/// more chord steps than a new matrix.
 const CONTRACTION: f64 = 0.1;
 
 /// The normal equations without their matrix, at one estimate.

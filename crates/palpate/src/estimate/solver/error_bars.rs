@@ -42,8 +42,8 @@ impl ErrorBars {
         (self.inflation * self.quadratic(&self.layout.support_row(theta))).sqrt()
     }
 
-    /// Standard deviations of ψ (radians) and of the centre of mass (metres) at one instant, with that of the palm angles, `angle_sd`
-    /// (radians).
+    /// Standard deviations of ψ (radians) and of the centre of mass (metres) at one instant, with that of the palm angles,
+    /// `angle_sd` (radians).
     pub fn pose_sd(&self, index: usize, instant: &Instant, fit: &Fit, angle_sd: f64) -> (f64, f64) {
         let coefficients = &fit.estimate.coefficients;
         let psi = fit.estimate.psi[index];
@@ -74,8 +74,8 @@ impl ErrorBars {
     }
 }
 
-/// Sensitivity of the pose of one sample to errors of the two palm angles, given the shape: sums of squares of the derivatives of ψ and of
-/// the centre of mass (m²/rad²).
+/// Sensitivity of the pose of one sample to errors of the two palm angles, given the shape: sums of squares of the derivatives of
+/// ψ and of the centre of mass (m²/rad²).
 fn angle_sensitivity(instant: &Instant, fit: &Fit, psi: f64) -> (f64, f64) {
     let coefficients = &fit.estimate.coefficients;
     let weights = fit.noise.weights(instant);

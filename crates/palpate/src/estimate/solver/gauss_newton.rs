@@ -1,10 +1,11 @@
-//! Maximum likelihood over all samples at once by Gauss-Newton with variable projection (`docs/theory.md`, maximum likelihood; not in the
-//! paper).
+//! Maximum likelihood over all samples at once by Gauss-Newton with variable projection (`docs/theory.md`, maximum likelihood;
+//! not in the paper).
 //!
-//! Unknown are the coefficients a of the support function and one orientation ψ per sample. Each ψ occurs only in the three residuals of
-//! its own sample, so that a step eliminates it exactly (Schur complement): the rows of a sample are projected on the complement of their
-//! derivative by ψ, which leaves two rows in a alone. A step costs O(N M²) with M = 2K + 1, and the inverse of the reduced matrix is the
-//! posterior covariance of the shape. Levenberg-Marquardt damping makes every step a descent.
+//! Unknown are the coefficients a of the support function and one orientation ψ per sample. Each ψ occurs only in the three
+//! residuals of its own sample, so that a step eliminates it exactly (Schur complement): the rows of a sample are projected on
+//! the complement of their derivative by ψ, which leaves two rows in a alone. A step costs O(N M²) with M = 2K + 1, and the
+//! inverse of the reduced matrix is the posterior covariance of the shape. Levenberg-Marquardt damping makes every step a
+//! descent.
 //!
 //! The problem in one line:
 //! minimise Σᵢ [(ŝ1 − s1)² + (ŝ2 − s2)²]/σ² + g²/σ_b² + Σₖ k⁴(aₖ² + bₖ²)/c² + Σⱼ max(0, ε − v(θⱼ))²/σ_v².
@@ -59,9 +60,9 @@ pub(crate) struct Taken {
     pub factor: Cholesky<f64, Dyn>,
 }
 
-/// Levenberg-Marquardt damping: at first; divided by 5 after a step that lowers the cost and multiplied by 5 after one that does not;
-/// never below the least, at which a step is a plain Gauss-Newton step; and given up above the largest where the cost is not finite.
-/// Where the matrix cannot be factored the damping is raised tenfold, from at least [`SINGULAR_DAMPING`].
+/// Levenberg-Marquardt damping: at first; divided by 5 after a step that lowers the cost and multiplied by 5 after one that does
+/// not; never below the least, at which a step is a plain Gauss-Newton step; and given up above the largest where the cost is not
+/// finite. Where the matrix cannot be factored the damping is raised tenfold, from at least [`SINGULAR_DAMPING`].
 pub(crate) const FIRST_DAMPING: f64 = 1e-4;
 const RELAXED: f64 = 0.2;
 const TIGHTENED: f64 = 5.0;
@@ -76,8 +77,8 @@ const MOST_TRIALS: usize = 12;
 /// Newton steps that bring each ψ to the minimum of its own sample after a step of the shape: it is that near already.
 pub(crate) const PROJECTIONS: usize = 2;
 
-/// Nodes at which convexity is enforced: a factor of the number of harmonics K, and a constant. With 6K + 12, v may dip a little between
-/// nodes, which a search tolerates; with 24K + 24 nothing that matters dips between them.
+/// Nodes at which convexity is enforced: a factor of the number of harmonics K, and a constant. With 6K + 12, v may dip a little
+/// between nodes, which a search tolerates; with 24K + 24 nothing that matters dips between them.
 const NODES: [usize; 2] = [6, 12];
 const STRICT_NODES: [usize; 2] = [24, 24];
 
@@ -161,8 +162,8 @@ impl<'a, F: ForceModel> Smoother<'a, F> {
         prior + convexity
     }
 
-    /// The posterior of the shape given the samples: the Gaussian at an estimate, its rotation fixed (turning the shape would turn the
-    /// samples with it). `None` when it is not finite.
+    /// The posterior of the shape given the samples: the Gaussian at an estimate, its rotation fixed (turning the shape would
+    /// turn the samples with it). `None` when it is not finite.
     pub fn belief(&self, estimate: &Estimate) -> Option<Posterior> {
         let information = self.linearise(&estimate.coefficients, &estimate.psi).matrix;
         let mut coefficients = estimate.coefficients.clone();

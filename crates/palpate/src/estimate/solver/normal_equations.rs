@@ -1,5 +1,5 @@
-//! The normal equations in the unknowns that all instants share, every orientation eliminated: the Schur complement A − B C⁻¹ Bᵀ of
-//! `docs/theory.md`, maximum likelihood, formed by an orthogonal projection of each sample's three rows.
+//! The normal equations in the unknowns that all instants share, every orientation eliminated: the Schur complement A − B C⁻¹ Bᵀ
+//! of `docs/theory.md`, maximum likelihood, formed by an orthogonal projection of each sample's three rows.
 
 use crate::estimate::measurements::Instant;
 use crate::estimate::model::contact_lanes::{Block, Waves, dots, turned_frames};
@@ -11,12 +11,12 @@ use nalgebra::{DMatrix, DVector};
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
-/// Prior information on the change of ψ in one step, rad⁻²: a standard deviation of one radian. Matters only where a sample does not
-/// determine ψ.
+/// Prior information on the change of ψ in one step, rad⁻²: a standard deviation of one radian. Matters only where a sample does
+/// not determine ψ.
 pub(crate) const PSI_INFORMATION: f64 = 1.0;
 
-/// Samples that one thread takes at a time. The sums over each share are added in order, so that no result depends on the number of
-/// threads.
+/// Samples that one thread takes at a time. The sums over each share are added in order, so that no result depends on the number
+/// of threads.
 pub(crate) const SHARE: usize = 512 * LANES;
 
 /// The normal equations in the shape alone, at one estimate.

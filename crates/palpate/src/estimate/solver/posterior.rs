@@ -1,8 +1,9 @@
 //! The Gaussian posterior of the unknowns that all instants share (`docs/theory.md`, error bars).
 //!
-//! A common rotation of shape and motion is not observable and is no error. It is either held fixed, where one Gaussian serves as the
-//! prior of further samples, or taken out by inner constraints, as in geodesy: what is left after the best rotation over the felt boundary is the
-//! projection P = 1 − ρ(ρᵀG)/(ρᵀGρ), where ρ are the coefficients of r' and G is the Gram matrix of the basis over the felt boundary.
+//! A common rotation of shape and motion is not observable and is no error. It is either held fixed, where one Gaussian serves as
+//! the prior of further samples, or taken out by inner constraints, as in geodesy: what is left after the best rotation over the
+//! felt boundary is the projection P = 1 − ρ(ρᵀG)/(ρᵀGρ), where ρ are the coefficients of r' and G is the Gram matrix of the
+//! basis over the felt boundary.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -64,7 +65,8 @@ impl Posterior {
         Some(&projection * inverse * projection.transpose())
     }
 
-    /// The direction with the largest variance, of unit length, and the standard deviation along it. `None` when that is not finite.
+    /// The direction with the largest variance, of unit length, and the standard deviation along it. `None` when that is not
+    /// finite.
     pub fn weakest_direction(&self) -> Option<(f64, DVector<f64>)> {
         let eigen = self.information.clone().symmetric_eigen();
         let (index, least) = eigen.eigenvalues.iter().copied().enumerate().min_by(|a, b| a.1.total_cmp(&b.1))?;

@@ -1,5 +1,5 @@
-//! From an optimum to the reported result: gauge (ψ = 0 at the first sample), outline, motion, error bars, χ² and verdict (`docs/theory.md`,
-//! error bars).
+//! From an optimum to the reported result: gauge (ψ = 0 at the first sample), outline, motion, error bars, χ² and verdict
+//! (`docs/theory.md`, error bars).
 
 use super::certificate::Findings;
 use super::limits::CertificateLimits;
@@ -36,8 +36,9 @@ pub(crate) struct Candidate {
     pub log_evidence: f64,
 }
 
-/// Assembles the result. `None` when the information matrix cannot be factored (the log does not determine the shape). `ambiguity_rad` is,
-/// for each sample, the distance of another pose that explains it about as well (radians, 0 where there is none).
+/// Assembles the result. `None` when the information matrix cannot be factored (the log does not determine the shape).
+/// `ambiguity_rad` is, for each sample, the distance of another pose that explains it about as well (radians, 0 where there is
+/// none).
 pub(crate) fn assemble(
     log: &Log,
     measurements: &Measurements,

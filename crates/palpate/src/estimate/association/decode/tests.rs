@@ -41,7 +41,8 @@ fn scene() -> Scene {
     Scene { shape, measurements: Measurements::new(&log, None), psi, jump: 40 }
 }
 
-/// An ellipse, which looks the same after half a turn, between palms that turn slowly; its poses differ by `off` from those of rest.
+/// An ellipse, which looks the same after half a turn, between palms that turn slowly; its poses differ by `off` from those of
+/// rest.
 fn ellipse(off: f64) -> Scene {
     let shape = SupportFunction::new(SIZE_M, vec![[0.0; 2], [0.1 * SIZE_M, 0.0]]);
     let palms: Vec<PalmPair> = (0..20).map(|index| PalmPair::hinged(0.6 + 0.002 * f64::from(index), 1.7)).collect();
@@ -197,9 +198,9 @@ fn a_jump_is_excluded_where_both_contacts_were_seen_not_to_move() {
         let seen = scene.measurements.instants[sample];
         let instant = &mut scene.measurements.instants[sample];
         if contact == 1 {
-            instant.weight1 = 0.0
+            instant.weight1 = 0.0;
         } else {
-            instant.weight2 = 0.0
+            instant.weight2 = 0.0;
         }
         assert_eq!(
             scene.steps_to(SLOW, STEEP, 1.001 * moved_m, false, &end),
