@@ -1,6 +1,7 @@
-//! Refinement of one arrangement of the search to the optimum over all samples (`docs/theory.md`, the search): Gauss-Newton fits with
-//! variance components and a number of harmonics chosen by the evidence alternate with Viterbi decoding of the motion, to a fixed point;
-//! then ambiguous samples are compared by the evidence, and restarts along the weakest direction of the shape are tried.
+//! Refinement of one arrangement of the search to the optimum over all samples (`docs/theory.md`, the search): Gauss-Newton fits
+//! with variance components and a number of harmonics chosen by the evidence alternate with Viterbi decoding of the motion, to a
+//! fixed point; then ambiguous samples are compared by the evidence, and restarts along the weakest direction of the shape are
+//! tried.
 
 use super::resample::{carry_over, thinned_in_ranges};
 use super::restarts::along_weakest_direction;
@@ -28,20 +29,21 @@ use crate::reconstruct::search::schedule::Found;
 use crate::shape::SupportFunction;
 use std::ops::Range;
 
-/// Times that a motion is decoded and fitted again: what does not settle by then is a wrong arrangement, or a matter of a few samples.
+/// Times that a motion is decoded and fitted again: what does not settle by then is a wrong arrangement, or a matter of a few
+/// samples.
 const REPAIRS: usize = 3;
 
-/// A decoding converges when it relocates at most one in this many of the samples that the one before relocated; as that of the first
-/// counts one in [`FIRST_SHARE`] of all samples.
+/// A decoding converges when it relocates at most one in this many of the samples that the one before relocated; as that of the
+/// first counts one in [`FIRST_SHARE`] of all samples.
 const CONTRACTION: usize = 2;
 const FIRST_SHARE: usize = 4;
 
-/// Standard deviations of the balance that a fit begins with, as shares of that of the contacts: spoilt by friction or pace, and as exact
-/// as statics has it.
+/// Standard deviations of the balance that a fit begins with, as shares of that of the contacts: spoilt by friction or pace, and
+/// as exact as statics has it.
 const BALANCE_SHARES: [f64; 2] = [1.0, 0.1];
 
-/// A restart whose log evidence on the thinned log is larger by this, in nats, is taken to its optimum over all samples: less is within
-/// the differences between two runs.
+/// A restart whose log evidence on the thinned log is larger by this, in nats, is taken to its optimum over all samples: less is
+/// within the differences between two runs.
 const PROMISING: f64 = 1.0;
 
 /// Samples on each side of an ambiguous one that are set aside with it: a wrong pose bends the shape at its neighbours too.
@@ -60,8 +62,8 @@ const ORDER_SAMPLES: usize = 450;
 /// Scale c of the prior of the harmonics that a fit begins with, as a share of the size of the object.
 const PRIOR_SCALE: f64 = 0.5;
 
-/// Least standard deviation of the contacts that a first fit believes in, as a share of the size: it keeps the fit of an exact log well
-/// conditioned.
+/// Least standard deviation of the contacts that a first fit believes in, as a share of the size: it keeps the fit of an exact
+/// log well conditioned.
 const LEAST_FIRST_SD: f64 = 1e-3;
 
 /// Least sensor noise that may be estimated, as a share of the size: far below any sensor.
@@ -136,8 +138,8 @@ impl<'a> Job<'a> {
         best
     }
 
-    /// The first fit, with the number of harmonics of the search: a few samples at a wrong pose would make the evidence prefer harmonics
-    /// that the object does not have. Of both standard deviations of the balance the one with more evidence is taken.
+    /// The first fit, with the number of harmonics of the search: a few samples at a wrong pose would make the evidence prefer
+    /// harmonics that the object does not have. Of both standard deviations of the balance the one with more evidence is taken.
     fn rough(&self, medium: &Measurements, start: Estimate) -> Option<Fit> {
         let sd = self.scatter_m.max(LEAST_FIRST_SD * self.prior.size_m);
         let order = Layout::of_coefficients(&start.coefficients).order;
@@ -149,8 +151,8 @@ impl<'a> Job<'a> {
         BALANCE_SHARES.into_iter().filter_map(with_share).max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence))
     }
 
-    /// Chooses the number of harmonics, fits all samples and decodes the motion, until the decoding relocates no sample. `rough` is a fit
-    /// to the thinned log.
+    /// Chooses the number of harmonics, fits all samples and decodes the motion, until the decoding relocates no sample. `rough`
+    /// is a fit to the thinned log.
     fn to_fixed_point(
         &self,
         medium: &Measurements,
@@ -232,8 +234,8 @@ impl<'a> Job<'a> {
         DECODING_FLOOR * self.scatter_m
     }
 
-    /// The decoding with the shape fitted without the samples `aside`. Transitions to the samples `blind` do not consult statics. `None`
-    /// when too little is left.
+    /// The decoding with the shape fitted without the samples `aside`. Transitions to the samples `blind` do not consult statics.
+    /// `None` when too little is left.
     fn decoded_without(
         &self,
         weighted: &Measurements,
@@ -258,8 +260,8 @@ impl<'a> Job<'a> {
         Some(decode(weighted, &others, self.floor_m(), Some(aside)))
     }
 
-    /// The decoding with the shape fitted without the ambiguous samples, which bend the shape towards the poses that they were given.
-    /// `None` when there are none, or too many.
+    /// The decoding with the shape fitted without the ambiguous samples, which bend the shape towards the poses that they were
+    /// given. `None` when there are none, or too many.
     fn without_ambiguous(&self, weighted: &Measurements, fine: &Fit, of_all: &Decoded) -> Option<Decoded> {
         let count = of_all.psi.len();
         let ambiguous: Vec<usize> = (0..count).filter(|&sample| of_all.is_ambiguous(sample)).collect();
@@ -267,8 +269,8 @@ impl<'a> Job<'a> {
             let first = ambiguous.partition_point(|&other| other + NEIGHBOURS_SET_ASIDE < index);
             ambiguous.get(first).is_some_and(|&other| other <= index + NEIGHBOURS_SET_ASIDE)
         };
-        // A pose at an end of the log has neighbours on one side only; with noisy contacts, that it is wrong may show in nothing but the
-        // balance.
+        // A pose at an end of the log has neighbours on one side only; with noisy contacts, that it is wrong may show in nothing
+        // but the balance.
         let Noise { sensor_m, balance_m } = fine.noise;
         let mean_radius_m = fine.estimate.coefficients[0].abs();
         let inexact = balance_is_missed(sensor_m, balance_m, mean_radius_m)
