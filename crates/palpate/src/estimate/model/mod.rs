@@ -1,4 +1,4 @@
-//! Residuals of one instant and what is believed of their errors and of the shape.
+//! The model of one instant: residuals and their derivatives, the distributions of their errors, and the prior of the shape.
 
 pub(crate) mod balance_tolerance;
 pub(crate) mod contact;
