@@ -7,7 +7,7 @@ use std::error::Error;
 use palpate::information::cramer_rao_bound_m;
 use palpate::palms::{PalmMotion, PalmPair};
 use palpate::plan::{PalmLimits, plan_turn};
-use palpate::reconstruct::{PaperEquations, ReconstructOptions, Reconstruction, reconstruct, reconstruct_from};
+use palpate::reconstruct::{PaperEquations, Reconstruction, Reconstructor, Start};
 use palpate::sensor::Touchpad;
 use palpate::shape::{NamedShape, RandomShape, SupportFunction, random_shape};
 use palpate::simulate::{SimulateOptions, Simulation, simulate};
@@ -82,7 +82,7 @@ fn sampled(motion: &PalmMotion, samples: usize) -> Result<Vec<(f64, PalmPair)>, 
 /// # Errors
 /// When the log cannot be solved; it can.
 pub fn from_nothing(felt: &Simulation) -> Result<Reconstruction, Failure> {
-    Ok(reconstruct(&felt.log, &ReconstructOptions::default(), &|_| ())?)
+    Ok(palpate::reconstruct(&felt.log)?)
 }
 
 /// Smoothing alone, from the truth, with 8 harmonics.
@@ -91,8 +91,8 @@ pub fn from_nothing(felt: &Simulation) -> Result<Reconstruction, Failure> {
 /// When the log cannot be solved; it can.
 pub fn from_truth(scene: &Scene, felt: &Simulation) -> Result<Reconstruction, Failure> {
     let psi: Vec<f64> = felt.truth.motion.iter().map(|pose| pose.psi_rad).collect();
-    let options = ReconstructOptions { harmonics: Some(8), ..ReconstructOptions::default() };
-    Ok(reconstruct_from(&felt.log, &scene.shape, &psi, &options)?)
+    let start = Start::Motion { shape: scene.shape.clone(), psi_rad: psi };
+    Ok(Reconstructor::new().harmonics(8).start(start).run(&felt.log)?)
 }
 
 /// The shape with so many harmonics that count, the last of them next to nothing.

@@ -3,7 +3,6 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use palpate::reconstruct::{ReconstructOptions, reconstruct};
 
 /// Longer logs only make a run slow.
 const MAX_SAMPLES: usize = 60;
@@ -13,7 +12,7 @@ fuzz_target!(|bytes: &[u8]| {
     if file.log.samples.len() > MAX_SAMPLES {
         return;
     }
-    if let Ok(result) = reconstruct(&file.log, &ReconstructOptions::default(), &|_| {}) {
+    if let Ok(result) = palpate::reconstruct(&file.log) {
         assert_eq!(result.motion.len(), file.log.samples.len());
         if result.is_certified() {
             assert!(result.chi2_per_dof.is_finite() && result.sensor_sd_m.is_finite());

@@ -8,7 +8,7 @@ use std::time::Instant;
 
 use anyhow::bail;
 use palpate::compare::{TruthError, compare};
-use palpate::reconstruct::{Method, ReconstructOptions, reconstruct, reconstruct_from};
+use palpate::reconstruct::{Method, Reconstructor, Start};
 use palpate::simulate::Simulation;
 use rayon::prelude::*;
 
@@ -143,8 +143,7 @@ fn on_logs(dir: &Path) -> anyhow::Result<String> {
         let truth = palpate_io::read_truth(&palpate_io::truth_dir_of(&path))?;
         let name = path.file_stem().unwrap_or_default().to_string_lossy();
         for method in [Method::Ode, Method::Quadrature, Method::Likelihood] {
-            let options = ReconstructOptions { method, ..ReconstructOptions::default() };
-            let Ok(found) = reconstruct(&file.log, &options, &|_| ()) else {
+            let Ok(found) = Reconstructor::new().method(method).run(&file.log) else {
                 lines.push(format!("| {name} | {method} | | | | | | no result |"));
                 continue;
             };
@@ -188,12 +187,12 @@ fn trial(seed: u64, noise_sd_m: f64) -> anyhow::Result<Option<Outcome>> {
     let psi: Vec<f64> = truth.motion.iter().map(|pose| pose.psi_rad).collect();
     let mut outcome: Outcome = [None; RUNS.len()];
     for (run, outcome) in RUNS.iter().zip(&mut outcome) {
-        let options = ReconstructOptions { method: run.method, ..ReconstructOptions::default() };
+        let reconstructor = Reconstructor::new().method(run.method);
         let clock = Instant::now();
         let found = if run.given_start {
-            reconstruct_from(&log, &shape, &psi, &options)
+            reconstructor.start(Start::Motion { shape: shape.clone(), psi_rad: psi.clone() }).run(&log)
         } else {
-            reconstruct(&log, &options, &|_| ())
+            reconstructor.run(&log)
         };
         let seconds = clock.elapsed().as_secs_f64();
         if let Ok(found) = found {

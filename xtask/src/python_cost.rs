@@ -10,7 +10,6 @@ use std::time::Instant;
 use anyhow::{Context, bail};
 use palpate::palms::PalmPair;
 use palpate::plan::{PalmLimits, plan_turn};
-use palpate::reconstruct::{ReconstructOptions, reconstruct};
 use palpate::sensor::Touchpad;
 use palpate::shape::NamedShape;
 use palpate::simulate::{SimulateOptions, simulate};
@@ -72,7 +71,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     };
     let in_rust = || -> anyhow::Result<(f64, f64)> {
         let started = Instant::now();
-        let found = reconstruct(&log, &ReconstructOptions::default(), &|_| ())?;
+        let found = palpate::reconstruct(&log)?;
         Ok((started.elapsed().as_secs_f64(), found.shape.perimeter_m()))
     };
     if in_python()?.1 != in_rust()?.1 {

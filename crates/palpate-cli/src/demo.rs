@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use palpate::plan::plan_turn;
-use palpate::reconstruct::ReconstructOptions;
+use palpate::reconstruct::Reconstructor;
 use palpate::sensor::Touchpad;
 use palpate::shape::NamedShape;
 use palpate::simulate::{SimulateOptions, simulate};
@@ -66,7 +66,7 @@ pub fn run(arguments: &Arguments) -> Result<Ending, Failure> {
         name: None,
         title: "Demo: a pebble between two palms",
         truth: Some(&simulation.truth),
-        options: ReconstructOptions::default(),
+        reconstructor: Reconstructor::new(),
         min_touches: 1,
         diagnostics: false,
         out: &arguments.out,

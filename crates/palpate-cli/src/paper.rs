@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use palpate::compare::RigidMotion;
 use palpate::palms::{Palm, PalmMotion, PalmMove, PalmPair};
-use palpate::reconstruct::{Method, Progress, ReconstructOptions, reconstruct};
+use palpate::reconstruct::{Method, Progress, Reconstructor};
 use palpate::sensor::{Touchpad, VisionSystem};
 use palpate::shape::{NamedShape, SupportFunction};
 use palpate::simulate::{SimulateOptions, Simulation, simulate};
@@ -125,10 +125,7 @@ struct Made {
 
 impl Made {
     fn new(run: Run) -> Result<Self, Failure> {
-        let by = |method| {
-            let options = ReconstructOptions { method, ..ReconstructOptions::default() };
-            reconstruct(&run.simulation.log, &options, &|_| ())
-        };
+        let by = |method| Reconstructor::new().method(method).run(&run.simulation.log);
         let (ode, likelihood) = (by(Method::Ode)?, by(Method::Likelihood)?);
         Ok(Self { run, ode, likelihood })
     }

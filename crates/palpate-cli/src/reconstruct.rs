@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use clap::ValueEnum;
 use palpate::compare::{compare, true_support};
-use palpate::reconstruct::{ReconstructOptions, diagnostics};
+use palpate::reconstruct::{Reconstructor, diagnostics};
 use palpate::{Reconstruction, Truth};
 use palpate_io::{LogFile, Summary, TruthSummary};
 use palpate_report::{ReportInput, TruthOverlay};
@@ -113,12 +113,10 @@ pub fn run(arguments: &Arguments) -> Result<Ending, Failure> {
         name: Some(&name),
         title: &name,
         truth: truth.as_ref(),
-        options: ReconstructOptions {
-            harmonics: arguments.harmonics,
-            sensor_sd_m: arguments.sensor_sd_mm.map(|sd| 1e-3 * sd),
-            method: arguments.method.into(),
-            ..ReconstructOptions::default()
-        },
+        reconstructor: Reconstructor::new()
+            .harmonics(arguments.harmonics)
+            .sensor_sd_m(arguments.sensor_sd_mm.map(|sd| 1e-3 * sd))
+            .method(arguments.method.into()),
         min_touches: arguments.min_touches,
         diagnostics: arguments.diagnostics,
         out: &out,
@@ -158,7 +156,7 @@ pub struct Job<'a> {
     /// What is known of the object, to compare with when all is done.
     pub truth: Option<&'a Truth>,
     /// How to reconstruct.
-    pub options: ReconstructOptions,
+    pub reconstructor: Reconstructor<'static>,
     /// Boundary felt fewer times counts as never felt.
     pub min_touches: u32,
     /// Whether to write the diagnostics of the contacts too.
@@ -172,8 +170,7 @@ pub fn solve(job: &Job, terminal: &Terminal) -> Result<Summary, Failure> {
     palpate_io::check_result_target(job.out)?;
     let started = Instant::now();
     let progress = terminal.progress();
-    let mut reconstruction =
-        palpate::reconstruct::reconstruct(&job.file.log, &job.options, &|step| progress.update(step))?;
+    let mut reconstruction = job.reconstructor.clone().progress(&|step| progress.update(step)).run(&job.file.log)?;
     drop(progress);
     reconstruction.prune(job.min_touches);
     let mut summary = Summary::new(&reconstruction, started.elapsed().as_secs_f64());

@@ -82,7 +82,7 @@ impl From<&Jump> for JumpSummary {
             time_s: jump.time_s,
             psi_before_rad: jump.psi_before_rad,
             psi_after_rad: jump.psi_after_rad,
-            height_drop_m: jump.height_before_m - jump.height_after_m,
+            height_drop_m: jump.height_drop_m(),
             physical: jump.physical,
         }
     }

@@ -39,6 +39,7 @@ fn reconstruction() -> Reconstruction {
         shape: SupportFunction::new(0.03, vec![[0.0, 0.0], [0.001, 0.002]]),
         outline: outline.collect(),
         motion: motion.collect(),
+        findings: None,
         verdict: Verdict::new(vec![Doubt::Unbalanced { balance_sd_m: 2e-5 }]),
         chi2_per_dof: 1.02,
         jumps: vec![Jump {

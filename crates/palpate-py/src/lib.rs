@@ -8,6 +8,7 @@ mod arrays;
 mod compare;
 mod doubt;
 mod errors;
+mod jump;
 mod log;
 mod mechanics;
 mod motion;
@@ -36,9 +37,11 @@ mod _palpate {
     #[pymodule_export]
     use crate::doubt::DoubtData;
     #[pymodule_export]
+    use crate::jump::JumpData;
+    #[pymodule_export]
     use crate::log::LogData;
     #[pymodule_export]
-    use crate::mechanics::{Landscape, PoseJump, Rest, follow};
+    use crate::mechanics::{Landscape, Rest, follow};
     #[pymodule_export]
     use crate::motion::Motion;
     #[pymodule_export]
@@ -50,13 +53,13 @@ mod _palpate {
     #[pymodule_export]
     use crate::reconstruct::{cramer_rao_bound_m, reconstruct, reconstruct_from};
     #[pymodule_export]
-    use crate::result::{FoundJump, ResultData};
+    use crate::result::ResultData;
     #[pymodule_export]
     use crate::sensor::Pad;
     #[pymodule_export]
     use crate::shape::Shape;
     #[pymodule_export]
-    use crate::simulate::{Simulated, SimulatedJump, simulate};
+    use crate::simulate::{Simulated, simulate};
     #[pymodule_export]
     use crate::sweep::{FolderData, JobData, run_sweep_jobs, sweep_jobs};
     #[pymodule_export]

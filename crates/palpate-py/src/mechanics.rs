@@ -3,13 +3,14 @@
 use std::convert::Infallible;
 use std::f64::consts::PI;
 
-use palpate::mechanics::{EnergyLandscape, Jump, RestPose};
+use palpate::mechanics::{EnergyLandscape, RestPose};
 use palpate::palms::{PalmPair, SMALLEST_OPENING_RAD};
 use palpate::simulate::SimulateError as RustSimulateError;
 use pyo3::prelude::*;
 
 use crate::arrays::{self, Numbers};
 use crate::errors::OrRaise;
+use crate::jump::JumpData;
 use crate::palms::Palms;
 use crate::pickled::{self, Pickled};
 use crate::shape::{Shape, finite};
@@ -180,71 +181,6 @@ impl Rest {
     }
 }
 
-/// A pose vanished while the palms moved, and the object went downhill to another.
-#[pyclass(frozen, eq, module = "palpate", name = "PoseJump")]
-#[derive(Clone, PartialEq)]
-pub struct PoseJump(Jump);
-
-#[pymethods]
-impl PoseJump {
-    /// float: when, as a fraction (0 to 1) of the movement that was followed.
-    #[getter]
-    fn fraction(&self) -> f64 {
-        self.0.fraction
-    }
-
-    /// PalmPair: the palms at that instant.
-    #[getter]
-    fn palms(&self) -> Palms {
-        Palms(self.0.palms)
-    }
-
-    /// float: orientation before, radians.
-    #[getter]
-    fn psi_before_rad(&self) -> f64 {
-        self.0.psi_before_rad
-    }
-
-    /// float: orientation after, radians, unwrapped.
-    #[getter]
-    fn psi_after_rad(&self) -> f64 {
-        self.0.psi_after_rad
-    }
-
-    /// float: height of the centre of mass before, metres.
-    #[getter]
-    fn height_before_m(&self) -> f64 {
-        self.0.height_before_m
-    }
-
-    /// float: height of the centre of mass after, metres.
-    #[getter]
-    fn height_after_m(&self) -> f64 {
-        self.0.height_after_m
-    }
-
-    fn __repr__(&self) -> String {
-        format!(
-            "<PoseJump: from psi {:.4} to {:.4} rad, {:.3} mm down>",
-            self.0.psi_before_rad,
-            self.0.psi_after_rad,
-            1e3 * (self.0.height_before_m - self.0.height_after_m)
-        )
-    }
-
-    fn __reduce__<'py>(&self, py: Python<'py>) -> Pickled<'py> {
-        let Jump { fraction, palms, psi_before_rad, psi_after_rad, height_before_m, height_after_m } = self.0;
-        let arguments = (fraction, Palms(palms), psi_before_rad, psi_after_rad, height_before_m, height_after_m);
-        pickled::by_method::<Self>(py, "_made", arguments)
-    }
-
-    #[staticmethod]
-    fn _made(fraction: f64, palms: &Palms, before: f64, after: f64, height_before_m: f64, height_after_m: f64) -> Self {
-        let palms = palms.0;
-        Self(Jump { fraction, palms, psi_before_rad: before, psi_after_rad: after, height_before_m, height_after_m })
-    }
-}
-
 /// Follow a stable pose while the palms move evenly from one pair to another.
 ///
 /// Parameters
@@ -260,8 +196,8 @@ impl PoseJump {
 /// -------
 /// psi_rad : float
 ///     Orientation at the end, radians, unwrapped.
-/// jumps : list of PoseJump
-///     The jumps on the way.
+/// jumps : list of Jump
+///     The jumps on the way. Their times run from 0 (`start`) to 1 (`end`).
 ///
 /// Raises
 /// ------
@@ -274,17 +210,17 @@ pub fn follow(
     start: &Palms,
     end: &Palms,
     psi_rad: f64,
-) -> PyResult<(f64, Vec<PoseJump>)> {
+) -> PyResult<(f64, Vec<JumpData>)> {
     finite("psi_rad", &[psi_rad])?;
     open(&start.0)?;
     open(&end.0)?;
     let (shape, start, end) = (shape.0.clone(), start.0, end.0);
     let followed = work::run(py, None, None, move |_| {
-        palpate::mechanics::follow::<Infallible>(&shape, &start, &end, psi_rad, |_, _, _| Ok(()))
+        palpate::mechanics::follow::<Infallible>(&shape, (0.0, start), (1.0, end), psi_rad, |_, _, _| Ok(()))
     })?;
     let (psi, jumps) = match followed {
         Ok(found) => found,
         Err(never) => match never {},
     };
-    Ok((psi, jumps.into_iter().map(PoseJump).collect()))
+    Ok((psi, jumps.into_iter().map(JumpData).collect()))
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use palpate::Reconstruction;
-use palpate::reconstruct::{Method, ReconstructError, ReconstructOptions};
+use palpate::reconstruct::{Method, ReconstructError, Reconstructor, Start};
 use palpate_io::LogFile;
 use pyo3::prelude::*;
 
@@ -17,17 +17,12 @@ use crate::whole::Whole;
 use crate::work::{self, Teller};
 
 /// The options of the estimator from what Python calls them.
-fn options(harmonics: Option<Whole>, sensor_sd_m: Option<f64>, method: &str) -> PyResult<ReconstructOptions> {
+fn options(harmonics: Option<Whole>, sensor_sd_m: Option<f64>, method: &str) -> PyResult<Reconstructor<'static>> {
     let methods = [Method::Likelihood, Method::Ode, Method::Quadrature];
     let Some(method) = methods.into_iter().find(|known| known.to_string() == method) else {
         return Err(errors::input(format!("method must be 'likelihood', 'ode' or 'quadrature', not '{method}'")));
     };
-    Ok(ReconstructOptions {
-        harmonics: harmonics.map(Whole::count),
-        sensor_sd_m,
-        method,
-        ..ReconstructOptions::default()
-    })
+    Ok(Reconstructor::new().harmonics(harmonics.map(Whole::count)).sensor_sd_m(sensor_sd_m).method(method))
 }
 
 /// Reconstructs on the pool and makes a result of it.
@@ -114,7 +109,7 @@ pub fn reconstruct(
 ) -> PyResult<ResultData> {
     let options = options(harmonics, sensor_sd_m, method)?;
     solved(py, &log, threads, progress, move |file, teller| {
-        let mut found = palpate::reconstruct::reconstruct(&file.log, &options, &|progress| teller.tell(progress))?;
+        let mut found = options.clone().progress(&|progress| teller.tell(progress)).run(&file.log)?;
         found.prune(min_touches.small());
         Ok(found)
     })
@@ -167,7 +162,7 @@ pub fn reconstruct_from(
     let (options, shape, psi) = (options(harmonics, sensor_sd_m, method)?, shape.0.clone(), arrays::values(&psi_rad));
     let silent = false.into_pyobject(py)?.to_owned().into_any();
     solved(py, &log, threads, Some(&silent), move |file, _| {
-        palpate::reconstruct::reconstruct_from(&file.log, &shape, &psi, &options)
+        options.clone().start(Start::Motion { shape, psi_rad: psi }).run(&file.log)
     })
 }
 

@@ -15,6 +15,7 @@ use pyo3::types::PyDict;
 use crate::arrays::{self, Table};
 use crate::doubt::DoubtData;
 use crate::errors::{self, InternalError, OrRaise};
+use crate::jump::JumpData;
 use crate::log::{LogData, escaped};
 use crate::pickled::{self, Pickled};
 use crate::shape::Shape;
@@ -229,8 +230,8 @@ impl ResultData {
 
     /// list of Jump: the jumps to other poses, in order of time.
     #[getter]
-    fn jumps(&self) -> Vec<FoundJump> {
-        self.found.jumps.iter().map(|jump| FoundJump(*jump)).collect()
+    fn jumps(&self) -> Vec<JumpData> {
+        self.found.jumps.iter().map(|jump| JumpData(*jump)).collect()
     }
 
     /// list of Result: the arrangements besides this one that fit equally well.
@@ -448,13 +449,14 @@ impl ResultData {
         numbers: [f64; 5],
         shape: &Shape,
         tables: (Table, Table),
-        jumps: Vec<PyRef<FoundJump>>,
+        jumps: Vec<PyRef<JumpData>>,
         others: Vec<PyRef<Self>>,
         log: Option<Py<LogData>>,
     ) -> PyResult<Self> {
         let (doubts, alternatives) = verdict;
         let [chi2_per_dof, coverage, sensor_sd_m, balance_sd_m, seconds] = numbers;
         let found = Reconstruction {
+            findings: None,
             shape: shape.0.clone(),
             outline: arrays::rows("an outline", &tables.0)?.into_iter().map(palpate_io::point_of).collect(),
             motion: arrays::rows("a motion", &tables.1)?.iter().map(pose).collect(),
@@ -497,6 +499,7 @@ fn loaded(py: Python<'_>, folder: &std::path::Path) -> PyResult<(Reconstruction,
         physical: jump.physical,
     };
     let found = Reconstruction {
+        findings: None,
         shape,
         outline,
         motion,
@@ -526,62 +529,4 @@ fn pose(row: &[f64; 11]) -> Pose {
     let known = |value: f64| Some(value).filter(|value| !value.is_nan());
     let pose = palpate_io::pose_of(std::array::from_fn(|column| row[column]));
     Pose { residual1_m: known(row[9]), residual2_m: known(row[10]), ..pose }
-}
-
-/// The object jumped from one resting pose to another.
-#[pyclass(frozen, eq, module = "palpate", name = "Jump")]
-#[derive(Clone, PartialEq)]
-pub struct FoundJump(Jump);
-
-#[pymethods]
-impl FoundJump {
-    /// float: time of the first sample after the jump, seconds.
-    #[getter]
-    fn time_s(&self) -> f64 {
-        self.0.time_s
-    }
-
-    /// float: orientation before, radians.
-    #[getter]
-    fn psi_before_rad(&self) -> f64 {
-        self.0.psi_before_rad
-    }
-
-    /// float: orientation after, radians.
-    #[getter]
-    fn psi_after_rad(&self) -> f64 {
-        self.0.psi_after_rad
-    }
-
-    /// float: how much lower the centre of mass is afterwards, over the palms as they are then, metres.
-    #[getter]
-    fn height_drop_m(&self) -> f64 {
-        self.0.height_before_m - self.0.height_after_m
-    }
-
-    /// bool: whether the object that was found would make this jump, downhill all the way.
-    #[getter]
-    fn physical(&self) -> bool {
-        self.0.physical
-    }
-
-    fn __repr__(&self) -> String {
-        let Jump { time_s, psi_before_rad, psi_after_rad, .. } = self.0;
-        format!(
-            "<Jump: at {time_s:.3} s from psi {psi_before_rad:.4} to {psi_after_rad:.4} rad, {:.3} mm down>",
-            1e3 * self.height_drop_m()
-        )
-    }
-
-    fn __reduce__<'py>(&self, py: Python<'py>) -> Pickled<'py> {
-        let Jump { time_s, psi_before_rad, psi_after_rad, height_before_m, height_after_m, physical } = self.0;
-        let arguments = (time_s, psi_before_rad, psi_after_rad, height_before_m, height_after_m, physical);
-        pickled::by_method::<Self>(py, "_made", arguments)
-    }
-
-    #[staticmethod]
-    fn _made(time_s: f64, before: f64, after: f64, height_before_m: f64, height_after_m: f64, physical: bool) -> Self {
-        let (psi_before_rad, psi_after_rad) = (before, after);
-        Self(Jump { time_s, psi_before_rad, psi_after_rad, height_before_m, height_after_m, physical })
-    }
 }

@@ -1,12 +1,13 @@
 //! `simulate`: a known shape between two moving palms.
 
 use palpate::palms::PalmPair;
-use palpate::simulate::{SimulateOptions, TimedJump};
+use palpate::simulate::SimulateOptions;
 use palpate_io::LogFile;
 use pyo3::prelude::*;
 
 use crate::arrays::{self, Table};
 use crate::errors::{self, OrRaise};
+use crate::jump::JumpData;
 use crate::log::LogData;
 use crate::motion::{self, Motion};
 use crate::palms::require_few_turns;
@@ -29,9 +30,9 @@ pub struct Simulated {
     /// Truth: true shape and motion, a pose for each sample of the log.
     #[pyo3(get)]
     truth: Py<TrueData>,
-    /// list of TimedJump: the jumps in order of time.
+    /// list of Jump: the jumps in order of time.
     #[pyo3(get)]
-    jumps: Vec<SimulatedJump>,
+    jumps: Vec<JumpData>,
     /// float: fraction of the boundary that either palm went over, 0 to 1.
     #[pyo3(get)]
     coverage: f64,
@@ -60,62 +61,8 @@ impl Simulated {
     }
 
     #[staticmethod]
-    fn _made(log: Py<LogData>, truth: Py<TrueData>, jumps: Vec<PyRef<SimulatedJump>>, coverage: f64) -> Self {
+    fn _made(log: Py<LogData>, truth: Py<TrueData>, jumps: Vec<PyRef<JumpData>>, coverage: f64) -> Self {
         Self { log, truth, jumps: jumps.iter().map(|jump| (*jump).clone()).collect(), coverage }
-    }
-}
-
-/// A simulated jump of the object from one resting pose to another.
-#[pyclass(frozen, eq, module = "palpate", name = "TimedJump")]
-#[derive(Clone, PartialEq)]
-pub struct SimulatedJump(TimedJump);
-
-#[pymethods]
-impl SimulatedJump {
-    /// float: when, seconds.
-    #[getter]
-    fn time_s(&self) -> f64 {
-        self.0.time_s
-    }
-
-    /// float: orientation before, radians.
-    #[getter]
-    fn psi_before_rad(&self) -> f64 {
-        self.0.psi_before_rad
-    }
-
-    /// float: orientation after, radians, unwrapped.
-    #[getter]
-    fn psi_after_rad(&self) -> f64 {
-        self.0.psi_after_rad
-    }
-
-    /// float: potential energy before, joules, 0 at the height of the origin.
-    #[getter]
-    fn energy_before_j(&self) -> f64 {
-        self.0.energy_before_j
-    }
-
-    /// float: potential energy after, joules; lower.
-    #[getter]
-    fn energy_after_j(&self) -> f64 {
-        self.0.energy_after_j
-    }
-
-    fn __repr__(&self) -> String {
-        let TimedJump { time_s, psi_before_rad, psi_after_rad, .. } = self.0;
-        format!("<TimedJump: at {time_s:.3} s from psi {psi_before_rad:.4} to {psi_after_rad:.4} rad>")
-    }
-
-    fn __reduce__<'py>(&self, py: Python<'py>) -> Pickled<'py> {
-        let TimedJump { time_s, psi_before_rad, psi_after_rad, energy_before_j, energy_after_j } = self.0;
-        let arguments = (time_s, psi_before_rad, psi_after_rad, energy_before_j, energy_after_j);
-        pickled::by_method::<Self>(py, "_made", arguments)
-    }
-
-    #[staticmethod]
-    fn _made(time_s: f64, psi_before_rad: f64, psi_after_rad: f64, energy_before_j: f64, energy_after_j: f64) -> Self {
-        Self(TimedJump { time_s, psi_before_rad, psi_after_rad, energy_before_j, energy_after_j })
     }
 }
 
@@ -220,7 +167,7 @@ pub fn simulate(
     Ok(Simulated {
         log: Py::new(py, LogData::of(py, file, None))?,
         truth: Py::new(py, TrueData::of(py, simulation.truth))?,
-        jumps: simulation.jumps.into_iter().map(SimulatedJump).collect(),
+        jumps: simulation.jumps.into_iter().map(JumpData).collect(),
         coverage,
     })
 }

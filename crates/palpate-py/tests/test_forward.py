@@ -69,8 +69,10 @@ def test_a_pose_is_followed_through_jumps() -> None:
     assert jumps
     for jump in jumps:
         assert jump.height_after_m < jump.height_before_m
-        assert 0 <= jump.fraction <= 1
-        assert 0.2 <= jump.palms.phi1_rad <= 1.9
+        assert jump.physical
+        assert jump.height_drop_m == jump.height_before_m - jump.height_after_m
+        assert_allclose(jump.energy_lost_j(0.1), 0.1 * 9.80665 * jump.height_drop_m)
+        assert 0 <= jump.time_s <= 1
 
 
 def test_motions_go_where_they_are_told() -> None:

@@ -150,7 +150,7 @@ pub(crate) fn jumps(input: &ReportInput) -> String {
                 .map(|jump| {
                     let time = rounded(jump.time_s - origin, 5);
                     let turn = (jump.psi_after_rad - jump.psi_before_rad).to_degrees();
-                    let drop = 1e3 * (jump.height_before_m - jump.height_after_m);
+                    let drop = 1e3 * jump.height_drop_m();
                     let place = if time.is_finite() { format!("{time}") } else { String::new() };
                     let physical = if jump.physical { "<td>yes</td>" } else { "<td class=\"no\">no</td>" };
                     format!(

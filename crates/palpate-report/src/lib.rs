@@ -8,7 +8,7 @@
 //! let log = Log::default();
 //! # let reconstruction = Reconstruction {
 //! #     shape: SupportFunction::new(0.03, vec![]), outline: vec![], motion: vec![],
-//! #     verdict: Verdict::new(vec![Doubt::LittleFelt { coverage: 0.0 }]), chi2_per_dof: f64::NAN, jumps: vec![],
+//! #     findings: None, verdict: Verdict::new(vec![Doubt::LittleFelt { coverage: 0.0 }]), chi2_per_dof: f64::NAN, jumps: vec![],
 //! #     coverage: 0.0, alternatives: 1, others: vec![], sensor_sd_m: f64::NAN, balance_sd_m: f64::NAN };
 //! let html = page(&ReportInput {
 //!     title: "An empty palm",

@@ -7,9 +7,7 @@ use std::time::Instant;
 
 use palpate::compare::{compare, true_support};
 use palpate::information::cramer_rao_bound_m;
-use palpate::reconstruct::{
-    Method, OutlinePoint, Pose, ReconstructOptions, Reconstruction, reconstruct, reconstruct_from,
-};
+use palpate::reconstruct::{Method, OutlinePoint, Pose, ReconstructOptions, Reconstruction, Reconstructor, Start};
 use palpate::shape::SupportFunction;
 use palpate::{Log, Truth};
 use serde::{Deserialize, Serialize};
@@ -47,7 +45,9 @@ impl From<&ReconstructChoice> for ReconstructOptions {
             MethodChoice::Ode => Method::Ode,
             MethodChoice::Quadrature => Method::Quadrature,
         };
-        Self { harmonics: choice.harmonics, sensor_sd_m: choice.sensor_sd_m, method, ..Self::default() }
+        let mut options = Self::default();
+        (options.harmonics, options.sensor_sd_m, options.method) = (choice.harmonics, choice.sensor_sd_m, method);
+        options
     }
 }
 
@@ -82,7 +82,7 @@ pub(crate) fn score(row: &mut Row, known: &Known, options: &ReconstructOptions, 
     row.samples = Some(known.log.samples.len() as u64);
     row.status = Status::NoResult;
     let clock = Instant::now();
-    let found = reconstruct(known.log, options, &|_| ());
+    let found = Reconstructor::from(options.clone()).run(known.log);
     let seconds = clock.elapsed().as_secs_f64();
     if let Some(truth) = known.truth {
         against_truth(row, known, truth, options, choice);
@@ -110,7 +110,9 @@ fn against_truth(row: &mut Row, known: &Known, truth: &Truth, options: &Reconstr
     row.mean_radius_m = finite(shape.mean_radius_m());
     let psi: Vec<f64> = truth.motion.iter().map(|pose| pose.psi_rad).collect();
     if choice.reference
-        && let Ok(reference) = reconstruct_from(known.log, shape, &psi, options)
+        && let Ok(reference) = Reconstructor::from(options.clone())
+            .start(Start::Motion { shape: shape.clone(), psi_rad: psi.clone() })
+            .run(known.log)
         && let Ok(errors) = compare(&reference, truth)
     {
         row.reference_rms_r_m = finite(errors.rms_r_m);

@@ -6,7 +6,7 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use palpate::reconstruct::{Pose, ReconstructOptions, reconstruct};
+use palpate::reconstruct::Pose;
 use palpate::{Log, Reconstruction};
 use palpate_sweep::{MotionKind, Object, SimulateJob, Touchpads};
 use rayon::prelude::*;
@@ -148,7 +148,7 @@ fn results_are_what_they_were() {
     let found: Vec<(String, Reconstruction)> = logs
         .into_par_iter()
         .map(|(name, log)| {
-            let found = reconstruct(&log, &ReconstructOptions::default(), &|_| ()).expect("an answer");
+            let found = palpate::reconstruct(&log).expect("an answer");
             (name, found)
         })
         .collect();

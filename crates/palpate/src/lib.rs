@@ -48,7 +48,6 @@
 //! ```
 //! use palpate::palms::PalmPair;
 //! use palpate::plan::{PalmLimits, plan_turn};
-//! use palpate::reconstruct::{ReconstructOptions, reconstruct};
 //! use palpate::shape::NamedShape;
 //! use palpate::simulate::{SimulateOptions, simulate};
 //!
@@ -60,7 +59,7 @@
 //! let felt = simulate(&egg, &motion, &options)?;
 //!
 //! // What it gets back from what it felt.
-//! let found = reconstruct(&felt.log, &ReconstructOptions::default(), &|_| ())?;
+//! let found = palpate::reconstruct(&felt.log)?;
 //! assert!(found.is_certified(), "{}", found.verdict);
 //! assert!((found.shape.perimeter_m() - egg.perimeter_m()).abs() < 1e-5);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -95,7 +94,7 @@ pub mod simulate;
 pub mod truth;
 
 pub use log::{Log, Sample};
-pub use reconstruct::Reconstruction;
+pub use reconstruct::{Reconstruction, Reconstructor, reconstruct};
 pub use truth::Truth;
 
 /// The README's code, compiled and run.

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 use palpate::palms::PalmPair;
 use palpate::plan::{PalmLimits, plan_turn};
-use palpate::reconstruct::{ReconstructOptions, Reconstruction, reconstruct};
+use palpate::reconstruct::{Reconstruction, reconstruct};
 use palpate::sensor::Touchpad;
 use palpate::shape::NamedShape;
 use palpate::simulate::{SimulateOptions, simulate};
@@ -178,7 +178,7 @@ fn the_same_bits_from_any_number_of_threads_and_every_time() {
     assert!(!run.jumps.is_empty());
     let with = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
-        let solved = pool.install(|| reconstruct(&run.log, &ReconstructOptions::default(), &|_| ()));
+        let solved = pool.install(|| reconstruct(&run.log));
         bits(&solved.expect("an answer"))
     };
     let one = with(1);

@@ -1,7 +1,7 @@
 //! Whatever the numbers of a log are: an answer, or an error that says something; and no panic.
 
 use palpate::palms::PalmPair;
-use palpate::reconstruct::{Method, ReconstructOptions, diagnostics, reconstruct};
+use palpate::reconstruct::{Method, Reconstructor, diagnostics, reconstruct};
 use palpate::{Log, Sample};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
@@ -72,7 +72,7 @@ fn survives(log: &Log) -> Result<(), TestCaseError> {
 }
 
 fn survives_by(log: &Log, method: Method) -> Result<(), TestCaseError> {
-    let result = reconstruct(log, &ReconstructOptions { method, ..ReconstructOptions::default() }, &|_| ());
+    let result = Reconstructor::new().method(method).run(log);
     match result {
         Ok(found) => {
             prop_assert_eq!(found.motion.len(), log.samples.len());
@@ -116,6 +116,6 @@ proptest! {
 
     #[test]
     fn on_logs_too_short_or_empty(log in wild(0..12)) {
-        prop_assert!(reconstruct(&log, &ReconstructOptions::default(), &|_| ()).is_err());
+        prop_assert!(reconstruct(&log).is_err());
     }
 }

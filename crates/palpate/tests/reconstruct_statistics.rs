@@ -8,7 +8,7 @@ use std::f64::consts::TAU;
 use palpate::Log;
 use palpate::information::cramer_rao_bound_m;
 use palpate::mechanics::EnergyLandscape;
-use palpate::reconstruct::{ReconstructOptions, Reconstruction, reconstruct_from};
+use palpate::reconstruct::{Reconstruction, Reconstructor, Start};
 use palpate::shape::{RandomShape, SupportFunction, random_shape};
 use palpate::simulate::Simulation;
 use rand::{RngExt, SeedableRng};
@@ -25,6 +25,13 @@ fn pebble() -> SupportFunction {
 
 fn true_psi(run: &Simulation) -> Vec<f64> {
     run.truth.motion.iter().map(|pose| pose.psi_rad).collect()
+}
+
+/// Reconstructed from the true shape and motion.
+fn from_truth(run: &Simulation, shape: &SupportFunction, harmonics: usize) -> Reconstruction {
+    let start = Start::Motion { shape: shape.clone(), psi_rad: true_psi(run) };
+    let reconstructor = Reconstructor::new().harmonics(harmonics).sensor_sd_m(NOISE_M).start(start);
+    reconstructor.run(&run.log).expect("solvable")
 }
 
 /// The run with noise in the contact positions, and with the object a little off its balance, `balance_m` in g.
@@ -76,12 +83,10 @@ fn errors(found: &Reconstruction, shape: &SupportFunction, run: &Simulation) -> 
 fn error_bars_are_the_scatter_over_repeated_noise() {
     let shape = pebble();
     let run = turned(&shape, 600, noisy(0.0));
-    let options =
-        ReconstructOptions { harmonics: Some(6), sensor_sd_m: Some(NOISE_M), ..ReconstructOptions::default() };
     let (mut r, mut psi, mut com) = (Vec::new(), Vec::new(), Vec::new());
     for draw in 0..DRAWS {
         let run = with_noise(&run, &shape, 0.3 * NOISE_M, draw);
-        let found = reconstruct_from(&run.log, &shape, &true_psi(&run), &options).expect("solvable");
+        let found = from_truth(&run, &shape, 6);
         let errors = errors(&found, &shape, &run);
         let mean_square = |pairs: Vec<(f64, f64)>| {
             pairs.iter().map(|(error, sd)| (error / sd).powi(2)).sum::<f64>() / pairs.len() as f64
@@ -159,12 +164,10 @@ fn no_estimate_beats_the_cramer_rao_bound() {
     let shape = pebble();
     let run = turned(&shape, 160, noisy(0.0));
     let bound = cramer_rao_bound_m(&run.log, &shape, &true_psi(&run), NOISE_M).expect("determined");
-    let options =
-        ReconstructOptions { harmonics: Some(5), sensor_sd_m: Some(NOISE_M), ..ReconstructOptions::default() };
     let squares: Vec<f64> = (0..DRAWS)
         .map(|draw| {
             let run = with_noise(&run, &shape, 0.0, 1000 + draw);
-            let found = reconstruct_from(&run.log, &shape, &true_psi(&run), &options).expect("solvable");
+            let found = from_truth(&run, &shape, 5);
             let felt: Vec<bool> = found.outline.iter().map(|point| point.touches > 0).collect();
             let errors = errors(&found, &shape, &run).r;
             let felt = errors.iter().zip(felt).filter(|(_, felt)| *felt).map(|(error, _)| error * error);

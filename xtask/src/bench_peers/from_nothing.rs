@@ -10,7 +10,7 @@ use anyhow::Context as _;
 use palpate::Reconstruction;
 use palpate::palms::PalmMotion;
 use palpate::plan::plan_jump_free;
-use palpate::reconstruct::{ReconstructError, ReconstructOptions, reconstruct};
+use palpate::reconstruct::ReconstructError;
 use palpate::sensor::Touchpad;
 use palpate::shape::{RandomShape, random_shape};
 use palpate::simulate::{SimulateOptions, Simulation, simulate};
@@ -80,7 +80,7 @@ fn simulated(seed: u64, jumps: bool) -> anyhow::Result<Simulation> {
 }
 
 fn solved(simulation: &Simulation) -> Result<Reconstruction, ReconstructError> {
-    reconstruct(&simulation.log, &ReconstructOptions::default(), &|_| ())
+    palpate::reconstruct(&simulation.log)
 }
 
 /// A row without a peer: the median over the logs, each reconstructed once.

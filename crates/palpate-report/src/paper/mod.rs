@@ -137,6 +137,7 @@ mod tests {
     fn nothing_gives_figures_of_nothing() {
         let (log, truth, shape) = (Log::default(), Truth::default(), SupportFunction::new(0.03, vec![]));
         let found = Reconstruction {
+            findings: None,
             shape: shape.clone(),
             outline: vec![],
             motion: vec![],

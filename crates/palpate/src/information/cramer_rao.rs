@@ -25,17 +25,7 @@ pub fn cramer_rao_bound_m(log: &Log, shape: &SupportFunction, psi_rad: &[f64], s
         return None;
     }
     let measurements = Measurements::new(log, None);
-    let harmonics = shape.harmonics_m();
-    let mut tail = 0.0;
-    let mut order = harmonics.len();
-    while order > 2 {
-        let [a, b] = harmonics[order - 1];
-        tail += 0.5 * (a * a + b * b);
-        if tail.sqrt() > 0.01 * sensor_sd_m {
-            break;
-        }
-        order -= 1;
-    }
+    let order = shape.visible_order(sensor_sd_m);
     let mut coefficients = shape.coefficients();
     coefficients_to_order(&mut coefficients, order);
     let size_m = shape.mean_radius_m();

@@ -5,10 +5,12 @@
 
 pub(crate) mod force_model;
 pub(crate) mod frictionless;
+mod gravity;
 mod jump;
 pub(crate) mod passage;
 
-pub use frictionless::{EnergyLandscape, RestPose, STANDARD_GRAVITY_M_PER_S2, contact_forces_n, follow};
+pub use frictionless::{EnergyLandscape, RestPose, contact_forces_n, follow};
+pub use gravity::STANDARD_GRAVITY_M_PER_S2;
 pub use jump::Jump;
 
 /// The model of the forces that the estimator is built with. The solver takes any model as a type parameter; what looks at one sample

@@ -4,6 +4,7 @@ use super::options::{FEWEST_SAMPLES, MOST_HARMONICS};
 use crate::log::Log;
 use crate::reconstruct::error::ReconstructError;
 use crate::reconstruct::options::ReconstructOptions;
+use crate::shape::SupportFunction;
 
 pub(crate) fn check_log(log: &Log, options: &ReconstructOptions) -> Result<(), ReconstructError> {
     if let Some(order) = options.harmonics {
@@ -27,12 +28,24 @@ pub(crate) fn check_harmonics(order: usize) -> Result<(), ReconstructError> {
     Err(ReconstructError::BadOption(text))
 }
 
-pub(crate) fn check_start(log: &Log, psi_rad: &[f64]) -> Result<(), ReconstructError> {
-    if psi_rad.len() == log.samples.len() {
-        return Ok(());
+pub(crate) fn check_start(log: &Log, shape: &SupportFunction, psi_rad: Option<&[f64]>) -> Result<(), ReconstructError> {
+    let mean_m = shape.mean_radius_m();
+    if shape.has_nonfinite() || mean_m <= 0.0 {
+        let text = format!("the shape to start from is no object (its mean radius is {mean_m} m)");
+        return Err(ReconstructError::BadOption(text));
     }
-    let text = format!("{} orientations were given for {} samples", psi_rad.len(), log.samples.len());
-    Err(ReconstructError::BadOption(text))
+    let Some(psi_rad) = psi_rad else { return Ok(()) };
+    let (orientations, samples) = (psi_rad.len(), log.samples.len());
+    if orientations != samples {
+        return Err(ReconstructError::StartOfOtherLength { orientations, samples });
+    }
+    match psi_rad.iter().position(|psi| !(psi.abs() <= LARGEST_VALUE)) {
+        Some(index) => {
+            let text = format!("the orientation to start from at sample {} (counted from 1) is no angle", index + 1);
+            Err(ReconstructError::BadOption(text))
+        }
+        None => Ok(()),
+    }
 }
 
 pub(crate) fn check_samples(log: &Log) -> Result<(), ReconstructError> {

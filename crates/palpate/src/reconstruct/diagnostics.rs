@@ -98,7 +98,7 @@ fn curvatures(log: &Log, reconstruction: &Reconstruction, samples: &[usize], all
 mod tests {
     use super::*;
     use crate::palms::PalmMotion;
-    use crate::reconstruct::{ReconstructOptions, reconstruct_from};
+    use crate::reconstruct::{Reconstructor, Start};
     use crate::shape::NamedShape;
     use crate::simulate::{SimulateOptions, simulate};
 
@@ -109,7 +109,8 @@ mod tests {
         let mut run = simulate(&shape, &motion, &SimulateOptions::default()).expect("possible");
         run.log.samples[300].s1_m = None;
         let psi: Vec<f64> = run.truth.motion.iter().map(|pose| pose.psi_rad).collect();
-        let found = reconstruct_from(&run.log, &shape, &psi, &ReconstructOptions::default()).expect("solvable");
+        let start = Start::Motion { shape: shape.clone(), psi_rad: psi };
+        let found = Reconstructor::new().start(start).run(&run.log).expect("solvable");
         let all = diagnostics(&run.log, &found);
         assert_eq!(all.len(), run.log.samples.len());
         assert_eq!((all[300].support, all[300].curvature_radius1_m), (None, None));

@@ -2,6 +2,7 @@
 
 /// Why a log cannot be reconstructed at all.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum ReconstructError {
     /// Too few samples with both contacts seen.
     #[error("the log has {seen} samples with both contacts seen; at least {needed} are needed to solve for a shape")]
@@ -28,6 +29,14 @@ pub enum ReconstructError {
     /// The log says so little, or numbers so extreme, that no shape comes out.
     #[error("the log does not determine any shape; move the palms further, so that the object rolls")]
     NotSolvable,
+    /// A start that is not of this log.
+    #[error("the start has {orientations} orientations and the log {samples} samples: it needs one for each")]
+    StartOfOtherLength {
+        /// Orientations that were given.
+        orientations: usize,
+        /// Samples of the log.
+        samples: usize,
+    },
     /// An option out of its range.
     #[error("{0}")]
     BadOption(String),

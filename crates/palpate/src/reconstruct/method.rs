@@ -7,9 +7,10 @@ pub enum Method {
     /// Maximum likelihood over all samples, with error bars and a certificate.
     #[default]
     Likelihood,
-    /// Equations 19 to 21 of Moll & Erdmann (2001), integrated by a fourth-order Adams-Bashforth-Moulton method. Never certified.
+    /// Equations 19 to 21 of Moll & Erdmann (2001), integrated by a fourth-order Adams-Bashforth-Moulton method. Without
+    /// error bars (they are NaN), never certified.
     Ode,
-    /// Closed forms for the same by quadrature (trapezoid rule, second order). Never certified.
+    /// Closed forms for the same by quadrature (trapezoid rule, second order). Without error bars (they are NaN), never certified.
     Quadrature,
 }
 

@@ -1,6 +1,7 @@
 //! Log in, shape, motion and centre of mass out.
 //!
-//! [`reconstruct`] runs through these stages, a file each:
+//! [`reconstruct`](function@reconstruct) takes a log and leaves everything to it; a [`Reconstructor`] takes what is known besides: the
+//! number of harmonics, the noise, another [method](Method), a [start](Start). Both run through these stages, a file each:
 //!
 //! 1. `noise`, `pieces`, `windows`: how noisy the log is, where the contacts leap, and what to look at;
 //! 2. `start` (on the closed forms of `quadrature`): starts from nothing, over stretches that explain themselves;
@@ -12,8 +13,8 @@
 //! 8. `assemble` (on `posterior`, `felt`, `brief`): error bars, which boundary was felt, and what too few samples cannot tell;
 //! 9. `jumps`, `certificate`, `judge`: is it right, and is it the only answer. When not, the search goes on.
 //!
-//! That is [`Method::Likelihood`]. `given` is the fifth stage alone, with everything else given. `integral` holds the methods that
-//! integrate instead: `ode`, the paper's own (on rates from `smoothing`), and `quadrature`.
+//! That is [`Method::Likelihood`]. [`smooth_from`] is the fifth stage alone, with everything else given. `paper` holds the methods that
+//! integrate instead: the paper's own equations, and closed forms for the same by quadrature.
 
 mod check;
 mod diagnostics;
@@ -22,108 +23,58 @@ mod method;
 mod options;
 mod paper;
 mod reconstruction;
+mod reconstructor;
 mod refine;
 mod search;
 mod selection;
 mod smooth_from;
+mod start;
 mod verdict;
 
+pub use crate::mechanics::Jump;
 pub use diagnostics::{ContactDiagnostics, diagnostics};
 pub use error::ReconstructError;
 pub use method::Method;
 pub use options::{FEWEST_SAMPLES, MOST_HARMONICS, Progress, ReconstructOptions};
 pub use paper::given_start::{Integrated, PaperEquations};
-pub use reconstruction::{Jump, OutlinePoint, Pose, Reconstruction};
+pub use reconstruction::{OutlinePoint, Pose, Reconstruction};
+pub use reconstructor::Reconstructor;
 pub use smooth_from::{SmoothOptions, Smoothed, smooth_from};
+pub use start::Start;
 pub use verdict::certificate::Findings;
 pub use verdict::doubt::{Doubt, Verdict};
 pub use verdict::limits::CertificateLimits;
 
-use crate::estimate::model::layout::coefficients_to_order;
-use crate::estimate::solver::gauss_newton::Estimate;
+pub use crate::estimate::solver::chord::Termination;
+
 use crate::log::Log;
-use crate::shape::SupportFunction;
 
-use check::{check_log, check_start};
-use paper::initial_conditions as integral;
-use refine::job::Job;
-use search::schedule::{self, Found};
-use search::segments::segments;
-use verdict::assemble::Candidate;
-
-/// Reconstructs shape, motion and centre of mass from a palm log and nothing else.
+/// Reconstructs shape, motion and centre of mass from a palm log and nothing else, by maximum likelihood.
 ///
-/// `progress` is called now and then from any thread. The result does not depend on the number of threads.
+/// A [`Reconstructor`] does the same with more said of the problem, and tells how far it has come. The result does not depend on the
+/// number of threads, and the same log gives the same bits.
+///
+/// ```
+/// use palpate::{Log, Sample, palms::PalmPair};
+/// # use palpate::{plan::{PalmLimits, plan_turn}, shape::NamedShape, simulate::{SimulateOptions, simulate}};
+/// # let egg = NamedShape::Egg.shape(0.03)?;
+/// # let plan = plan_turn(&egg, &PalmLimits::default(), 40.0)?;
+/// # let options = SimulateOptions { start_psi_rad: plan.start_psi_rad, ..SimulateOptions::default() };
+/// # let felt = simulate(&egg, &plan.motion.sample(5.0)?, &options)?;
+/// # let rows: Vec<[f64; 5]> = felt.log.samples.iter().map(|sample| {
+/// #     [sample.time_s, sample.palms.phi1_rad, sample.palms.phi2_rad, sample.s1_m.unwrap(), sample.s2_m.unwrap()]
+/// # }).collect();
+/// // Time, both palm angles, both contacts: from a file, a robot, or an array.
+/// let sample = |[t, phi1, phi2, s1, s2]: [f64; 5]| Sample::new(t, PalmPair::hinged(phi1, phi2), s1, s2);
+/// let log = Log { samples: rows.into_iter().map(sample).collect() };
+/// let found = palpate::reconstruct(&log)?;
+/// assert!(found.is_certified(), "{}", found.verdict);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 ///
 /// # Errors
 /// When the log cannot be solved at all (see [`ReconstructError`]). A doubtful answer is not an error: it comes back as a
-/// [`Reconstruction`] that is not certified.
-pub fn reconstruct(
-    log: &Log,
-    options: &ReconstructOptions,
-    progress: &(dyn Fn(Progress) + Sync),
-) -> Result<Reconstruction, ReconstructError> {
-    let tell = |stage, fraction| progress(Progress { stage, fraction });
-    check_log(log, options)?;
-    if options.method != Method::Likelihood {
-        return integral::reconstruct(log, options, &|share| tell("integrating", share));
-    }
-    let job = Job::new(log, options);
-    let mut best: Option<Candidate> = None;
-    let mut explanations = 0;
-    let mut failure = None;
-    schedule::search(
-        &job.measurements,
-        job.scatter_m,
-        job.prior,
-        &|share| tell("searching for arrangements", 0.9 * share),
-        &mut |found| {
-            match job.judge(&found) {
-                Ok(candidate) => {
-                    explanations += usize::from(candidate.result.verdict.is_explained());
-                    if best.as_ref().is_none_or(|other| candidate.is_likelier_than(other)) {
-                        best = Some(candidate);
-                    }
-                }
-                Err(error) => failure = Some(error),
-            }
-            best.as_ref().is_some_and(|candidate| candidate.is_enough(explanations))
-        },
-    );
-    tell("done", 1.0);
-    best.map(|candidate| candidate.result).ok_or_else(|| {
-        failure.unwrap_or_else(|| ReconstructError::NoStart {
-            advice: "check the units and signs of the palm angles and contact positions".to_owned(),
-        })
-    })
+/// [`Reconstruction`] that is not certified, with the reasons in its [`verdict`](Reconstruction::verdict).
+pub fn reconstruct(log: &Log) -> Result<Reconstruction, ReconstructError> {
+    Reconstructor::new().run(log)
 }
-
-/// The same from a known start, one orientation per sample (radians) and a shape: nothing is searched for. For a log that
-/// was solved before, or to see what the estimator could reach. Methods that integrate take their initial conditions from the start,
-/// one for each piece between jumps, and nothing else.
-///
-/// # Errors
-/// As [`reconstruct`]; also when `psi_rad` is not as long as the log.
-pub fn reconstruct_from(
-    log: &Log,
-    shape: &SupportFunction,
-    psi_rad: &[f64],
-    options: &ReconstructOptions,
-) -> Result<Reconstruction, ReconstructError> {
-    check_log(log, options)?;
-    check_start(log, psi_rad)?;
-    if options.method != Method::Likelihood {
-        return integral::reconstruct_from(log, shape, psi_rad, options);
-    }
-    let job = Job::new(log, options);
-    let ranges = segments(&job.measurements, job.scatter_m);
-    let mut coefficients = shape.coefficients();
-    coefficients_to_order(&mut coefficients, START_ORDER);
-    let estimate = Estimate { coefficients, psi: psi_rad.to_vec(), cost: 0.0 };
-    let found = Found { thin: job.measurements.clone(), ranges, estimates: vec![estimate] };
-    let refined = job.refine(&found, 0)?;
-    Ok(job.assemble(refined)?.result)
-}
-
-/// Harmonics that a given start is cut to before the number is chosen.
-const START_ORDER: usize = 8;

@@ -1,4 +1,4 @@
-//! What a user may set, what is told while working, and what can go wrong.
+//! What a user may set, and what is told while working.
 
 use super::method::Method;
 use crate::reconstruct::verdict::limits::CertificateLimits;
@@ -9,8 +9,16 @@ pub const FEWEST_SAMPLES: usize = 12;
 /// Most harmonics that a user may ask for.
 pub const MOST_HARMONICS: usize = 64;
 
-/// Options of [`reconstruct`](super::reconstruct); the default leaves everything to the data.
+/// The options of a [`Reconstructor`](super::Reconstructor) as plain data, for a program that holds them in a file or takes them from its
+/// user; the default leaves everything to the log.
+///
+/// ```
+/// use palpate::reconstruct::{Method, ReconstructOptions, Reconstructor};
+/// let options = ReconstructOptions::default().with_harmonics(8).with_method(Method::Ode);
+/// let reconstructor = Reconstructor::from(options);
+/// ```
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct ReconstructOptions {
     /// Number of harmonics K of the support function; `None` = chosen by the evidence, or 12 by the methods that integrate.
     pub harmonics: Option<usize>,
@@ -20,6 +28,32 @@ pub struct ReconstructOptions {
     pub method: Method,
     /// What the certificate asks.
     pub limits: CertificateLimits,
+}
+
+impl ReconstructOptions {
+    /// The same with another number of harmonics; `None` leaves it to the log.
+    #[must_use]
+    pub fn with_harmonics(self, harmonics: impl Into<Option<usize>>) -> Self {
+        Self { harmonics: harmonics.into(), ..self }
+    }
+
+    /// The same with another standard deviation of the contact positions, metres; `None` leaves it to the log.
+    #[must_use]
+    pub fn with_sensor_sd_m(self, sensor_sd_m: impl Into<Option<f64>>) -> Self {
+        Self { sensor_sd_m: sensor_sd_m.into(), ..self }
+    }
+
+    /// The same with another method.
+    #[must_use]
+    pub fn with_method(self, method: Method) -> Self {
+        Self { method, ..self }
+    }
+
+    /// The same with other limits of the certificate.
+    #[must_use]
+    pub fn with_limits(self, limits: CertificateLimits) -> Self {
+        Self { limits, ..self }
+    }
 }
 
 /// How far the work has come.

@@ -1,5 +1,6 @@
 //! The result of a reconstruction: plain data, shared by files, the report and Python.
 
+use crate::mechanics::Jump;
 use crate::reconstruct::verdict::certificate::Findings;
 use crate::reconstruct::verdict::doubt::Verdict;
 use crate::shape::SupportFunction;
@@ -7,7 +8,8 @@ use crate::shape::SupportFunction;
 /// Shape, motion and centre of mass of the object behind a log, with error bars and a verdict.
 ///
 /// The object frame has its origin at the centre of mass and is turned so that ψ of the first sample is 0. The
-/// [methods](super::Method) that integrate have no error bars: their standard deviations of r, ψ and the centre of mass are NaN.
+/// [methods](super::Method) that integrate have no error bars: their standard deviations of r, ψ and the centre of mass are NaN, which
+/// a CSV file has as `NaN` and JSON as `null`. They are never certified.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reconstruction {
     /// Support function about the centre of mass.
@@ -60,24 +62,6 @@ impl Reconstruction {
     }
 }
 
-/// The object jumped from one resting pose to another.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Jump {
-    /// Time of the first sample after the jump, seconds.
-    pub time_s: f64,
-    /// Orientation before, radians.
-    pub psi_before_rad: f64,
-    /// Orientation after, radians.
-    pub psi_after_rad: f64,
-    /// Height of the centre of mass in the old pose over the palms as they are after the jump, metres.
-    pub height_before_m: f64,
-    /// Height of the centre of mass in the new pose over the same palms, metres. The energy lost is the difference of the
-    /// two heights times the weight.
-    pub height_after_m: f64,
-    /// Whether the object that was found would make this jump: downhill all the way.
-    pub physical: bool,
-}
-
 /// One point of the reconstructed boundary.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OutlinePoint {
@@ -85,7 +69,7 @@ pub struct OutlinePoint {
     pub theta_rad: f64,
     /// Support function r(θ), metres.
     pub r_m: f64,
-    /// Posterior standard deviation of r(θ) after the best rotation, metres.
+    /// Posterior standard deviation of r(θ) after the best rotation, metres; NaN by the methods that integrate.
     pub r_sd_m: f64,
     /// Boundary point, x in the object frame, metres.
     pub x_m: f64,
@@ -104,13 +88,13 @@ pub struct Pose {
     pub time_s: f64,
     /// Orientation ψ in radians, unwrapped within a piece.
     pub psi_rad: f64,
-    /// Posterior standard deviation of ψ, radians.
+    /// Posterior standard deviation of ψ, radians; NaN by the methods that integrate.
     pub psi_sd_rad: f64,
     /// Centre of mass, X in the global frame, metres.
     pub com_x_m: f64,
     /// Centre of mass, Y in the global frame, metres.
     pub com_y_m: f64,
-    /// Posterior standard deviation of the centre of mass (root of the mean of both variances), metres.
+    /// Posterior standard deviation of the centre of mass (root of the mean of both variances), metres; NaN by the methods that integrate.
     pub com_sd_m: f64,
     /// Normal angle of the object at contact 1, radians.
     pub theta1_rad: f64,

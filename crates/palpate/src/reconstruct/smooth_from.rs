@@ -4,13 +4,14 @@
 use crate::estimate::measurements::Measurements;
 use crate::estimate::model::noise::Noise;
 use crate::estimate::model::prior::Prior;
+use crate::estimate::solver::chord::Termination;
 use crate::estimate::solver::gauss_newton::{Smoother, StoppingCriteria};
 use crate::log::Log;
 use crate::reconstruct::check::{check_harmonics, check_samples, check_start};
 use crate::reconstruct::error::ReconstructError;
 use crate::shape::SupportFunction;
 
-/// What [`smooth_from`] takes as known.
+/// What [`smooth_from`] takes as known. Made by [`SmoothOptions::new`], with struct update for the rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SmoothOptions {
     /// Number of harmonics K of the support function.
@@ -23,14 +24,33 @@ pub struct SmoothOptions {
     pub size_m: f64,
     /// Standard deviation of the k-th harmonic, times k², for k from 2, metres.
     pub prior_scale_m: f64,
-    /// Gauss-Newton steps at the most.
+    /// Gauss-Newton steps at the most. (Steps with the matrix of an earlier one are cheap and do not count.)
     pub most_steps: usize,
     /// The optimum counts as reached when a step lowers the cost by less than this share of it.
     pub tolerance: f64,
 }
 
+impl SmoothOptions {
+    /// For a support function of so many harmonics (2 to [`MOST_HARMONICS`](super::MOST_HARMONICS)), contact positions of the standard
+    /// deviation `sensor_sd_m` and an object of the mean radius `size_m` or so, both in metres and positive. The rest is as
+    /// [`reconstruct`](super::reconstruct()) begins with: balance as exact as the contacts, harmonics that fall from half the size as 1/k²,
+    /// and up to 100 steps until one lowers the cost by less than a share of 10⁻⁸.
+    pub fn new(harmonics: usize, sensor_sd_m: f64, size_m: f64) -> Self {
+        Self {
+            harmonics,
+            sensor_sd_m,
+            balance_sd_m: sensor_sd_m,
+            size_m,
+            prior_scale_m: 0.5 * size_m,
+            most_steps: 100,
+            tolerance: 1e-8,
+        }
+    }
+}
+
 /// What [`smooth_from`] finds.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Smoothed {
     /// The shape.
     pub shape: SupportFunction,
@@ -40,37 +60,34 @@ pub struct Smoothed {
     pub cost: f64,
     /// Whether the shape is held convex by force: the radius of curvature has come down to the margin that is kept somewhere.
     pub held_convex: bool,
+    /// How the descent ended. Anything but [`Termination::StepsUsedUp`] is an optimum, to the tolerance or to rounding.
+    pub termination: Termination,
+    /// Gauss-Newton steps taken, as `most_steps` counts them.
+    pub steps: usize,
 }
 
 /// Shape and motion that make the log most likely, from a start near them: a shape, and an orientation for each sample (radians).
-/// The start must be near enough for Gauss-Newton; [`reconstruct`](super::reconstruct) finds one from nothing.
+/// The start must be near enough for Gauss-Newton; [`reconstruct`](super::reconstruct()) finds one from nothing.
 ///
 /// ```
-/// use palpate::reconstruct::{SmoothOptions, smooth_from};
-/// # use palpate::{shape::NamedShape, simulate::{PalmLimits, SimulateOptions, plan_turn, simulate}};
+/// use palpate::reconstruct::{SmoothOptions, Termination, smooth_from};
+/// # use palpate::{shape::NamedShape, plan::{PalmLimits, plan_turn}, simulate::{SimulateOptions, simulate}};
 /// # let pebble = NamedShape::Pebble.shape(0.03)?;
 /// # let plan = plan_turn(&pebble, &PalmLimits::default(), 40.0)?;
 /// # let options = SimulateOptions { start_psi_rad: plan.start_psi_rad, ..SimulateOptions::default() };
 /// # let felt = simulate(&pebble, &plan.motion.sample(10.0)?, &options)?;
 /// # let (log, shape) = (felt.log, pebble);
 /// # let psi_rad: Vec<f64> = felt.truth.motion.iter().map(|pose| pose.psi_rad).collect();
-/// let options = SmoothOptions {
-///     harmonics: 8,
-///     sensor_sd_m: 1e-4,
-///     balance_sd_m: 1e-4,
-///     size_m: 0.03,
-///     prior_scale_m: 0.015,
-///     most_steps: 100,
-///     tolerance: 1e-8,
-/// };
+/// let options = SmoothOptions { balance_sd_m: 1e-5, ..SmoothOptions::new(8, 1e-4, 0.03) };
 /// let smoothed = smooth_from(&log, &shape, &psi_rad, &options)?;
+/// assert_ne!(smoothed.termination, Termination::StepsUsedUp);
 /// assert!((smoothed.shape.perimeter_m() - shape.perimeter_m()).abs() < 1e-5);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
 /// # Errors
 /// When the log has a value that no log can have or fewer than [`FEWEST_SAMPLES`](super::FEWEST_SAMPLES) samples with both
-/// contacts, when an option is out of its range, and when no step can be taken from the start.
+/// contacts, when an option is out of its range, when `psi_rad` is not as long as the log, and when no cost can be told at the start.
 pub fn smooth_from(
     log: &Log,
     shape: &SupportFunction,
@@ -79,13 +96,14 @@ pub fn smooth_from(
 ) -> Result<Smoothed, ReconstructError> {
     check_samples(log)?;
     check_options(options)?;
-    check_start(log, psi_rad)?;
+    check_start(log, shape, Some(psi_rad))?;
     let measurements = Measurements::new(log, Some(options.sensor_sd_m));
     let noise = Noise { sensor_m: options.sensor_sd_m, balance_m: options.balance_sd_m };
     let prior = Prior { size_m: options.size_m, scale_m: options.prior_scale_m };
     let smoother = Smoother::new(&measurements, options.harmonics, noise, prior).strictly_convex();
     let effort = StoppingCriteria { iterations: options.most_steps, tolerance: options.tolerance };
-    let found = smoother.run_chord(shape.coefficients(), psi_rad.to_vec(), effort);
+    let descent = smoother.descend(shape.coefficients(), psi_rad.to_vec(), effort);
+    let found = descent.estimate;
     if !found.cost.is_finite() {
         return Err(ReconstructError::NotSolvable);
     }
@@ -94,6 +112,8 @@ pub fn smooth_from(
         shape: SupportFunction::from_coefficients(&found.coefficients),
         psi_rad: found.psi,
         cost: found.cost,
+        termination: descent.termination,
+        steps: descent.steps,
     })
 }
 
@@ -181,6 +201,7 @@ mod tests {
         let (run, shape, psi) = setting();
         let found = smooth_from(&run.log, &shape, &psi, &OPTIONS).expect("solvable");
         assert!(!found.held_convex);
+        assert!(found.termination != Termination::StepsUsedUp && (1..OPTIONS.most_steps).contains(&found.steps));
         let here = cost(&run.log, &found.shape, &found.psi_rad).expect("convex");
         assert!((here / found.cost - 1.0).abs() < 1e-9, "{here} {}", found.cost);
         let coefficients = found.shape.coefficients();
@@ -202,12 +223,24 @@ mod tests {
     }
 
     #[test]
+    fn it_tells_when_it_ran_out_of_steps() {
+        let (run, shape, psi) = setting();
+        let found = smooth_from(&run.log, &shape, &psi, &SmoothOptions { most_steps: 1, ..OPTIONS }).expect("solvable");
+        assert_eq!((found.termination, found.steps), (Termination::StepsUsedUp, 1));
+        let again = smooth_from(&run.log, &shape, &psi, &OPTIONS).expect("solvable");
+        assert!(again.cost < found.cost);
+        assert_eq!(SmoothOptions::new(6, 1e-4, 0.03), SmoothOptions { tolerance: 1e-8, ..OPTIONS });
+    }
+
+    #[test]
     fn what_cannot_be_smoothed_is_refused() {
         let (run, shape, psi) = setting();
         let refused = |options: SmoothOptions, psi: &[f64]| {
             matches!(smooth_from(&run.log, &shape, psi, &options), Err(ReconstructError::BadOption(_)))
         };
-        assert!(refused(OPTIONS, &psi[1..]));
+        let (orientations, samples) = (psi.len() - 1, psi.len());
+        let short = smooth_from(&run.log, &shape, &psi[1..], &OPTIONS);
+        assert_eq!(short, Err(ReconstructError::StartOfOtherLength { orientations, samples }));
         assert!(refused(SmoothOptions { harmonics: 1, ..OPTIONS }, &psi));
         assert!(refused(SmoothOptions { sensor_sd_m: 0.0, ..OPTIONS }, &psi));
         assert!(refused(SmoothOptions { prior_scale_m: f64::NAN, ..OPTIONS }, &psi));

@@ -66,6 +66,22 @@ impl SupportFunction {
         &self.harmonics_m
     }
 
+    /// Number of harmonics that can be seen with contact positions of the standard deviation `sensor_sd_m`: those beyond it amount to less
+    /// than a hundredth of it together. At least 2, unless there are fewer.
+    pub(crate) fn visible_order(&self, sensor_sd_m: f64) -> usize {
+        let mut tail = 0.0;
+        let mut order = self.harmonics_m.len();
+        while order > 2 {
+            let [a, b] = self.harmonics_m[order - 1];
+            tail += 0.5 * (a * a + b * b);
+            if tail.sqrt() > 0.01 * sensor_sd_m {
+                break;
+            }
+            order -= 1;
+        }
+        order
+    }
+
     /// Whether a coefficient is infinite or not a number.
     pub fn has_nonfinite(&self) -> bool {
         !self.mean_m.is_finite() || self.harmonics_m.iter().flatten().any(|value| !value.is_finite())

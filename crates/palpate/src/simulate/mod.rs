@@ -4,6 +4,7 @@ mod coverage;
 mod error;
 mod quasistatic;
 
+pub use crate::mechanics::Jump;
 pub use coverage::coverage;
 pub use error::SimulateError;
-pub use quasistatic::{SimulateOptions, Simulation, TimedJump, simulate};
+pub use quasistatic::{SimulateOptions, Simulation, simulate};

@@ -9,7 +9,7 @@ use rand_chacha::ChaCha8Rng;
 use super::SimulateError;
 use crate::log::{Log, Sample};
 use crate::mechanics::frictionless::{Pursuit, forces_between_n};
-use crate::mechanics::{STANDARD_GRAVITY_M_PER_S2, contact_forces_n};
+use crate::mechanics::{Jump, contact_forces_n};
 use crate::palms::{Palm, PalmPair, Stance};
 use crate::sensor::{PadContact, Touchpad};
 use crate::shape::SupportFunction;
@@ -28,7 +28,7 @@ pub struct SimulateOptions {
     pub seed: u64,
     /// The object is let go at this orientation (radians) before the palms begin to move.
     pub start_psi_rad: f64,
-    /// Mass in kilograms, positive; of consequence for the forces and for the energy of jumps only.
+    /// Mass in kilograms, positive; of consequence for the forces only.
     pub mass_kg: f64,
     /// Whether to report the normal forces.
     pub with_forces: bool,
@@ -57,22 +57,7 @@ pub struct Simulation {
     /// True shape and motion, one pose per sample of the log; ψ is unwrapped.
     pub truth: Truth,
     /// The jumps in order of time.
-    pub jumps: Vec<TimedJump>,
-}
-
-/// A jump of the object from one resting pose to another.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TimedJump {
-    /// When, seconds.
-    pub time_s: f64,
-    /// Orientation before, radians.
-    pub psi_before_rad: f64,
-    /// Orientation after, radians, unwrapped.
-    pub psi_after_rad: f64,
-    /// Potential energy before, joules, 0 at the height of the origin.
-    pub energy_before_j: f64,
-    /// Potential energy after, joules; lower.
-    pub energy_after_j: f64,
+    pub jumps: Vec<Jump>,
 }
 
 /// Simulates the palm log of `shape` while the palms run through `motion`, given as (time in seconds, palms).
@@ -96,26 +81,17 @@ pub fn simulate(
         .map(|point| TAU * point as f64 / TRUTH_POINTS as f64)
         .map(|theta| (theta, shape.radius_m(theta)))
         .collect();
-    let Some(&(mut before_s, first)) = motion.first() else { return Err(SimulateError::NoMotion) };
-    let weight_n = options.mass_kg * STANDARD_GRAVITY_M_PER_S2;
-    let mut pursuit = Pursuit::new(shape, &first, options.start_psi_rad);
+    let Some(&first) = motion.first() else { return Err(SimulateError::NoMotion) };
+    let mut pursuit = Pursuit::new(shape, first, options.start_psi_rad);
     for &(time_s, palms) in motion {
-        let time_at = |fraction: f64| before_s + (time_s - before_s) * fraction;
         let mut stance = Stance::default();
         let mut forces_n = (0.0, 0.0);
-        let jumps = pursuit.go_on(&palms, &mut |fraction, palms, angles, psi| {
+        let jumps = pursuit.go_on((time_s, palms), &mut |time_s, palms, angles, psi| {
             stance = palms.stance(angles, shape, psi);
             forces_n = forces_between_n(angles, options.mass_kg);
-            check_contact(&stance, time_at(fraction), pad.length_m)
+            check_contact(&stance, time_s, pad.length_m)
         })?;
-        simulation.jumps.extend(jumps.into_iter().map(|jump| TimedJump {
-            time_s: time_at(jump.fraction),
-            psi_before_rad: jump.psi_before_rad,
-            psi_after_rad: jump.psi_after_rad,
-            energy_before_j: weight_n * jump.height_before_m,
-            energy_after_j: weight_n * jump.height_after_m,
-        }));
-        before_s = time_s;
+        simulation.jumps.extend(jumps);
         simulation.log.samples.push(sample(time_s, &palms, &stance, forces_n, options, &mut rng));
         let [com_x_m, com_y_m] = stance.center_of_mass_m;
         simulation.truth.motion.push(TruePose { time_s, psi_rad: pursuit.psi_rad(), com_x_m, com_y_m });

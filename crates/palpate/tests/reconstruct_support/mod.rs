@@ -8,7 +8,7 @@ use std::time::Instant;
 use palpate::compare::{TruthError, compare};
 use palpate::palms::PalmPair;
 use palpate::plan::{PalmLimits, plan_turn};
-use palpate::reconstruct::{ReconstructError, ReconstructOptions, Reconstruction, reconstruct};
+use palpate::reconstruct::{ReconstructError, Reconstruction, reconstruct};
 use palpate::sensor::Touchpad;
 use palpate::shape::SupportFunction;
 use palpate::simulate::{SimulateOptions, Simulation, simulate};
@@ -34,7 +34,7 @@ pub fn turned(shape: &SupportFunction, samples: usize, touchpad: Touchpad) -> Si
 /// Reconstructs, and prints what came of it. How long it took is told and not judged.
 pub fn solve(log: &Log) -> Result<Reconstruction, ReconstructError> {
     let started = Instant::now();
-    let result = reconstruct(log, &ReconstructOptions::default(), &|_| ());
+    let result = reconstruct(log);
     let taken = started.elapsed();
     match &result {
         Ok(found) => println!(
@@ -97,7 +97,7 @@ pub fn assert_honest(result: &Result<Reconstruction, ReconstructError>, truth: &
         Ok(found) if found.is_certified() => assert_right(found, truth, noise_m, fold),
         Ok(found) => {
             errors(found, truth);
-            assert!(found.verdict.to_string().len() > 20, "a reason that helps, not {:?}", found.verdict);
+            assert!(found.verdict.to_string().len() > 20, "a reason that helps, not {}", found.verdict);
             assert!(!found.is_com_certified(), "no centre of mass without a shape");
         }
         Err(error) => assert!(error.to_string().len() > 20, "a reason that helps, not {error}"),

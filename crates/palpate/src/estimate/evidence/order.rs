@@ -1,6 +1,6 @@
 //! The number of harmonics, by the evidence.
 
-use crate::estimate::evidence::fit::{ROUNDS, fit};
+use crate::estimate::evidence::fit::{Fitted, ROUNDS, fit};
 use crate::estimate::evidence::variance_components::VarianceComponents;
 use crate::estimate::measurements::Measurements;
 use crate::estimate::model::layout::Layout;
@@ -18,15 +18,19 @@ const PATIENCE: usize = 2;
 /// The number of harmonics with the largest evidence: up from the number of the start while the evidence grows, then down
 /// from it. Every fit begins at the optimum of its neighbour, never at a shape with too few harmonics to hold the motion.
 pub(crate) fn choose_order(
-    measurements: &mut Measurements,
+    measurements: &Measurements,
     start: Estimate,
     noise: Noise,
     prior: Prior,
     variance_components: VarianceComponents,
-) -> Option<Fit> {
+) -> Option<Fitted> {
     let here = Layout::of_coefficients(&start.coefficients).order;
     let middle = ORDERS.iter().position(|&order| order >= here).unwrap_or(ORDERS.len() - 1);
-    let first = fit(measurements, ORDERS[middle], start, noise, prior, variance_components, ROUNDS)?;
+    let Fitted { fit: first, mut weighted } =
+        fit(measurements, ORDERS[middle], start, noise, prior, variance_components, ROUNDS)?;
+    let again = |weighted: &Measurements, order: usize, from: &Fit| {
+        fit(weighted, order, from.estimate.clone(), from.noise, from.prior, variance_components, ROUNDS)
+    };
     let mut best = first.clone();
     let climbs: [&mut dyn Iterator<Item = usize>; 2] =
         [&mut ORDERS[middle + 1..].iter().copied(), &mut ORDERS[..middle].iter().rev().copied()];
@@ -34,14 +38,10 @@ pub(crate) fn choose_order(
         let mut from = first.clone();
         let mut worse = 0;
         for order in orders {
-            let Some(next) =
-                fit(measurements, order, from.estimate, from.noise, from.prior, variance_components, ROUNDS)
-            else {
-                break;
-            };
-            from = next.clone();
-            if next.log_evidence > best.log_evidence {
-                best = next;
+            let Some(next) = again(&weighted, order, &from) else { break };
+            (from, weighted) = (next.fit, next.weighted);
+            if from.log_evidence > best.log_evidence {
+                best = from.clone();
                 worse = 0;
             } else {
                 worse += 1;
@@ -53,5 +53,5 @@ pub(crate) fn choose_order(
     }
     // One step more than the evidence asks for: what was not resolved belongs into the error bars.
     let richer = ORDERS.iter().copied().find(|&order| order > best.order).unwrap_or(best.order);
-    fit(measurements, richer, best.estimate.clone(), best.noise, best.prior, variance_components, ROUNDS).or(Some(best))
+    again(&weighted, richer, &best).or(Some(Fitted { fit: best, weighted }))
 }

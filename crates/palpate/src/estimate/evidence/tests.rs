@@ -3,7 +3,7 @@
 use crate::estimate::evidence::fit::{ROUNDS, fit};
 use crate::estimate::evidence::motion_prior::{PREDICTED_JUMP, UNSTABLE_POSE, neg_log_prior};
 use crate::estimate::evidence::order::choose_order;
-use crate::estimate::evidence::variance_components::{VarianceComponents, weigh_balance};
+use crate::estimate::evidence::variance_components::{VarianceComponents, with_balance_weights};
 use crate::estimate::measurements::Measurements;
 use crate::estimate::model::layout::coefficients_to_order;
 use crate::estimate::model::noise::Noise;
@@ -53,22 +53,22 @@ fn flat_sided() -> SupportFunction {
 #[test]
 fn as_many_harmonics_as_the_object_has_and_more_for_flat_sides() {
     let noise = Noise { sensor_m: NOISE_M, balance_m: NOISE_M };
-    let (mut measurements, start) = setting(&pebble(), 400, NOISE_M);
-    let smooth = choose_order(&mut measurements, start, noise, PRIOR, free()).expect("solvable").order;
+    let (measurements, start) = setting(&pebble(), 400, NOISE_M);
+    let smooth = choose_order(&measurements, start, noise, PRIOR, free()).expect("solvable").fit.order;
     // Six, and a step of reserve.
     assert!((6..=8).contains(&smooth), "{smooth}");
-    let (mut measurements, start) = setting(&flat_sided(), 400, NOISE_M);
-    let flat = choose_order(&mut measurements, start, noise, PRIOR, free()).expect("solvable").order;
+    let (measurements, start) = setting(&flat_sided(), 400, NOISE_M);
+    let flat = choose_order(&measurements, start, noise, PRIOR, free()).expect("solvable").fit.order;
     assert!(flat >= 12, "{flat}");
 }
 
 #[test]
 fn the_noise_of_the_sensors_is_estimated_to_a_tenth() {
     for noise_m in [2e-5, 1e-4, 4e-4] {
-        let (mut measurements, start) = setting(&pebble(), 500, noise_m);
+        let (measurements, start) = setting(&pebble(), 500, noise_m);
         // From a guess that is wrong by a factor of three.
         let noise = Noise { sensor_m: 3.0 * noise_m, balance_m: noise_m };
-        let fit = fit(&mut measurements, 6, start, noise, PRIOR, free(), 8).expect("solvable");
+        let fit = fit(&measurements, 6, start, noise, PRIOR, free(), 8).expect("solvable").fit;
         assert!((fit.noise.sensor_m / noise_m - 1.0).abs() < 0.1, "{} for {noise_m}", fit.noise.sensor_m);
         // The simulated balance is exact; it is never believed to be more so than this.
         assert!(fit.noise.balance_m < 0.2 * noise_m, "{} for {noise_m}", fit.noise.balance_m);
@@ -77,10 +77,10 @@ fn the_noise_of_the_sensors_is_estimated_to_a_tenth() {
 
 #[test]
 fn stated_noise_stays() {
-    let (mut measurements, start) = setting(&pebble(), 200, NOISE_M);
+    let (measurements, start) = setting(&pebble(), 200, NOISE_M);
     let stated = Noise { sensor_m: 3e-4, balance_m: 3e-4 };
     let variance_components = VarianceComponents { sensor: false, ..free() };
-    let fit = fit(&mut measurements, 6, start, stated, PRIOR, variance_components, ROUNDS).expect("solvable");
+    let fit = fit(&measurements, 6, start, stated, PRIOR, variance_components, ROUNDS).expect("solvable").fit;
     assert_eq!(fit.noise.sensor_m, 3e-4);
 }
 
@@ -102,10 +102,10 @@ fn leaps_and_restless_poses_are_counted_against_a_motion() {
 
 #[test]
 fn samples_out_of_balance_lose_their_weight_in_it() {
-    let (mut measurements, start) = setting(&pebble(), 200, NOISE_M);
+    let (measurements, start) = setting(&pebble(), 200, NOISE_M);
     let mut fitted = start.clone();
     fitted.psi[50] += 0.5;
-    weigh_balance(&mut measurements, &fitted, NOISE_M);
+    let measurements = with_balance_weights(measurements, &fitted, NOISE_M);
     assert!(measurements.instants[50].balance_weight < 0.1, "{}", measurements.instants[50].balance_weight);
     assert!(measurements.instants[20].balance_weight > 1.0, "{}", measurements.instants[20].balance_weight);
 }

@@ -19,15 +19,20 @@ pub(crate) struct VarianceComponents {
 /// The balance is never believed to be more exact than this share of the sensor noise.
 const STRICTEST_BALANCE: f64 = 0.1;
 
-/// Balance is missed in bursts (ringing after a jump, a stick and a slip), so its errors follow Student's t, not a Gaussian:
-/// each sample weighs (ν + 1)/(ν + (g/σ_b)²).
-pub(crate) fn weigh_balance(measurements: &mut Measurements, estimate: &Estimate, balance_m: f64) {
+/// The measurements with other weights of the balance. It is missed in bursts (ringing after a jump, a stick and a slip), so its errors
+/// follow Student's t, not a Gaussian: each sample weighs (ν + 1)/(ν + (g/σ_b)²).
+pub(crate) fn with_balance_weights(
+    mut measurements: Measurements,
+    estimate: &Estimate,
+    balance_m: f64,
+) -> Measurements {
     let counted =
         measurements.instants.iter_mut().zip(&estimate.psi).filter(|(instant, _)| instant.balance_weight > 0.0);
     for (instant, &psi) in counted {
         let g = residuals(instant, &estimate.coefficients, psi).value[2];
         instant.balance_weight = ((STUDENT + 1.0) / (STUDENT + (g / balance_m).powi(2))).sqrt();
     }
+    measurements
 }
 
 /// Variance components: squared residuals of each kind over the redundancy that the fit leaves them.

@@ -17,6 +17,26 @@ use nalgebra::DVector;
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
+/// How a descent to the optimum ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Termination {
+    /// The last step lowered the cost by less than the tolerance.
+    Converged,
+    /// As many steps as were allowed were taken, and the last one still lowered the cost by more than the tolerance.
+    StepsUsedUp,
+    /// No step lowers the cost, however short: the optimum is reached to rounding, or the start is a point where Gauss-Newton cannot go on.
+    NoBetterStep,
+}
+
+/// Where a descent ended, and how.
+pub(crate) struct Descent {
+    pub estimate: Estimate,
+    pub termination: Termination,
+    /// Steps taken, each with a matrix of its own.
+    pub steps: usize,
+}
+
 /// The matrix is made anew as long as steps lower the cost by more than this share of it.
 const FAR: f64 = 0.5;
 
@@ -33,23 +53,29 @@ pub(crate) struct Slope {
 
 impl<F: ForceModel> Smoother<'_, F> {
     /// Runs down to the minimum from a start that is near it.
-    pub fn run_chord(&self, mut coefficients: Vec<f64>, mut psi: Vec<f64>, effort: StoppingCriteria) -> Estimate {
+    pub fn run_chord(&self, coefficients: Vec<f64>, psi: Vec<f64>, effort: StoppingCriteria) -> Estimate {
+        self.descend(coefficients, psi, effort).estimate
+    }
+
+    /// The same, telling how it ended.
+    pub fn descend(&self, mut coefficients: Vec<f64>, mut psi: Vec<f64>, effort: StoppingCriteria) -> Descent {
         coefficients_to_order(&mut coefficients, self.order);
         let cost = self.project_orientations(&coefficients, &mut psi, 0);
         let mut estimate = Estimate { coefficients, psi, cost };
         let mut damping = 1e-4;
-        for _ in 0..effort.iterations {
+        for steps in 0..effort.iterations {
             let before = estimate.cost;
-            let Some(taken) = self.step(&mut estimate, &mut damping) else { break };
+            let Some(taken) = self.step(&mut estimate, &mut damping) else {
+                return Descent { estimate, termination: Termination::NoBetterStep, steps };
+            };
             let fall = before - estimate.cost;
-            if fall <= effort.tolerance * estimate.cost {
-                break;
-            }
-            if fall < FAR * estimate.cost && self.chord_steps(&mut estimate, &taken, fall, effort.tolerance) {
-                break;
+            if fall <= effort.tolerance * estimate.cost
+                || (fall < FAR * estimate.cost && self.chord_steps(&mut estimate, &taken, fall, effort.tolerance))
+            {
+                return Descent { estimate, termination: Termination::Converged, steps: steps + 1 };
             }
         }
-        estimate
+        Descent { estimate, termination: Termination::StepsUsedUp, steps: effort.iterations }
     }
 
     /// Takes further steps with the matrix of one that lowered the cost by `fall`; whether the minimum is reached.

@@ -26,24 +26,24 @@ const LARGEST_TURN_RAD: f64 = 100.0;
 /// vanishing stability moves by some 1e-5 in the step over it.
 const SMALLEST_JUMP_RAD: f64 = 1e-3;
 
-/// Follows the stable pose `psi_rad` of `shape` while the palms move evenly from `from` to `to`.
+/// Follows the stable pose `psi_rad` of `shape` while the palms move evenly from `from` to `to`, both given with their time in seconds.
 ///
-/// `psi_rad` should be stable at `from`; if it is not, the object first goes downhill. `visit` is called with the fraction
-/// of the movement, the palms and ψ after each step and each jump, and may stop the pursuit with an error. Returns ψ at the
-/// end (unwrapped) and the jumps on the way; of palms that turn by more than 100 rad, only where the object would go from
-/// its pose between the last ones.
+/// `psi_rad` should be stable at `from`; if it is not, the object first goes downhill. `visit` is called with the time (seconds),
+/// the palms and ψ after each step and each jump, and may stop the pursuit with an error. Returns ψ at the end (unwrapped)
+/// and the jumps on the way; of palms that turn by more than 100 rad, only where the object would go from its pose between
+/// the last ones.
 ///
 /// # Errors
 /// Those of `visit`.
 pub fn follow<E>(
     shape: &SupportFunction,
-    from: &PalmPair,
-    to: &PalmPair,
+    from: (f64, PalmPair),
+    to: (f64, PalmPair),
     psi_rad: f64,
     mut visit: impl FnMut(f64, &PalmPair, f64) -> Result<(), E>,
 ) -> Result<(f64, Vec<Jump>), E> {
     let mut pursuit = Pursuit::new(shape, from, psi_rad);
-    let jumps = pursuit.go_on(to, &mut |fraction, palms, _, psi| visit(fraction, palms, psi))?;
+    let jumps = pursuit.go_on(to, &mut |time_s, palms, _, psi| visit(time_s, palms, psi))?;
     Ok((pursuit.psi_rad(), jumps))
 }
 
@@ -51,17 +51,18 @@ pub fn follow<E>(
 #[derive(Clone, Debug)]
 pub(crate) struct Pursuit<'a> {
     shape: &'a SupportFunction,
+    time_s: f64,
     palms: PalmPair,
     landscape: EnergyLandscape,
     psi: f64,
 }
 
 impl<'a> Pursuit<'a> {
-    /// At the stable pose `psi_rad`, or where the object goes downhill from there.
-    pub(crate) fn new(shape: &'a SupportFunction, palms: &PalmPair, psi_rad: f64) -> Self {
-        let landscape = EnergyLandscape::new(shape, palms);
+    /// At the stable pose `psi_rad` between palms at their time in seconds, or where the object goes downhill from there.
+    pub(crate) fn new(shape: &'a SupportFunction, (time_s, palms): (f64, PalmPair), psi_rad: f64) -> Self {
+        let landscape = EnergyLandscape::new(shape, &palms);
         let psi = landscape.continued(psi_rad).unwrap_or_else(|| landscape.descend(psi_rad));
-        Self { shape, palms: *palms, landscape, psi }
+        Self { shape, time_s, palms, landscape, psi }
     }
 
     /// The orientation now, radians, unwrapped.
@@ -72,20 +73,22 @@ impl<'a> Pursuit<'a> {
     /// Goes on while the palms move evenly to `to`, as [`follow`] does; `visit` is given the angles of the palms as well.
     pub(crate) fn go_on<E>(
         &mut self,
-        to: &PalmPair,
+        (to_s, to): (f64, PalmPair),
         visit: &mut impl FnMut(f64, &PalmPair, &PalmAngles, f64) -> Result<(), E>,
     ) -> Result<Vec<Jump>, E> {
         let mut jumps = Vec::new();
-        let from = std::mem::replace(&mut self.palms, *to);
+        let from = std::mem::replace(&mut self.palms, to);
+        let from_s = std::mem::replace(&mut self.time_s, to_s);
+        let time_at = |done: f64| from_s + (to_s - from_s) * done;
         let turn = (to.phi1_rad - from.phi1_rad).abs().max((to.phi12_rad() - from.phi12_rad()).abs());
         if turn == 0.0 {
-            visit(1.0, to, &to.angles(), self.psi)?;
+            visit(time_at(1.0), &to, &to.angles(), self.psi)?;
             return Ok(jumps);
         }
         if self.landscape.is_flat() || turn > LARGEST_TURN_RAD || !turn.is_finite() {
-            self.landscape = EnergyLandscape::new(self.shape, to);
+            self.landscape = EnergyLandscape::new(self.shape, &to);
             self.psi = self.landscape.descend(self.psi);
-            visit(1.0, to, &to.angles(), self.psi)?;
+            visit(time_at(1.0), &to, &to.angles(), self.psi)?;
             return Ok(jumps);
         }
         let largest = (LARGEST_STEP_RAD / turn).min(1.0);
@@ -94,7 +97,7 @@ impl<'a> Pursuit<'a> {
         let (mut done, mut step) = (0.0, largest);
         while done < 1.0 {
             let next = if done + step >= 1.0 { 1.0 } else { done + step };
-            let palms = from.towards(to, next);
+            let palms = from.towards(&to, next);
             let angles = palms.angles();
             let ahead = EnergyLandscape::between(self.shape, &palms, &angles);
             let same_branch = ahead.continued(self.psi).filter(|&new| self.landscape.continues_to(new, self.psi));
@@ -102,7 +105,7 @@ impl<'a> Pursuit<'a> {
                 (self.psi, self.landscape, done) = (new, ahead, next);
                 step = (2.0 * step).min(largest);
                 forced = smallest;
-                visit(done, &palms, &angles, self.psi)?;
+                visit(time_at(done), &palms, &angles, self.psi)?;
                 continue;
             }
             if step > forced {
@@ -111,18 +114,18 @@ impl<'a> Pursuit<'a> {
             }
             // At a fold, or at a pose of hardly any stability: step over it and let the object go downhill.
             let over = (done + 10.0 * forced).min(1.0);
-            let palms = from.towards(to, over);
+            let palms = from.towards(&to, over);
             let angles = palms.angles();
             let beyond = EnergyLandscape::between(self.shape, &palms, &angles);
             let landed = beyond.descend(self.psi);
             if (landed - self.psi).abs() > SMALLEST_JUMP_RAD {
                 jumps.push(Jump {
-                    fraction: done,
-                    palms,
+                    time_s: time_at(done),
                     psi_before_rad: self.psi,
                     psi_after_rad: landed,
                     height_before_m: beyond.height_m(self.psi),
                     height_after_m: beyond.height_m(landed),
+                    physical: true,
                 });
                 forced = smallest;
             } else {
@@ -130,14 +133,14 @@ impl<'a> Pursuit<'a> {
             }
             (self.psi, self.landscape, done) = (landed, beyond, over);
             step = forced;
-            visit(done, &palms, &angles, self.psi)?;
+            visit(time_at(done), &palms, &angles, self.psi)?;
         }
         Ok(jumps)
     }
 }
 
-/// [`follow`] when nobody watches.
+/// [`follow`] when nobody watches, from time 0 to 1.
 pub(crate) fn followed(shape: &SupportFunction, from: &PalmPair, to: &PalmPair, psi_rad: f64) -> (f64, Vec<Jump>) {
-    let Ok(end) = follow(shape, from, to, psi_rad, |_, _, _| Ok::<(), Infallible>(()));
+    let Ok(end) = follow(shape, (0.0, *from), (1.0, *to), psi_rad, |_, _, _| Ok::<(), Infallible>(()));
     end
 }

@@ -10,5 +10,5 @@ pub(crate) use balance::Frictionless;
 pub use branch::follow;
 pub(crate) use branch::{Pursuit, followed};
 pub use landscape::{EnergyLandscape, RestPose};
+pub use weight::contact_forces_n;
 pub(crate) use weight::forces_between_n;
-pub use weight::{STANDARD_GRAVITY_M_PER_S2, contact_forces_n};

@@ -1,10 +1,8 @@
 //! Normal forces that carry the weight of a resting object: f₁ n̄₁ + f₂ n̄₂ = (0, m g), without friction, gives
 //! f₁ = m g sin φ₁₂ / sin φ₂ and f₂ = m g sin φ₁ / sin φ₂.
 
+use crate::mechanics::gravity::STANDARD_GRAVITY_M_PER_S2;
 use crate::palms::{PalmAngles, PalmPair};
-
-/// Standard acceleration of free fall, metres per second squared.
-pub const STANDARD_GRAVITY_M_PER_S2: f64 = 9.80665;
 
 /// Normal forces (f₁, f₂) in newtons that carry an object of `mass_kg`.
 ///

@@ -6,13 +6,14 @@ use crate::estimate::measurements::Measurements;
 use crate::palms::{Palm, PalmMotion, PalmMove, PalmPair};
 use crate::reconstruct::error::ReconstructError;
 use crate::reconstruct::method::Method;
-use crate::reconstruct::options::ReconstructOptions;
+use crate::reconstruct::reconstruction::Reconstruction;
+use crate::reconstruct::reconstructor::Reconstructor;
 use crate::reconstruct::search::closed_form::Contact;
+use crate::reconstruct::start::Start;
 use crate::sensor::Touchpad;
 use crate::shape::{NamedShape, SupportFunction};
 use crate::simulate::{SimulateOptions, Simulation, simulate};
 
-use crate::reconstruct;
 const SIZE_M: f64 = 0.03;
 
 fn shape() -> SupportFunction {
@@ -110,16 +111,21 @@ fn most_of_a_turn(samples: usize) -> Simulation {
     run
 }
 
-fn options(method: Method) -> ReconstructOptions {
-    ReconstructOptions { method, ..ReconstructOptions::default() }
+fn reconstructor(method: Method) -> Reconstructor<'static> {
+    Reconstructor::new().method(method)
+}
+
+/// From the true shape and motion.
+fn from_truth(run: &Simulation, method: Method) -> Reconstruction {
+    let psi_rad = run.truth.motion.iter().map(|pose| pose.psi_rad).collect();
+    reconstructor(method).start(Start::Motion { shape: shape(), psi_rad }).run(&run.log).expect("solvable")
 }
 
 #[test]
 fn from_true_initial_values_270_exact_samples_give_the_radius_to_a_thousandth() {
     for run in [run(269), most_of_a_turn(270)] {
-        let psi: Vec<f64> = run.truth.motion.iter().map(|pose| pose.psi_rad).collect();
         for method in [Method::Ode, Method::Quadrature] {
-            let found = reconstruct::reconstruct_from(&run.log, &shape(), &psi, &options(method)).expect("solvable");
+            let found = from_truth(&run, method);
             let errors = compare(&found, &run.truth).expect("comparable");
             let limit = if method == Method::Ode { 1e-3 } else { 2e-3 };
             assert!(errors.rms_r_m < limit * SIZE_M, "{method}: {errors:?}");
@@ -136,7 +142,7 @@ fn initial_conditions_are_found_and_pieces_between_jumps_are_arranged() {
         let run = simulate(&shape(), &motion, &SimulateOptions::default()).expect("possible");
         jumps += run.jumps.len();
         for method in [Method::Ode, Method::Quadrature] {
-            let found = reconstruct::reconstruct(&run.log, &options(method), &|_| ()).expect("solvable");
+            let found = reconstructor(method).run(&run.log).expect("solvable");
             let errors = compare(&found, &run.truth).expect("comparable");
             assert!(errors.rms_r_m < 3e-3 * SIZE_M, "seed {seed}, {method}: {errors:?}");
             assert!(errors.rms_psi_rad < 0.02, "seed {seed}, {method}: {errors:?}");
@@ -155,9 +161,8 @@ fn two_fingers_integrate_as_well_as_two_palms() {
     let options_of_run = SimulateOptions { start_psi_rad: 4.0, ..SimulateOptions::default() };
     let run = simulate(&shape(), &motion, &options_of_run).expect("possible");
     assert!(run.jumps.is_empty());
-    let psi: Vec<f64> = run.truth.motion.iter().map(|pose| pose.psi_rad).collect();
     for method in [Method::Ode, Method::Quadrature] {
-        let found = reconstruct::reconstruct_from(&run.log, &shape(), &psi, &options(method)).expect("solvable");
+        let found = from_truth(&run, method);
         let errors = compare(&found, &run.truth).expect("comparable");
         assert!(errors.rms_r_m < 1e-3 * SIZE_M && errors.rms_com_m < 1e-3 * SIZE_M, "{method}: {errors:?}");
     }
@@ -170,14 +175,14 @@ fn noise_is_survived_and_a_log_without_a_piece_is_refused() {
     let mut run =
         simulate(&shape(), &motion, &SimulateOptions { touchpad, ..SimulateOptions::default() }).expect("possible");
     for method in [Method::Ode, Method::Quadrature] {
-        let found = reconstruct::reconstruct(&run.log, &options(method), &|_| ()).expect("solvable");
+        let found = reconstructor(method).run(&run.log).expect("solvable");
         let errors = compare(&found, &run.truth).expect("comparable");
         assert!(errors.rms_r_m < 0.05 * SIZE_M, "{method}: {errors:?}");
     }
     // The same time everywhere: nothing to integrate over.
     run.log.samples.iter_mut().for_each(|sample| sample.time_s = 0.0);
     for method in [Method::Ode, Method::Quadrature] {
-        let refused = reconstruct::reconstruct(&run.log, &options(method), &|_| ());
+        let refused = reconstructor(method).run(&run.log);
         assert_eq!(refused, Err(ReconstructError::NotSolvable));
     }
 }

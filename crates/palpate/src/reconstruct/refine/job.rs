@@ -7,7 +7,7 @@ use crate::estimate::association::alternatives::compare_evidence;
 use crate::estimate::association::decode::{Aside, Decoded, decode};
 use crate::estimate::association::predictive::PredictiveShape;
 use crate::estimate::association::short_segments::reassociated;
-use crate::estimate::evidence::fit::{ROUNDS, fit};
+use crate::estimate::evidence::fit::{Fitted, ROUNDS, fit};
 use crate::estimate::evidence::order::choose_order;
 use crate::estimate::evidence::variance_components::VarianceComponents;
 use crate::estimate::jumps::detect_jumps;
@@ -89,7 +89,7 @@ impl<'a> Job<'a> {
         let rough = self.rough(&medium, start).ok_or(ReconstructError::NotSolvable)?;
         let psi = decode(&medium, &rough, self.floor_m(), None).psi;
         let rough = Fit { estimate: Estimate { psi, ..rough.estimate }, ..rough };
-        let settled = self.to_fixed_point(medium.clone(), &found.ranges, rough)?;
+        let settled = self.to_fixed_point(&medium, &found.ranges, rough)?;
         Ok(self.with_restarts(&medium, &found.ranges, settled))
     }
 
@@ -99,9 +99,13 @@ impl<'a> Job<'a> {
             let Fit { order, noise, prior, log_evidence, .. } = best.coarse;
             // As exact as statics has the balance: what is missed tells on which side the centre of mass is.
             let noise = Noise { balance_m: BALANCE_SHARES[1] * noise.sensor_m, ..noise };
-            let there = fit(&mut medium.clone(), order, start, noise, prior, self.variance_components(), ROUNDS);
-            let Some(there) = there.filter(|there| there.log_evidence > log_evidence + WORTH_A_LOOK) else { continue };
-            match self.to_fixed_point(medium.clone(), ranges, there) {
+            let there = fit(medium, order, start, noise, prior, self.variance_components(), ROUNDS);
+            let Some(Fitted { fit: there, .. }) =
+                there.filter(|there| there.fit.log_evidence > log_evidence + WORTH_A_LOOK)
+            else {
+                continue;
+            };
+            match self.to_fixed_point(medium, ranges, there) {
                 Ok(other) if other.fine.log_evidence > best.fine.log_evidence => best = other,
                 _ => {}
             }
@@ -116,7 +120,8 @@ impl<'a> Job<'a> {
         let order = Layout::of_coefficients(&start.coefficients).order;
         let with_share = |share: f64| {
             let noise = Noise { sensor_m: sd, balance_m: share * sd };
-            fit(&mut medium.clone(), order, start.clone(), noise, self.prior, self.variance_components(), ROUNDS)
+            let fitted = fit(medium, order, start.clone(), noise, self.prior, self.variance_components(), ROUNDS);
+            fitted.map(|fitted| fitted.fit)
         };
         BALANCE_SHARES.into_iter().filter_map(with_share).max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence))
     }
@@ -125,27 +130,30 @@ impl<'a> Job<'a> {
     /// it is. `rough` is a fit to the thinned log.
     fn to_fixed_point(
         &self,
-        mut medium: Measurements,
+        medium: &Measurements,
         ranges: &[Range<usize>],
         rough: Fit,
     ) -> Result<Refined, ReconstructError> {
         let Fit { estimate: mut start, noise, prior, .. } = rough;
         let mut decoded: Option<Vec<f64>> = None;
+        let mut medium = medium.clone();
         let (mut attempt, mut unsettled) = (0, self.measurements.len() / 4);
         loop {
-            let coarse = match self.options.harmonics {
-                Some(order) => fit(&mut medium, order, start, noise, prior, self.variance_components(), ROUNDS),
-                None => choose_order(&mut medium, start, noise, prior, self.variance_components()),
+            let fitted = match self.options.harmonics {
+                Some(order) => fit(&medium, order, start, noise, prior, self.variance_components(), ROUNDS),
+                None => choose_order(&medium, start, noise, prior, self.variance_components()),
             }
             .ok_or(ReconstructError::NotSolvable)?;
-            let mut measurements = self.measurements.clone();
+            let coarse = fitted.fit;
+            medium = fitted.weighted;
             let coefficients = coarse.estimate.coefficients.clone();
-            let psi = decoded
-                .unwrap_or_else(|| carry_over(&medium, &coarse.estimate.psi, &coefficients, &measurements, ranges));
+            let psi = decoded.unwrap_or_else(|| {
+                carry_over(&medium, &coarse.estimate.psi, &coefficients, &self.measurements, ranges)
+            });
             let all = Estimate { coefficients, psi, cost: f64::INFINITY };
             let noise = Noise { sensor_m: self.stated_m.unwrap_or(coarse.noise.sensor_m), ..coarse.noise };
-            let fine = fit(
-                &mut measurements,
+            let Fitted { fit: fine, weighted: measurements } = fit(
+                &self.measurements,
                 coarse.order,
                 all,
                 noise,
@@ -155,34 +163,34 @@ impl<'a> Job<'a> {
             )
             .ok_or(ReconstructError::NotSolvable)?;
             let Estimate { coefficients, psi, .. } = &fine.estimate;
-            let weighted = with_noisy_angles(&self.measurements, coefficients, psi, self.scatter_m);
-            let of_all = decode(&weighted, &fine, self.floor_m(), None);
-            let (mut track, passed_over) = match self.without_doubtful(&weighted, &fine, &of_all) {
+            let with_noisy_angles = with_noisy_angles(&self.measurements, coefficients, psi, self.scatter_m);
+            let of_all = decode(&with_noisy_angles, &fine, self.floor_m(), None);
+            let (mut decoded_now, passed_over) = match self.without_doubtful(&with_noisy_angles, &fine, &of_all) {
                 Some(again) => (again, Some(of_all.psi)),
                 None => (of_all, None),
             };
             // Where the way does not settle, the arrangement is wrong, or it is a matter of a few samples.
-            let last = attempt == REPAIRS || 2 * track.moved > unsettled;
-            if track.moved == 0 || last {
-                let mut doubts = Ambiguity::new(std::mem::take(&mut track.margin));
-                let mut alternatives = std::mem::take(&mut track.alternatives);
-                let ways = passed_over.iter().chain([&track.psi]);
+            let last = attempt == REPAIRS || 2 * decoded_now.moved > unsettled;
+            if decoded_now.moved == 0 || last {
+                let mut doubts = Ambiguity::new(std::mem::take(&mut decoded_now.margin));
+                let mut alternatives = std::mem::take(&mut decoded_now.alternatives);
+                let ways = passed_over.iter().chain([&decoded_now.psi]);
                 alternatives.extend(ways.filter_map(|way| doubts.unsettled(&fine.estimate.psi, way)));
                 alternatives.extend(reassociated(&measurements, &fine, &self.starts(&fine), &mut doubts));
                 match compare_evidence(&measurements, &fine, &alternatives, &mut doubts) {
                     Some(better) if !last => {
-                        track.moved = moved(&fine.estimate.psi, &better.psi);
-                        track.psi = better.psi;
+                        decoded_now.moved = moved(&fine.estimate.psi, &better.psi);
+                        decoded_now.psi = better.psi;
                     }
                     _ => return Ok(Refined { coarse, fine, measurements, ambiguity_rad: doubts.ambiguity_rad() }),
                 }
             }
             attempt += 1;
-            unsettled = track.moved;
+            unsettled = decoded_now.moved;
             let coefficients = fine.estimate.coefficients;
-            let psi = carry_over(&self.measurements, &track.psi, &coefficients, &medium, ranges);
+            let psi = carry_over(&self.measurements, &decoded_now.psi, &coefficients, &medium, ranges);
             start = Estimate { coefficients, psi, cost: f64::INFINITY };
-            decoded = Some(track.psi);
+            decoded = Some(decoded_now.psi);
         }
     }
 
@@ -197,7 +205,7 @@ impl<'a> Job<'a> {
     }
 
     /// No contact is believed to be more exact than this on the way through the log, metres.
-    fn floor_m(&self) -> f64 {
+    pub(crate) fn floor_m(&self) -> f64 {
         0.3 * self.scatter_m
     }
 
@@ -212,8 +220,8 @@ impl<'a> Job<'a> {
         let mut measurements = self.measurements.clone();
         aside.iter().for_each(|&index| measurements.instants[index].set_aside());
         let estimate = fine.estimate.clone();
-        let others = fit(
-            &mut measurements,
+        let Fitted { fit: others, weighted: measurements } = fit(
+            &measurements,
             fine.order,
             estimate,
             fine.noise,

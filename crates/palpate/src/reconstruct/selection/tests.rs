@@ -1,5 +1,5 @@
 use super::*;
-use crate::reconstruct::reconstruction::Jump;
+use crate::mechanics::Jump;
 use crate::shape::SupportFunction;
 
 const RADIUS_M: f64 = 0.03;

@@ -17,8 +17,9 @@ use crate::estimate::solver::error_bars::ErrorBars;
 use crate::estimate::solver::gauss_newton::Fit;
 use crate::log::{Log, Sample};
 use crate::math::statistics::correlation_time;
+use crate::mechanics::Jump;
 use crate::palms::PalmPair;
-use crate::reconstruct::reconstruction::{Jump, OutlinePoint, Pose, Reconstruction};
+use crate::reconstruct::reconstruction::{OutlinePoint, Pose, Reconstruction};
 use crate::shape::SupportFunction;
 use std::f64::consts::TAU;
 

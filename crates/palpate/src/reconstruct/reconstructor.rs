@@ -1,0 +1,185 @@
+//! Reconstruction with more said of the problem than the log says.
+
+use super::check::{check_log, check_start};
+use super::error::ReconstructError;
+use super::method::Method;
+use super::options::{Progress, ReconstructOptions};
+use super::paper::initial_conditions as integral;
+use super::reconstruction::Reconstruction;
+use super::refine::job::Job;
+use super::search::schedule::{self, Found};
+use super::search::segments::segments;
+use super::start::{Start, starting_coefficients, way_of};
+use super::verdict::assemble::Candidate;
+use super::verdict::limits::CertificateLimits;
+use crate::estimate::solver::gauss_newton::Estimate;
+use crate::log::Log;
+use crate::shape::SupportFunction;
+
+/// Reconstructs logs, with what is known besides them. What is not said is left to the log.
+///
+/// ```
+/// use palpate::reconstruct::Reconstructor;
+/// # use palpate::{plan::{PalmLimits, plan_turn}, shape::NamedShape, simulate::{SimulateOptions, simulate}};
+/// # let egg = NamedShape::Egg.shape(0.03)?;
+/// # let plan = plan_turn(&egg, &PalmLimits::default(), 40.0)?;
+/// # let options = SimulateOptions { start_psi_rad: plan.start_psi_rad, ..SimulateOptions::default() };
+/// # let log = simulate(&egg, &plan.motion.sample(5.0)?, &options)?.log;
+/// let found = Reconstructor::new()
+///     .harmonics(8)
+///     .sensor_sd_m(1e-4)
+///     .progress(&|progress| eprintln!("{} {:.0} %", progress.stage, 100.0 * progress.fraction))
+///     .run(&log)?;
+/// assert_eq!(found.shape.harmonics_m().len(), 8);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Default)]
+#[must_use = "nothing is reconstructed before `run`"]
+pub struct Reconstructor<'a> {
+    options: ReconstructOptions,
+    start: Start,
+    progress: Option<&'a (dyn Fn(Progress) + Sync)>,
+}
+
+impl<'a> Reconstructor<'a> {
+    /// With everything left to the log.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Number of harmonics K of the support function, 2 to [`MOST_HARMONICS`](super::MOST_HARMONICS); `None` = chosen by the evidence,
+    /// or 12 by the methods that integrate.
+    pub fn harmonics(mut self, harmonics: impl Into<Option<usize>>) -> Self {
+        self.options.harmonics = harmonics.into();
+        self
+    }
+
+    /// Standard deviation of the contact positions, metres, positive; `None` = stated by the log, or estimated from it.
+    pub fn sensor_sd_m(mut self, sensor_sd_m: impl Into<Option<f64>>) -> Self {
+        self.options.sensor_sd_m = sensor_sd_m.into();
+        self
+    }
+
+    /// How to reconstruct; [`Method::Likelihood`] if not chosen.
+    pub fn method(mut self, method: Method) -> Self {
+        self.options.method = method;
+        self
+    }
+
+    /// What the certificate asks.
+    pub fn limits(mut self, limits: CertificateLimits) -> Self {
+        self.options.limits = limits;
+        self
+    }
+
+    /// What is known of shape and motion beforehand; [`Start::Nothing`] if not said.
+    pub fn start(mut self, start: Start) -> Self {
+        self.start = start;
+        self
+    }
+
+    /// Is told now and then, from any thread, how far the work has come.
+    pub fn progress(mut self, progress: &'a (dyn Fn(Progress) + Sync)) -> Self {
+        self.progress = Some(progress);
+        self
+    }
+
+    /// Reconstructs shape, motion and centre of mass of the object behind a log. May be called for any number of logs.
+    ///
+    /// # Errors
+    /// When the log cannot be solved at all, an option is out of its range, or the start does not go with the log (see
+    /// [`ReconstructError`]). A doubtful answer is not an error: it comes back as a [`Reconstruction`] that is not certified.
+    pub fn run(&self, log: &Log) -> Result<Reconstruction, ReconstructError> {
+        check_log(log, &self.options)?;
+        match &self.start {
+            Start::Nothing => self.from_nothing(log),
+            Start::Shape(shape) => {
+                check_start(log, shape, None)?;
+                let job = Job::new(log, &self.options);
+                self.from_motion(&job, shape, way_of(shape, &job))
+            }
+            Start::Motion { shape, psi_rad } => {
+                check_start(log, shape, Some(psi_rad))?;
+                self.from_motion(&Job::new(log, &self.options), shape, psi_rad.clone())
+            }
+        }
+    }
+
+    fn tell(&self, stage: &'static str, fraction: f64) {
+        if let Some(progress) = self.progress {
+            progress(Progress { stage, fraction });
+        }
+    }
+
+    fn from_nothing(&self, log: &Log) -> Result<Reconstruction, ReconstructError> {
+        if self.options.method != Method::Likelihood {
+            return integral::reconstruct(log, &self.options, &|share| self.tell("integrating", share));
+        }
+        let job = Job::new(log, &self.options);
+        let mut best: Option<Candidate> = None;
+        let mut explanations = 0;
+        let mut failure = None;
+        schedule::search(
+            &job.measurements,
+            job.scatter_m,
+            job.prior,
+            &|share| self.tell("searching for arrangements", 0.9 * share),
+            &mut |found| {
+                match job.judge(&found) {
+                    Ok(candidate) => {
+                        explanations += usize::from(candidate.result.verdict.is_explained());
+                        if best.as_ref().is_none_or(|other| candidate.is_likelier_than(other)) {
+                            best = Some(candidate);
+                        }
+                    }
+                    Err(error) => failure = Some(error),
+                }
+                best.as_ref().is_some_and(|candidate| candidate.is_enough(explanations))
+            },
+        );
+        self.tell("done", 1.0);
+        best.map(|candidate| candidate.result).ok_or_else(|| {
+            failure.unwrap_or_else(|| ReconstructError::NoStart {
+                advice: "check the units and signs of the palm angles and contact positions".to_owned(),
+            })
+        })
+    }
+
+    fn from_motion(
+        &self,
+        job: &Job,
+        shape: &SupportFunction,
+        psi: Vec<f64>,
+    ) -> Result<Reconstruction, ReconstructError> {
+        if self.options.method != Method::Likelihood {
+            return integral::reconstruct_from(job.log, shape, &psi, &self.options);
+        }
+        let ranges = segments(&job.measurements, job.scatter_m);
+        let estimate = Estimate { coefficients: starting_coefficients(shape, job.scatter_m), psi, cost: 0.0 };
+        let found = Found { thin: job.measurements.clone(), ranges, estimates: vec![estimate] };
+        let refined = job.refine(&found, 0)?;
+        let result = job.assemble(refined)?.result;
+        self.tell("done", 1.0);
+        Ok(result)
+    }
+}
+
+impl From<ReconstructOptions> for Reconstructor<'_> {
+    /// For options that are held as data: a command line's, a sweep's, Python's.
+    fn from(options: ReconstructOptions) -> Self {
+        Self { options, ..Self::default() }
+    }
+}
+
+impl std::fmt::Debug for Reconstructor<'_> {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { options, start, progress } = self;
+        let told = progress.is_some();
+        formatter
+            .debug_struct("Reconstructor")
+            .field("options", options)
+            .field("start", start)
+            .field("progress", &told)
+            .finish()
+    }
+}
