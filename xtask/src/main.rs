@@ -6,6 +6,8 @@
 mod bench_peers;
 mod browser;
 mod debian;
+#[cfg(test)]
+mod docs;
 mod limits;
 mod methods;
 mod monte_carlo;

@@ -57,7 +57,8 @@ impl Job {
     pub fn run_with(&self, limits: CertificateLimits, index: u64, base: &Path) -> (Outcome, Option<Reconstruction>) {
         let clock = Instant::now();
         let mut row = Row { job: index, ..Row::default() };
-        let options = ReconstructOptions { limits, ..(&self.reconstruct).into() };
+        let mut options = ReconstructOptions::from(&self.reconstruct);
+        options.limits = limits;
         let scored = panics_told(&mut row, |row| match &self.source {
             Source::Simulate(job) => self.simulate(job, &options, row),
             Source::Log(job) => self.read(job, base, &options, row),
