@@ -1,12 +1,16 @@
-//! What the project does to itself: `cargo xtask test`, `cargo xtask doc`, `cargo xtask monte-carlo`,
-//! `cargo xtask compare-rows`, `cargo xtask methods`, `cargo xtask python-cost`, `cargo xtask ray-cost`, `cargo xtask bench-peers`. Alone it lists its tasks.
+//! Development tasks: `cargo xtask test`, `cargo xtask doc`, `cargo xtask monte-carlo`, `cargo xtask limits`,
+//! `cargo xtask compare-rows`, `cargo xtask methods`, `cargo xtask python-cost`, `cargo xtask ray-cost`, `cargo xtask bench-peers`. Without
+//! a task it lists them.
 #![forbid(unsafe_code)]
-#![allow(clippy::print_stdout, clippy::print_stderr, reason = "its tables and what it does are for the terminal")]
+#![allow(clippy::print_stdout, clippy::print_stderr, reason = "tables and progress go to the terminal")]
 
 mod bench_peers;
 mod browser;
 mod debian;
 mod doc;
+#[cfg(test)]
+mod docs;
+mod limits;
 mod methods;
 mod monte_carlo;
 mod python;
@@ -21,7 +25,7 @@ use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser, Subcommand};
 
-/// What the project does to itself.
+/// Development tasks.
 #[derive(Parser)]
 #[command(name = "cargo xtask", bin_name = "cargo xtask")]
 struct Arguments {
@@ -37,15 +41,17 @@ enum Task {
     Doc(doc::Arguments),
     /// Measure accuracy over many simulated objects and write the tables that the documentation quotes.
     MonteCarlo(monte_carlo::Arguments),
+    /// Count what half and twice each limit of the certificate would do, and write the table that the documentation quotes.
+    Limits(limits::Arguments),
     /// Compare the trials of two studies row by row; fails where a verdict differs.
     CompareRows(rows::Arguments),
-    /// Hold the paper's method against maximum likelihood on the same logs, and write the table that the documentation quotes.
+    /// Compare the paper's method with maximum likelihood on the same logs, and write the table that the documentation quotes.
     Methods(methods::Arguments),
-    /// Measure what it costs to reconstruct from Python rather than from Rust.
+    /// Measure the overhead of a reconstruction from Python over one from Rust.
     PythonCost(python_cost::Arguments),
-    /// Measure what it costs to do a sweep on a Ray cluster rather than on the threads of this machine.
+    /// Measure the overhead of a sweep on a Ray cluster over one on the threads of this machine.
     RayCost(ray_cost::Arguments),
-    /// Hold palpate's speed against other solvers and engines on the same inputs, and write the table that the documentation quotes.
+    /// Compare the speed of palpate with other solvers and engines on the same inputs, and write the table that the documentation quotes.
     BenchPeers(bench_peers::Arguments),
 }
 
@@ -54,6 +60,7 @@ fn main() -> ExitCode {
         Some(Task::Test(arguments)) => test::run(&arguments),
         Some(Task::Doc(arguments)) => doc::run(&arguments),
         Some(Task::MonteCarlo(arguments)) => monte_carlo::run(&arguments),
+        Some(Task::Limits(arguments)) => limits::run(&arguments),
         Some(Task::CompareRows(arguments)) => rows::run(&arguments),
         Some(Task::Methods(arguments)) => methods::run(&arguments),
         Some(Task::PythonCost(arguments)) => python_cost::run(&arguments),

@@ -242,7 +242,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
 }
 
 /// The trials from a seed on: set, seed and noise of each.
-fn set(first: u64, trials: u64, jumps: bool) -> Vec<(u64, u64, NoiseKind)> {
+pub(crate) fn set(first: u64, trials: u64, jumps: bool) -> Vec<(u64, u64, NoiseKind)> {
     let seeds = first..first + trials;
     if jumps {
         seeds.map(|seed| (first, seed, NOISES[((seed + 3) % 4) as usize])).collect()

@@ -47,6 +47,8 @@ pub const MONTE_CARLO: Place = Place { file: "docs/monte-carlo.md", name: "monte
 pub const MONTE_CARLO_JUMPS: Place = Place { file: "docs/monte-carlo.md", name: "monte-carlo-jumps" };
 /// `cargo xtask monte-carlo --jumps` from several seeds.
 pub const MONTE_CARLO_SETS: Place = Place { file: "docs/monte-carlo.md", name: "monte-carlo-sets" };
+/// `cargo xtask limits --jumps`.
+pub const LIMITS: Place = Place { file: "docs/constants.md", name: "limits" };
 /// `cargo xtask methods`.
 pub const METHODS: Place = Place { file: "docs/paper.md", name: "methods" };
 /// `cargo xtask methods --logs`.
@@ -182,7 +184,7 @@ mod tests {
     #[test]
     fn the_documentation_has_a_place_for_every_table() {
         let places =
-            [ACCURACY, ACCURACY_JUMPS, MONTE_CARLO, MONTE_CARLO_JUMPS, MONTE_CARLO_SETS, METHODS, METHODS_LOGS];
+            [ACCURACY, ACCURACY_JUMPS, MONTE_CARLO, MONTE_CARLO_JUMPS, MONTE_CARLO_SETS, LIMITS, METHODS, METHODS_LOGS];
         let write = Write { write: Some(OsString::new()) };
         write.check(&places).expect("the markers are there");
         write.check(&[PEERS_SMOOTHING, PEERS]).expect("the markers are there");

@@ -1,15 +1,17 @@
-//! A job: plain data that gives the same row wherever it is run.
+//! A job: plain data that gives the same row however often and on however many threads it is run, to the bit on one kind of processor
+//! and one platform, to rounding on others.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::time::Instant;
 
+use palpate::reconstruct::{CertificateLimits, ReconstructOptions, Reconstruction};
 use palpate::sensor::Touchpad;
 use serde::{Deserialize, Serialize};
 
 use crate::log_job::LogJob;
 use crate::row::Row;
-use crate::score::{Known, ReconstructChoice, ScoreChoice, score};
+use crate::score::{Known, ReconstructChoice, ScoreChoice, Scored, score};
 use crate::simulate_job::SimulateJob;
 use crate::sweep_error::SweepError;
 
@@ -48,13 +50,24 @@ pub struct Outcome {
 impl Job {
     /// Does the job, number `index` of its sweep, with logs looked for from the folder `base`.
     pub fn run(&self, index: u64, base: &Path) -> Outcome {
+        self.run_with(CertificateLimits::default(), index, base).0
+    }
+
+    /// The same with these limits of the certificate; also returns the result, of which a row holds only the figures.
+    pub fn run_with(&self, limits: CertificateLimits, index: u64, base: &Path) -> (Outcome, Option<Reconstruction>) {
         let clock = Instant::now();
         let mut row = Row { job: index, ..Row::default() };
-        let reconstruct_s = panics_told(&mut row, |row| match &self.source {
-            Source::Simulate(job) => self.simulate(job, row),
-            Source::Log(job) => self.read(job, base, row),
+        let mut options = ReconstructOptions::from(&self.reconstruct);
+        options.limits = limits;
+        let scored = panics_told(&mut row, |row| match &self.source {
+            Source::Simulate(job) => self.simulate(job, &options, row),
+            Source::Log(job) => self.read(job, base, &options, row),
         });
-        Outcome { row, reconstruct_s, job_s: clock.elapsed().as_secs_f64() }
+        let outcome = |reconstruct_s| Outcome { row, reconstruct_s, job_s: clock.elapsed().as_secs_f64() };
+        match scored {
+            Some(Scored { seconds, found }) => (outcome(Some(seconds)), found),
+            None => (outcome(None), None),
+        }
     }
 
     /// The same on a machine other than the one where the sweep was planned, which may see other files.
@@ -70,7 +83,7 @@ impl Job {
         }
     }
 
-    fn simulate(&self, job: &SimulateJob, row: &mut Row) -> Option<f64> {
+    fn simulate(&self, job: &SimulateJob, options: &ReconstructOptions, row: &mut Row) -> Option<Scored> {
         let pads = job.touchpads;
         row.seed = Some(job.seed);
         row.motion = Some(job.motion.name().to_owned());
@@ -88,7 +101,7 @@ impl Job {
                     shape: Some(&simulated.shape),
                     sensor_sd_m: Some(Touchpad::from(pads).position_sd_m()),
                 };
-                Some(score(row, &known, &(&self.reconstruct).into(), self.score))
+                Some(score(row, &known, options, self.score))
             }
             Err(error) => {
                 row.reason = error.to_string();
@@ -97,12 +110,12 @@ impl Job {
         }
     }
 
-    fn read(&self, job: &LogJob, base: &Path, row: &mut Row) -> Option<f64> {
+    fn read(&self, job: &LogJob, base: &Path, options: &ReconstructOptions, row: &mut Row) -> Option<Scored> {
         row.object.clone_from(&job.log);
         match job.read(base) {
             Ok((log, truth)) => {
                 let known = Known { log: &log, truth: truth.as_ref(), shape: None, sensor_sd_m: None };
-                Some(score(row, &known, &(&self.reconstruct).into(), self.score))
+                Some(score(row, &known, options, self.score))
             }
             Err(reason) => {
                 row.reason = reason;
@@ -112,9 +125,9 @@ impl Job {
     }
 }
 
-/// Does the work of one job. If it panics, the row says so, and the other jobs are none the worse for it.
-fn panics_told(row: &mut Row, work: impl FnOnce(&mut Row) -> Option<f64>) -> Option<f64> {
-    // What a panic leaves behind is the row alone; its verdict is taken back.
+/// Does the work of one job. A panic is recorded in the row and does not affect the other jobs.
+fn panics_told<T>(row: &mut Row, work: impl FnOnce(&mut Row) -> Option<T>) -> Option<T> {
+    // A panic leaves only the row; its verdict is withdrawn.
     catch_unwind(AssertUnwindSafe(|| work(row))).unwrap_or_else(|panic| {
         let what = panic.downcast_ref::<String>().map(String::as_str).or(panic.downcast_ref::<&str>().copied());
         row.reason = format!("palpate failed on this job ({}); please report it", what.unwrap_or("a panic"));
@@ -132,7 +145,7 @@ mod tests {
     #[test]
     fn a_panic_is_a_row_without_a_result() {
         let mut row = Row { job: 7, ..Row::default() };
-        let seconds = panics_told(&mut row, |row| {
+        let seconds: Option<f64> = panics_told(&mut row, |row| {
             (row.status, row.certified, row.samples) = (Status::Reconstructed, true, Some(60));
             panic!("no such {}", "thing")
         });
@@ -141,7 +154,8 @@ mod tests {
         assert_eq!((row, seconds), (told, None));
 
         let mut row = Row::default();
-        panics_told(&mut row, |_| panic!("at once"));
+        let seconds: Option<f64> = panics_told(&mut row, |_| panic!("at once"));
+        assert_eq!(seconds, None);
         assert_eq!(row.status, Status::NoLog, "there was no log yet");
     }
 }

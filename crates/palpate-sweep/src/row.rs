@@ -73,6 +73,25 @@ pub struct Row {
     pub reason: String,
 }
 
+/// Errors below this are rounding, metres.
+const ROUNDING_M: f64 = 1e-6;
+
+impl Row {
+    /// Whether the shape is as good as that of the reference: RMS error within 1.5 times. `None` without a reference.
+    pub fn is_solved(&self) -> Option<bool> {
+        Some(self.rms_r_m? <= 1.5 * self.reference_rms_r_m? + ROUNDING_M)
+    }
+
+    /// Whether shape or motion is worse than chance explains: the RMS error of r beyond 3 times that of the reference and 4 times the
+    /// bound (where there is one), or that of ψ beyond 3 times that of the reference and 0.02. A certified result must not be. `None`
+    /// without a reference.
+    pub fn is_beyond_chance(&self) -> Option<bool> {
+        let chance_m = (3.0 * self.reference_rms_r_m?).max(4.0 * self.bound_r_m.unwrap_or(0.0)) + ROUNDING_M;
+        let chance_rad = (3.0 * self.reference_rms_psi_rad?).max(0.02);
+        Some(self.rms_r_m? > chance_m || self.rms_psi_rad? > chance_rad)
+    }
+}
+
 /// How far a job came.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -102,5 +121,39 @@ impl Status {
             Self::NoLog => Self::NoLog,
             Self::NoResult | Self::Reconstructed => Self::NoResult,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn row() -> Row {
+        Row {
+            rms_r_m: Some(1e-4),
+            rms_psi_rad: Some(0.01),
+            reference_rms_r_m: Some(1e-4),
+            reference_rms_psi_rad: Some(0.01),
+            ..Row::default()
+        }
+    }
+
+    #[test]
+    fn a_result_is_solved_within_one_and_a_half_times_the_error_of_the_reference() {
+        let at = |error_m| Row { rms_r_m: Some(error_m), ..row() }.is_solved();
+        assert_eq!((at(1.5e-4), at(1.52e-4)), (Some(true), Some(false)));
+        assert_eq!(Row { reference_rms_r_m: None, ..row() }.is_solved(), None);
+    }
+
+    #[test]
+    fn chance_reaches_to_three_references_and_four_bounds() {
+        let shape = |error_m, bound_r_m| Row { rms_r_m: Some(error_m), bound_r_m, ..row() }.is_beyond_chance();
+        assert_eq!((shape(3e-4, None), shape(3.02e-4, None)), (Some(false), Some(true)));
+        assert_eq!((shape(3.9e-4, Some(1e-4)), shape(4.02e-4, Some(1e-4))), (Some(false), Some(true)));
+        let motion = |error_rad| Row { rms_psi_rad: Some(error_rad), ..row() }.is_beyond_chance();
+        assert_eq!((motion(0.03), motion(0.031)), (Some(false), Some(true)));
+        let small = Row { rms_psi_rad: Some(0.019), reference_rms_psi_rad: Some(0.001), ..row() };
+        assert_eq!(small.is_beyond_chance(), Some(false));
+        assert_eq!(Row { reference_rms_psi_rad: None, ..row() }.is_beyond_chance(), None);
     }
 }

@@ -5,7 +5,7 @@
 
 use std::time::Instant;
 
-use palpate::compare::{TruthError, compare, true_support};
+use palpate::compare::{compare, true_support};
 use palpate::information::cramer_rao_bound_m;
 use palpate::reconstruct::{Method, OutlinePoint, Pose, ReconstructOptions, Reconstruction, Reconstructor, Start};
 use palpate::shape::SupportFunction;
@@ -56,8 +56,15 @@ pub(crate) struct Known<'a> {
     pub(crate) sensor_sd_m: Option<f64>,
 }
 
-/// Fills the row, all but what the job is; returns the seconds of the reconstruction alone.
-pub(crate) fn score(row: &mut Row, known: &Known, options: &ReconstructOptions, choice: ScoreChoice) -> f64 {
+/// What the row does not hold.
+pub(crate) struct Scored {
+    /// Seconds of the reconstruction alone.
+    pub(crate) seconds: f64,
+    pub(crate) found: Option<Reconstruction>,
+}
+
+/// Fills the row, except for the description of the job.
+pub(crate) fn score(row: &mut Row, known: &Known, options: &ReconstructOptions, choice: ScoreChoice) -> Scored {
     row.samples = Some(known.log.samples.len() as u64);
     row.status = Status::NoResult;
     let clock = Instant::now();
@@ -66,11 +73,11 @@ pub(crate) fn score(row: &mut Row, known: &Known, options: &ReconstructOptions, 
     if let Some(truth) = known.truth {
         against_truth(row, known, truth, options, choice);
     }
-    match found {
-        Ok(found) => tell(row, &found, known.truth),
+    match &found {
+        Ok(found) => tell(row, found, known.truth),
         Err(error) => row.reason = error.to_string(),
     }
-    seconds
+    Scored { seconds, found: found.ok() }
 }
 
 /// What needs no result: the reference and the bound.
@@ -126,22 +133,12 @@ fn tell(row: &mut Row, found: &Reconstruction, truth: Option<&Truth>) {
             row.rms_psi_rad = finite(errors.rms_psi_rad);
             row.rms_com_m = finite(errors.rms_com_m);
             row.inside_band = inside_band(found, truth);
-            judge(row, &errors);
+            row.solved = row.is_solved();
+            row.wrong = row.is_beyond_chance().map(|beyond| row.certified && beyond);
         }
         Err(error) if row.reason.is_empty() => row.reason = error.to_string(),
         Err(error) => row.reason = format!("{}; {error}", row.reason),
     }
-}
-
-/// Whether a result is as good as it could be, and whether a certified one is worse than it may be. Both are measured against the
-/// reference; the bound, where there is one, forgives.
-fn judge(row: &mut Row, errors: &TruthError) {
-    let (Some(reference_m), Some(reference_rad)) = (row.reference_rms_r_m, row.reference_rms_psi_rad) else { return };
-    const ROUNDING_M: f64 = 1e-6;
-    let chance_m = (3.0 * reference_m).max(4.0 * row.bound_r_m.unwrap_or(0.0)) + ROUNDING_M;
-    let chance_rad = (3.0 * reference_rad).max(0.02);
-    row.solved = Some(errors.rms_r_m <= 1.5 * reference_m + ROUNDING_M);
-    row.wrong = Some(row.certified && (errors.rms_r_m > chance_m || errors.rms_psi_rad > chance_rad));
 }
 
 /// Share of the felt outline whose true r lies inside the 95 % band, after the best rotation; `None` without bands.
