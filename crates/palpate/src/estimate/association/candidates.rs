@@ -19,11 +19,14 @@ pub(crate) struct Choice {
     pub misfit: f64,
 }
 
-/// Tie-breaking of [`best_orientation`]: the balance (as a share of the mean radius, times [`BALANCE_SLOPE`], squared and at most
-/// 1) and the distance from the nearest pose (1 − cos, times [`DISTANCE_SHARE`]) count together as [`TIE`] usual squares of the
-/// contacts, so that they decide only between orientations that explain the contacts about equally well.
+/// Weight of the tie-breakers of [`best_orientation`] in usual squares of the contacts: they decide only between orientations that
+/// explain the contacts about equally well.
 const TIE: f64 = 10.0;
+
+/// The first tie-breaker is the balance as a share of the mean radius, times this, squared and not above one.
 const BALANCE_SLOPE: f64 = 30.0;
+
+/// The second is one less the cosine of the distance from the nearest pose, times this: it counts less than the balance.
 const DISTANCE_SHARE: f64 = 0.1;
 
 /// The orientation at which the shape explains both contacts of a sample best; among those that explain them to within

@@ -23,8 +23,8 @@ use crate::shape::SupportFunction;
 use rayon::prelude::*;
 
 /// Where the balance is too inexact to predict jumps, a contact that moves by less than this share of the mean radius, plus
-/// [`STILL_SDS`] standard deviations of a contact position, did not jump. Any jump moves the contacts of all but near-circular
-/// objects further.
+/// [`STILL_SDS`] standard deviations of a contact position, did not jump. Larger values exclude true jumps, smaller ones admit
+/// flips of symmetric objects.
 const STILL: f64 = 0.02;
 const STILL_SDS: f64 = 6.0;
 
@@ -41,6 +41,10 @@ const WORTH_CHANGING: f64 = 9.0;
 /// Standard deviation of an energy barrier that errors of the shape cause where there is none: as a share of that of a contact
 /// position, and of the mean radius.
 const BARRIER_SD: [f64; 2] = [0.03, 1e-4];
+
+/// A pose counts as ambiguous below this many times the margin of a certain one: the shape was fitted to it, which makes the
+/// margin too large.
+const SAFETY: f64 = 2.0;
 
 /// The most likely motion for a shape.
 pub(crate) struct Decoded {
@@ -59,7 +63,7 @@ pub(crate) struct Decoded {
 impl Decoded {
     /// Whether the pose of a sample is ambiguous: another is not much less likely, or none explains the sample.
     pub fn is_ambiguous(&self, sample: usize) -> bool {
-        self.margin[sample] < 2.0 * CERTAIN.deviance() || self.misfit[sample] > UNEXPLAINED
+        self.margin[sample] < SAFETY * CERTAIN.deviance() || self.misfit[sample] > UNEXPLAINED
     }
 }
 

@@ -13,7 +13,7 @@ use crate::shape::SupportFunction;
 use std::f64::consts::PI;
 
 /// Largest turn from one sample to the next without a jump, radians: far above what slow palms turn an object by within one
-/// sample, and below the angle between neighbouring stable poses.
+/// sample, and below the turn of most jumps.
 pub(crate) const LONGEST_STEP: f64 = 0.15;
 
 /// The signed turn from one angle to another, radians, at most half a turn.

@@ -51,7 +51,7 @@ const CONTRACTION: f64 = 0.1;
 pub(crate) struct Slope {
     pub cost: f64,
     pub gradient: DVector<f64>,
-    /// As in [`super::Normal`].
+    /// As in [`super::normal_equations::Normal`].
     pub psi_offset: Vec<f64>,
 }
 

@@ -6,13 +6,14 @@ use crate::estimate::measurements::Measurements;
 use crate::math::statistics::median;
 use std::ops::Range;
 
-/// A contact has not jumped when its step is within this many standard deviations of the noise, …
+/// A contact has jumped when its step differs from the median step around it by more than the sum of three terms. The noise: this
+/// many standard deviations of a contact position.
 const NOISE_FACTOR: f64 = 8.0;
 
-/// … this many times the median step around it, …
+/// The pace: this many times the median length of the steps around it.
 const PACE_FACTOR: f64 = 4.0;
 
-/// … and this many sizes of the object for each radian that the palms turn, added up: the contact of an object that keeps its
+/// The palms: this many sizes of the object for each radian that they turn, added up. The contact of an object that keeps its
 /// orientation moves by about as much.
 const TURN_FACTOR: f64 = 2.0;
 

@@ -482,7 +482,7 @@ fn a_sample_before_a_jump_that_was_not_seen_may_as_well_be_after_it() {
 }
 
 #[test]
-fn a_pose_is_ambiguous_below_twice_the_margin_of_certainty_or_where_nothing_explains_it() {
+fn a_pose_is_ambiguous_below_a_safe_margin_or_where_nothing_explains_it() {
     let decoded = |margin: f64, misfit: f64| Decoded {
         psi: vec![0.0],
         relocated: 0,
@@ -490,9 +490,9 @@ fn a_pose_is_ambiguous_below_twice_the_margin_of_certainty_or_where_nothing_expl
         misfit: vec![misfit],
         alternatives: Vec::new(),
     };
-    assert!(!decoded(2.0 * CERTAIN.deviance(), UNEXPLAINED).is_ambiguous(0));
-    assert!(decoded(1.99 * CERTAIN.deviance(), UNEXPLAINED).is_ambiguous(0));
-    assert!(decoded(2.0 * CERTAIN.deviance(), 1.01 * UNEXPLAINED).is_ambiguous(0));
+    assert!(!decoded(SAFETY * CERTAIN.deviance(), UNEXPLAINED).is_ambiguous(0));
+    assert!(decoded(0.99 * SAFETY * CERTAIN.deviance(), UNEXPLAINED).is_ambiguous(0));
+    assert!(decoded(SAFETY * CERTAIN.deviance(), 1.01 * UNEXPLAINED).is_ambiguous(0));
 }
 
 #[test]
