@@ -6,22 +6,22 @@
 //! finds what the object looks like, how it moved and where its centre of mass is. The problem is that of
 //! Moll & Erdmann, *Reconstructing Shape from Motion Using Tactile Sensors* (IROS 2001).
 //!
-//! # In eight lines
+//! # In seven lines
 //!
 //! ```
-//! use palpate::{plan::{PalmLimits, plan_turn}, shape::NamedShape, simulate::{SimulateOptions, simulate}};
-//!
-//! let egg = NamedShape::Egg.shape(0.030)?; // 30 mm mean radius; the robot does not know that
-//! let plan = plan_turn(&egg, &PalmLimits::default(), 40.0)?; // palms that carry it round in 40 s
+//! # use palpate::{plan::{PalmLimits, plan_turn}, shape::NamedShape, simulate::{SimulateOptions, simulate}};
+//! let egg = NamedShape::Egg.shape(0.030)?; // 30 mm mean radius; the robot does not know
+//! let plan = plan_turn(&egg, &PalmLimits::default(), 40.0)?; // carries it round in 40 s
 //! let options = SimulateOptions { start_psi_rad: plan.start_psi_rad, ..Default::default() };
 //! let felt = simulate(&egg, &plan.motion.sample(10.0)?, &options)?;
 //! let found = palpate::reconstruct(&felt.log)?; // from what was felt alone
-//! println!("{:.1} mm around, certified: {}", 1e3 * found.shape.perimeter_m(), found.is_certified());
+//! let perimeter_mm = 1e3 * found.shape.perimeter_m();
+//! println!("{perimeter_mm:.1} mm around, certified: {}", found.is_certified());
 //! # assert!(found.is_certified() && (found.shape.perimeter_m() - egg.perimeter_m()).abs() < 1e-5, "{}", found.verdict);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! prints `188.5 mm around, certified: true`.
+//! prints `188.5 mm around, certified: true`. (The names are from [`plan`], [`shape`] and [`mod@simulate`].)
 //!
 //! *Certified* promises that the result is consistent with the noise of the log, unique and convex: of the about 1300
 //! certified results of `docs/monte-carlo.md` (848 logs without jumps, 500 with) none is wrong; of 2000 further logs three were certified

@@ -43,7 +43,7 @@ fn the_standard_deviations_are_those_of_the_covariance() {
     assert_eq!(bound_m, Some(information.rms_r_sd_m()));
     let squares: f64 = information.felt_rad().iter().map(|&theta| information.r_sd_m(theta).powi(2)).sum();
     assert!(((squares / information.felt_rad().len() as f64).sqrt() / information.rms_r_sd_m() - 1.0).abs() < 1e-12);
-    let first = [covariance[(2 * order + 2)], covariance[(order + 1) * (2 * order + 2)]];
+    let first = [covariance[2 * order + 2], covariance[(order + 1) * (2 * order + 2)]];
     let com_m = (0.5 * (first[0] + first[1])).sqrt();
     assert!((com_m / information.center_of_mass_sd_m() - 1.0).abs() < 1e-12);
 }
