@@ -5,7 +5,6 @@ use crate::compare::compare;
 use crate::estimate::closed_form::Contact;
 use crate::estimate::measurements::Measurements;
 use crate::palms::{Palm, PalmMotion, PalmMove, PalmPair};
-use crate::reconstruct;
 use crate::reconstruct::error::ReconstructError;
 use crate::reconstruct::method::Method;
 use crate::reconstruct::reconstruction::Reconstruction;
