@@ -20,6 +20,7 @@ fn moved(shape: &SupportFunction, motion: u64) -> Result<Simulation, Box<dyn Err
     Ok(simulate(shape, &motion, &SimulateOptions { touchpad, ..SimulateOptions::default() })?)
 }
 
+/// Plans by what motions would tell, makes one, and asks what it has told.
 pub fn main() -> Result<(), Box<dyn Error>> {
     // What is believed of the object: enough to plan by.
     let believed = NamedShape::Pebble.shape(0.030)?;

@@ -33,11 +33,12 @@ impl ContactSensor for Skin {
     }
 }
 
+/// The same motion with three drifts.
 pub fn main() -> Result<(), Box<dyn Error>> {
     let egg = NamedShape::Egg.shape(0.030)?;
     let plan = plan_turn(&egg, &PalmLimits::default(), 40.0)?;
-    let motion = plan.motion.sample(10.0)?;
-    for drift_m in [0.0, 2e-5, 2e-4] {
+    let motion = plan.motion.sample(4.0)?;
+    for drift_m in [0.0, 2e-5, 1e-4] {
         let mut skin = Skin { tails: StudentT::new(4.0)?, drift_m };
         let start_psi_rad = plan.start_psi_rad;
         let options = SimulateOptions { start_psi_rad, with_stated_noise: true, seed: 7, ..SimulateOptions::default() };

@@ -12,6 +12,7 @@ use palpate::sensor::Touchpad;
 use palpate::shape::NamedShape;
 use palpate::simulate::{SimulateOptions, simulate};
 
+/// From a drawing, and from an earlier answer.
 pub fn main() -> Result<(), Box<dyn Error>> {
     // The object as it was made, felt through jumps.
     let made = NamedShape::Stone.shape(0.0305)?;

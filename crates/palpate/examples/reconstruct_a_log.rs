@@ -8,6 +8,7 @@ use std::error::Error;
 use palpate::palms::PalmPair;
 use palpate::{Log, Sample};
 
+/// Makes a log of columns, and prints what is found.
 pub fn main() -> Result<(), Box<dyn Error>> {
     // Time, angle of palm 1, angle from palm 1 to palm 2, contact on palm 1, contact on palm 2.
     let columns: Vec<[f64; 5]> = measured()?;

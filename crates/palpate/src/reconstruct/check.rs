@@ -39,7 +39,7 @@ pub(crate) fn check_start(log: &Log, shape: &SupportFunction, psi_rad: Option<&[
     if orientations != samples {
         return Err(ReconstructError::StartOfOtherLength { orientations, samples });
     }
-    match psi_rad.iter().position(|psi| !(psi.abs() <= LARGEST_VALUE)) {
+    match psi_rad.iter().position(|psi| !psi.is_finite() || psi.abs() > LARGEST_VALUE) {
         Some(index) => {
             let text = format!("the orientation to start from at sample {} (counted from 1) is no angle", index + 1);
             Err(ReconstructError::BadOption(text))
