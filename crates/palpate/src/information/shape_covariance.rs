@@ -80,6 +80,23 @@ impl Information {
         Self::at(&measurements, &fit, felt_rad, 1.0)
     }
 
+    /// From its parts, as [`Self::covariance_m2`] (row by row) and [`Self::felt_rad`] give them: for those who kept them in a file.
+    ///
+    /// # Errors
+    /// When the covariance is not that of an odd number of coefficients, or a number is not finite.
+    pub fn from_parts(covariance_m2: Vec<f64>, felt_rad: Vec<f64>) -> Result<Self, InformationError> {
+        let unknowns = covariance_m2.len().isqrt();
+        let bad = |what: String| Err(InformationError::BadNumber { what });
+        if unknowns * unknowns != covariance_m2.len() || unknowns % 2 == 0 {
+            return bad(format!("a covariance of {} numbers is not that of 2K + 1 coefficients", covariance_m2.len()));
+        }
+        if !covariance_m2.iter().chain(&felt_rad).all(|value| value.is_finite()) {
+            return bad("a number of the covariance, or an angle, is not finite".to_owned());
+        }
+        let layout = Layout::of_shape(unknowns / 2);
+        Ok(Self { layout, covariance_m2: DMatrix::from_vec(unknowns, unknowns, covariance_m2), felt_rad })
+    }
+
     /// At an optimum, every variance multiplied by `inflation`.
     pub(super) fn at(
         measurements: &Measurements,
