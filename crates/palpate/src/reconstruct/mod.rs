@@ -28,12 +28,12 @@ mod selection;
 mod smooth_from;
 mod verdict;
 
+pub use crate::mechanics::Jump;
 pub use diagnostics::{ContactDiagnostics, diagnostics};
 pub use error::ReconstructError;
 pub use method::{Method, UnknownMethod};
 pub use options::{FEWEST_SAMPLES, MOST_HARMONICS, Progress, ReconstructOptions};
 pub use paper::given_start::{Integrated, PaperEquations};
-pub use crate::mechanics::Jump;
 pub use reconstruction::{OutlinePoint, Pose, Reconstruction};
 pub use smooth_from::{SmoothOptions, Smoothed, smooth_from};
 pub use verdict::doubt::{Doubt, Verdict};

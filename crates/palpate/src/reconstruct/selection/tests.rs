@@ -1,5 +1,5 @@
-use crate::mechanics::Jump;
 use super::*;
+use crate::mechanics::Jump;
 use crate::shape::SupportFunction;
 
 const RADIUS_M: f64 = 0.03;
