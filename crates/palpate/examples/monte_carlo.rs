@@ -22,9 +22,6 @@ const NOISE_M: f64 = 1e-4;
 pub fn main() -> Result<(), Box<dyn Error>> {
     // r(θ) = 30 + 1.5 cos θ + 1.8 cos 2θ + 0.6 sin 2θ − 0.5 cos 3θ + 0.7 sin 3θ, in millimetres.
     let object = SupportFunction::new(0.030, vec![[1.5e-3, 0.0], [1.8e-3, 6e-4], [-5e-4, 7e-4]]);
-    if !object.is_convex() {
-        return Err("no object: its outline is not convex".into());
-    }
     // Both palms rock from side to side for 40 s, opening and closing meanwhile.
     let palms = |t: f64| PalmPair::hinged(0.8 + 0.7 * (0.31 * t).sin(), 1.3 - 0.2 * (0.9 * t).cos());
     let motion: Vec<(f64, PalmPair)> = (0..200).map(|index| f64::from(index) / 5.0).map(|t| (t, palms(t))).collect();
