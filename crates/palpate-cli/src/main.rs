@@ -1,4 +1,4 @@
-//! The `palpate` program: what is between two tactile palms, from a log of what they felt.
+//! The program `palpate`: the object between two tactile palms, from their log.
 //!
 //! One file per command, and [`terminal`] for what is printed and how the program ends.
 #![forbid(unsafe_code)]
@@ -31,7 +31,7 @@ Exit codes: 0 success, for `reconstruct`: certified;  3 a result that is not cer
 /// Shape, motion and centre of mass of an unknown object from what two tactile palms feel.
 ///
 /// The object lies between two straight palms and slides as they turn. From the palm angles and the contact positions alone,
-/// palpate finds its shape, its motion and its centre of mass, with error bars and a verdict on whether to believe them.
+/// palpate finds its shape, its motion and its centre of mass, with error bars and a verdict.
 #[derive(Parser)]
 #[command(name = "palpate", version, after_help = AFTER_HELP)]
 struct Arguments {

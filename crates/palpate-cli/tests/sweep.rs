@@ -141,7 +141,7 @@ fn another_plan_in_the_same_folder_is_refused() {
     assert_eq!((ran.code, ran.stdout.as_str()), (Some(2), ""));
     assert_eq!(
         ran.stderr,
-        "error: out: the folder holds another sweep of 2 jobs: the plan, or a log that it names, has changed since; choose another folder, or delete this one to start anew\n"
+        "error: out: the folder holds another sweep of 2 jobs: the plan, or a log that it names, has changed since; choose another folder, or delete this one to start again\n"
     );
     assert!(results(dir.path(), "out") == before, "nothing is written");
     // What a plan says counts, not how it says it.
@@ -159,7 +159,7 @@ fn a_table_of_someone_else_is_left_alone() {
     assert_eq!(ran.code, Some(2));
     assert_eq!(
         ran.stderr,
-        "error: out/results.parquet: a file of that name exists, and no sweep of which it could be a result; choose another folder\n"
+        "error: out/results.parquet: a file of that name exists, but no sweep that it could be a result of; choose another folder\n"
     );
     assert_eq!(results(dir.path(), "out"), b"precious");
     assert_eq!(names(&dir.path().join("out")), ["results.parquet"]);
@@ -208,9 +208,9 @@ fn bad_plans_are_refused_with_their_place() {
         (&huge, ": these are more than 1000000 jobs; make several plans of it"),
         (
             "kind = \"reconstruct\"\nlogs = [\"plan.toml\", \"*.csv\"]",
-            ", logs: no log is named \"*.csv\"; paths start from the folder of the plan",
+            ", logs: no log is named \"*.csv\"; paths are relative to the folder of the plan",
         ),
-        ("kind = \"reconstruct\"\nlogs = \"a***\"", ", logs: \"a***\" is no pattern for file names: "),
+        ("kind = \"reconstruct\"\nlogs = \"a***\"", ", logs: \"a***\" is not a pattern for file names: "),
         (
             "kind = \"reconstruct\"\nlogs = \"plan.toml\"\nscore.bound = true",
             ", line 3, score.bound: unknown field `bound`",
