@@ -23,7 +23,7 @@ Examples:
   palpate reconstruct trial.csv -o trial           your own log -> trial/report.html, shape.csv, motion.csv, summary.json
   palpate simulate --shape egg -o egg.csv          a log to try things on, with the truth beside it
   palpate reconstruct egg.csv -o egg --truth egg.truth
-  palpate paper                                    the figures of Moll & Erdmann (2001), made anew
+  palpate paper                                    the figures of Moll & Erdmann (2001), reproduced
   palpate sweep plan.toml -o study                 thousands of logs, simulated or recorded, in one table
 
 Exit codes: 0 success, for `reconstruct`: certified;  3 a result that is not certified;  2 bad input or usage;  1 anything else.";

@@ -78,7 +78,7 @@ impl Terminal {
             Err(Failure::Other(message)) => (1, Some(message)),
         };
         if let Some(message) = message {
-            // Nobody is left to tell if this fails.
+            // A failure here cannot be reported.
             let _ = writeln!(io::stderr(), "error: {message}");
         }
         ExitCode::from(code)

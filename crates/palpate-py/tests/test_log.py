@@ -137,7 +137,7 @@ def with_value(place: int, value: object) -> list[object]:
         ({"s1_m": with_value(7, -0.1)}, 7, "s1_m", "-0.1"),
         ({"s1_m": with_value(7, "wet")}, 7, "s1_m", '"wet" is not a number'),
         ({"s1_m": with_value(7, np.inf)}, 7, "s1_m", "inf"),
-        ({"time_s": with_value(7, 0.0)}, 7, "time_s", "time runs backwards"),
+        ({"time_s": with_value(7, 0.0)}, 7, "time_s", "time decreases"),
         ({"time_s": with_value(7, None)}, 7, "time_s", "number"),
         ({"phi2_rad": np.full(20, np.pi)}, 0, "phi2_rad", "parallel"),
         ({"phi2_rad": np.full(20, 74.0)}, 0, "phi2_rad", "phi2_deg"),

@@ -31,7 +31,7 @@ pub enum SweepError {
     },
     /// A journal whose first line is damaged.
     #[error(
-        "{path}: this is no journal of a sweep, or its first line is damaged; choose another folder, or delete the file to start anew"
+        "{path}: this is not the journal of a sweep, or its first line is damaged; choose another folder, or delete the file to start again"
     )]
     NoJournal {
         /// The file.
