@@ -1,4 +1,4 @@
-//! `palpate demo`: the whole way from an object to the report about it, without any input.
+//! `palpate demo`: from an object to the report about it, without any input.
 
 use std::path::PathBuf;
 
@@ -28,7 +28,7 @@ with the truth afterwards.
 Example:
   palpate demo -o my-demo";
 
-/// Simulate an object, reconstruct it from what the palms felt, and report; no input needed
+/// Simulate an object, reconstruct it from its palm log, and write the report; no input needed
 #[derive(clap::Args)]
 #[command(after_help = AFTER_HELP)]
 pub struct Arguments {

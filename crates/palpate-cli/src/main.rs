@@ -1,4 +1,4 @@
-//! The `palpate` program: what is between two tactile palms, from a log of what they felt.
+//! The program `palpate`: the object between two tactile palms, from their log.
 //!
 //! One file per command, and [`terminal`] for what is printed and how the program ends.
 #![forbid(unsafe_code)]
@@ -23,7 +23,7 @@ Examples:
   palpate reconstruct trial.csv -o trial           your own log -> trial/report.html, shape.csv, motion.csv, summary.json
   palpate simulate --shape egg -o egg.csv          a log to try things on, with the truth beside it
   palpate reconstruct egg.csv -o egg --truth egg.truth
-  palpate paper                                    the figures of Moll & Erdmann (2001), made anew
+  palpate paper                                    the figures of Moll & Erdmann (2001), reproduced
   palpate sweep plan.toml -o study                 thousands of logs, simulated or recorded, in one table
 
 Exit codes: 0 success, for `reconstruct`: certified;  3 a result that is not certified;  2 bad input or usage;  1 anything else.";
@@ -31,7 +31,7 @@ Exit codes: 0 success, for `reconstruct`: certified;  3 a result that is not cer
 /// Shape, motion and centre of mass of an unknown object from what two tactile palms feel.
 ///
 /// The object lies between two straight palms and slides as they turn. From the palm angles and the contact positions alone,
-/// palpate finds its shape, its motion and its centre of mass, with error bars and a verdict on whether to believe them.
+/// palpate finds its shape, its motion and its centre of mass, with error bars and a verdict.
 #[derive(Parser)]
 #[command(name = "palpate", version, after_help = AFTER_HELP)]
 struct Arguments {

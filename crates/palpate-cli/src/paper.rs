@@ -1,4 +1,4 @@
-//! `palpate paper`: the simulations and the experiment of Moll & Erdmann (2001), made anew, and the figures of their paper.
+//! `palpate paper`: the simulations and the experiment of Moll & Erdmann (2001), and the figures of their paper, reproduced.
 
 use std::path::PathBuf;
 

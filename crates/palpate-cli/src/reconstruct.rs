@@ -15,14 +15,14 @@ use crate::values;
 
 const AFTER_HELP: &str = "\
 The log is a CSV file with the columns time_s, phi1_rad, phi2_rad, s1_m and s2_m, in any order and in other units if the names
-say so (s1_mm, phi1_deg, time_ms). An empty cell in s1 or s2 means that no contact was seen. Optional: s1_sd_m and s2_sd_m
+say so (s1_mm, phi1_deg, time_ms). An empty cell in s1 or s2 means no contact. Optional: s1_sd_m and s2_sd_m
 (standard deviations), base1_x_m, base1_y_m, base2_x_m and base2_y_m (base points of the palms; default: both in the origin),
 force1_n and force2_n.
 
 DIR receives report.html (open it first), shape.csv, motion.csv and summary.json. Where several objects explain the log equally well,
 DIR/alternatives holds the others. An earlier result in DIR is replaced; a folder that holds anything else is left alone.
 
-The object may jump from one resting pose to another; the pieces of the motion between the jumps are put together.
+The object may jump from one resting pose to another; the segments of the motion between the jumps are arranged.
 
 Examples:
   palpate reconstruct trial.csv                          writes trial.palpate/
@@ -31,7 +31,7 @@ Examples:
   palpate reconstruct egg.csv --truth egg.truth          compares with what is known, after the fact
   palpate reconstruct egg.csv --method ode               as Moll & Erdmann (2001) did it, to compare; never certified
 
-Exit codes: 0 certified;  3 a result that is not certified (summary.json and the report say why);  2 bad input or usage, nothing
+Exit codes: 0 certified;  3 a result that is not certified (reasons in summary.json and in the report);  2 bad input or usage, nothing
 written;  1 anything else.";
 
 /// Find shape, motion and centre of mass from a palm log
@@ -47,10 +47,10 @@ pub struct Arguments {
     /// Folder with the true shape.csv and motion.csv, to measure the errors of the result. The reconstruction does not see it
     #[arg(long, value_name = "DIR")]
     truth: Option<PathBuf>,
-    /// Number of harmonics of the support function, 2 to 64 [default: chosen by the data]
+    /// Number of harmonics of the support function, 2 to 64 [default: chosen by the evidence]
     #[arg(long, value_name = "K", value_parser = values::harmonics)]
     harmonics: Option<usize>,
-    /// Standard deviation of the contact positions, mm [default: what the log states, else estimated from it]
+    /// Standard deviation of the contact positions, mm [default: as the log states, or else estimated from it]
     #[arg(long, value_name = "MM", value_parser = values::positive)]
     sensor_sd_mm: Option<f64>,
     /// How to reconstruct; only likelihood has error bars and a certificate

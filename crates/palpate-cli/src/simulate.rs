@@ -1,4 +1,4 @@
-//! `palpate simulate`: a known object under a chosen motion, as a palm log with the truth beside it.
+//! `palpate simulate`: a palm log of a known object and motion, with its truth.
 
 use std::f64::consts::TAU;
 use std::path::PathBuf;
@@ -16,7 +16,7 @@ use crate::values;
 const AFTER_HELP: &str = "\
 Shapes: circle, disc, ellipse, egg, triangle and square (with rounded corners), pebble, stone, and random:SEED for any number SEED.
 
-LOG.csv is what a robot would know; LOG.truth/ beside it holds what only the simulator knows (shape.csv, motion.csv).
+LOG.csv is the log; LOG.truth/ beside it holds the true shape and motion (shape.csv, motion.csv).
 
 Examples:
   palpate simulate -o pebble.csv
@@ -25,7 +25,7 @@ Examples:
   palpate simulate --motion random --shape stone -o jumps.csv      a motion that knows nothing of the object: it jumps
   palpate reconstruct pebble.csv -o pebble --truth pebble.truth";
 
-/// Make a palm log of a known object
+/// Simulate a palm log of a known object
 #[derive(clap::Args)]
 #[command(after_help = AFTER_HELP, allow_negative_numbers = true)]
 pub struct Arguments {
@@ -38,7 +38,7 @@ pub struct Arguments {
     /// Mean radius of the object (perimeter / 2 pi), mm
     #[arg(long, value_name = "MM", default_value = "30", value_parser = values::positive)]
     radius_mm: f64,
-    /// Moves the centre of mass from where the shape has it, in the frame of the object, mm
+    /// Offset of the centre of mass from its place in the shape, in the frame of the object, mm
     #[arg(long, value_name = "X,Y", default_value = "0,0", value_parser = values::pair, allow_hyphen_values = true)]
     com_offset_mm: [f64; 2],
     /// How the palms move
@@ -53,10 +53,10 @@ pub struct Arguments {
     /// Distance between the base points of the palms, mm; 0 for a common hinge
     #[arg(long, value_name = "MM", default_value = "0", value_parser = values::not_negative)]
     finger_gap_mm: f64,
-    /// What the touch sensors are like, before the options below
+    /// Properties of the touch sensors; the options below override them
     #[arg(long, value_enum, default_value = "ideal")]
     pad: Pad,
-    /// Length of the palms, mm [default: endless for --pad ideal, 55.5 for --pad interlink]
+    /// Length of the palms, mm [default: unlimited for --pad ideal, 55.5 for --pad interlink]
     #[arg(long, value_name = "MM", value_parser = values::positive)]
     palm_length_mm: Option<f64>,
     /// Standard deviation of Gaussian noise on the contact positions, mm
@@ -88,18 +88,18 @@ pub struct Arguments {
 /// How the palms move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Motion {
-    /// Planned for the object: a full turn without a jump; where there is none, there and back over what can be felt
+    /// Planned for the object: a full turn without a jump; if there is none, back and forth over as much as can be felt
     Turn,
-    /// Squeezes, rotations and openings of one palm, there and back, as in the paper; knows nothing of the object
+    /// Squeezes, rotations and openings of one palm, there and back, as in the paper; independent of the object
     Zigzag,
-    /// A random smooth motion; knows nothing of the object
+    /// A random smooth motion; independent of the object
     Random,
 }
 
 /// What the touch sensors are like.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Pad {
-    /// Endless, no rounding
+    /// Unlimited length, no rounding
     Ideal,
     /// The pad of the paper: 55.5 mm long, 200 counts per inch, 128 levels of pressure
     Interlink,
@@ -173,7 +173,7 @@ fn told(arguments: &Arguments, simulation: &Simulation) -> String {
         count => format!("{count} jumps"),
     };
     format!(
-        "{}: {} samples, {jumps}\n{}: the truth behind it",
+        "{}: {} samples, {jumps}\n{}: its truth",
         arguments.out.display(),
         simulation.log.samples.len(),
         palpate_io::truth_dir_of(&arguments.out).display()

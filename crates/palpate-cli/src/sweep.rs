@@ -16,7 +16,7 @@ A plan is a small TOML file. This one tries two objects with two kinds of noise 
   objects.named = { name = [\"egg\", \"stone\"], mean_radius_m = 0.03 }
   touchpads = [{ noise_sd_m = [0.1e-3, 0.3e-3] }]
 
-and this one reconstructs logs of your own, and measures the errors of those with a truth beside them:
+and this one reconstructs recorded logs, and measures the errors of those with a truth folder beside them:
 
   kind = \"reconstruct\"
   logs = \"trials/*.csv\"
@@ -24,8 +24,8 @@ and this one reconstructs logs of your own, and measures the errors of those wit
 docs/sweeps.md has every key of a plan and every column of the table; examples/sweeps/ has plans to try.
 
 DIR receives results.parquet, a row for each job in the order of the plan, and seconds.csv with the time each job took. A sweep
-that is stopped, by whatever means, goes on where it was when the same command is given again; journal.jsonl holds what is
-finished. The bytes of results.parquet depend neither on the number of threads nor on interruptions.
+that was stopped resumes when the same command is given again; journal.jsonl holds what is finished. On one kind of processor and one
+platform the bytes of results.parquet depend neither on the number of threads nor on interruptions.
 
 Exit codes: 0 all jobs are done, certified or not;  2 bad plan or usage;  1 anything else.";
 
@@ -33,10 +33,10 @@ Exit codes: 0 all jobs are done, certified or not;  2 bad plan or usage;  1 anyt
 #[derive(clap::Args)]
 #[command(after_help = AFTER_HELP)]
 pub struct Arguments {
-    /// What to try, a TOML file
+    /// The plan, a TOML file
     #[arg(value_name = "PLAN.toml")]
     plan: PathBuf,
-    /// Folder for the tables, made if missing; the folder of the same sweep, stopped before, to go on with it
+    /// Folder for the tables, made if missing; to resume a sweep that was stopped, its folder
     #[arg(short, long = "out", value_name = "DIR")]
     out: PathBuf,
     /// Threads to work with [default: as many as there are processors]

@@ -1,7 +1,7 @@
-//! What the program says, where it says it, and the code it ends with.
+//! Output, progress, errors and exit codes of the program.
 //!
-//! Results go to standard output; notes, progress and errors go to standard error. Nobody listening is not an error: a closed
-//! pipe ends the talking, not the work.
+//! Results go to standard output; notes, progress and errors go to standard error. A closed pipe is not an error: it ends the output, not
+//! the work.
 
 use std::io::{self, IsTerminal, Write};
 use std::process::ExitCode;
@@ -13,12 +13,12 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use palpate::reconstruct::{Progress, ReconstructError};
 use palpate_io::{ReadError, WriteError, WriteProblem};
 
-/// Work shorter than this needs no sign of life.
+/// No progress is shown for work shorter than this.
 const PATIENCE: Duration = Duration::from_secs(1);
-/// Time between two signs of life.
+/// Time between two updates of the progress.
 const TICK: Duration = Duration::from_millis(120);
 
-/// How a command ended, when it did what it was asked to.
+/// How a successful command ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ending {
     /// All is well; a reconstruction is certified.
@@ -27,7 +27,7 @@ pub enum Ending {
     NotCertified,
 }
 
-/// Why a command could not do what it was asked to: one message for the user.
+/// Why a command failed: one message for the user.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Failure {
     /// The input or the options are at fault.
@@ -57,7 +57,7 @@ impl From<ReconstructError> for Failure {
     }
 }
 
-/// Where a command talks.
+/// Where a command prints.
 #[derive(Clone, Copy, Debug)]
 pub struct Terminal {
     quiet: bool,
@@ -78,7 +78,7 @@ impl Terminal {
             Err(Failure::Other(message)) => (1, Some(message)),
         };
         if let Some(message) = message {
-            // Nobody is left to tell if this fails.
+            // A failure here cannot be reported.
             let _ = writeln!(io::stderr(), "error: {message}");
         }
         ExitCode::from(code)
@@ -89,19 +89,19 @@ impl Terminal {
         if self.quiet { Ok(()) } else { print(text) }
     }
 
-    /// Something that the user may want to know, to standard error.
+    /// A note, to standard error.
     pub fn note(&self, text: &str) {
         if !self.quiet {
             let _ = writeln!(io::stderr(), "note: {text}");
         }
     }
 
-    /// Shows how far the work has come, if someone is watching.
+    /// Shows the progress on a terminal.
     pub fn progress(&self) -> ProgressLine {
         ProgressLine((!self.quiet && io::stderr().is_terminal()).then(Watched::new))
     }
 
-    /// Shows how many of many jobs are finished, if someone is watching.
+    /// Shows the number of finished jobs on a terminal.
     pub fn counted_progress(&self) -> CountedProgress {
         let watched = !self.quiet && io::stderr().is_terminal();
         let target = if watched { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
@@ -114,7 +114,7 @@ impl Terminal {
     }
 }
 
-/// A bar for work of which it is known how much there is.
+/// A bar for work of known amount.
 pub struct CountedProgress(ProgressBar);
 
 impl CountedProgress {
@@ -147,11 +147,11 @@ pub fn print(text: &str) -> Result<(), Failure> {
     }
 }
 
-/// A line that appears when the work takes long, tells how far it has come, and goes away with it.
+/// A line that shows the progress of long work, and vanishes at its end.
 pub struct ProgressLine(Option<Watched>);
 
-/// How much of the work there is cannot be known: a search ends as soon as it has found something. So there is no bar, which
-/// would creep and then vanish, but a sign of life, the time, and the share of what may have to be tried.
+/// The amount of work is unknown, since a search ends as soon as it has found an answer. So there is no bar but a spinner, the time, and
+/// the share of the budget that is spent.
 struct Watched {
     bar: ProgressBar,
     /// Dropped when the work is done.
@@ -188,7 +188,7 @@ impl ProgressLine {
             && progress.fraction < 1.0
         {
             let percent = (100.0 * progress.fraction.clamp(0.0, 1.0)).floor();
-            bar.set_message(format!("{}, {percent} % of all that may have to be tried", progress.stage));
+            bar.set_message(format!("{}, {percent} % of the budget", progress.stage));
         }
     }
 }

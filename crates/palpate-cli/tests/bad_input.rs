@@ -47,7 +47,7 @@ fn a_missing_column_is_named() {
 fn an_unknown_unit_is_named() {
     assert_eq!(
         refusal(good(20).replace("s2_mm", "s2_inch")),
-        "trial.csv, line 1, column s2_inch: the unit \"inch\" is not understood; convert the column and name it s2_m, s2_cm or s2_mm"
+        "trial.csv, line 1, column s2_inch: the unit \"inch\" is unknown; convert the column and name it s2_m, s2_cm or s2_mm"
     );
 }
 
@@ -55,7 +55,7 @@ fn an_unknown_unit_is_named() {
 fn a_column_without_a_unit_is_refused() {
     assert_eq!(
         refusal(good(20).replace("phi1_deg", "phi1")),
-        "trial.csv, line 1, column phi1: the name says no unit; name the column phi1_rad or phi1_deg"
+        "trial.csv, line 1, column phi1: the name has no unit; name the column phi1_rad or phi1_deg"
     );
 }
 
@@ -71,7 +71,7 @@ fn text_in_a_number_is_refused() {
 fn time_running_backwards_is_refused() {
     assert_eq!(
         refusal(with_row("0.5,60,75,30,31")),
-        "trial.csv, line 22, column time_s: 0.5 comes after 0.95 (line 21), time runs backwards; sort the rows, or cut the file where it starts anew"
+        "trial.csv, line 22, column time_s: 0.5 comes after 0.95 (line 21), time decreases; sort the rows, or split the file where it starts again"
     );
 }
 
@@ -221,7 +221,7 @@ fn a_folder_with_other_things_is_left_alone() {
     };
     assert_eq!(
         misuse(prepare, &["reconstruct", "trial.csv", "-o", "out"]),
-        "error: out: the folder holds thesis.tex, which is no part of an earlier result and would be lost; choose another folder, or a new one inside it"
+        "error: out: the folder holds thesis.tex, which is not part of an earlier result and would be lost; choose another folder, or a new one inside it"
     );
 }
 

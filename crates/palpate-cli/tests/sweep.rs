@@ -115,7 +115,7 @@ fn what_is_damaged_is_done_again() {
     expected.sort_unstable();
     assert_eq!(again, expected, "these two are done again, and no other");
 
-    // A journal that ends within its first line is begun anew; one that begins with anything else is not touched.
+    // A journal that ends within its first line is begun again; one that begins with anything else is not touched.
     fs::write(dir.path().join("out/journal.jsonl"), &lines[0][..20]).expect("the journal is written");
     assert!(sweep(dir.path(), "out", &[]).stdout.starts_with("8 jobs: 8 reconstructed"));
     assert!(results(dir.path(), "out") == whole);
@@ -124,7 +124,7 @@ fn what_is_damaged_is_done_again() {
     assert_eq!(ran.code, Some(2));
     assert_eq!(
         ran.stderr,
-        "error: out/journal.jsonl: this is no journal of a sweep, or its first line is damaged; choose another folder, or delete the file to start anew\n"
+        "error: out/journal.jsonl: this is not the journal of a sweep, or its first line is damaged; choose another folder, or delete the file to start again\n"
     );
     assert_eq!(journal(dir.path(), "out"), ["my diary\n"]);
 }
@@ -141,7 +141,7 @@ fn another_plan_in_the_same_folder_is_refused() {
     assert_eq!((ran.code, ran.stdout.as_str()), (Some(2), ""));
     assert_eq!(
         ran.stderr,
-        "error: out: the folder holds another sweep of 2 jobs: the plan, or a log that it names, has changed since; choose another folder, or delete this one to start anew\n"
+        "error: out: the folder holds another sweep of 2 jobs: the plan, or a log that it names, has changed since; choose another folder, or delete this one to start again\n"
     );
     assert!(results(dir.path(), "out") == before, "nothing is written");
     // What a plan says counts, not how it says it.
@@ -159,7 +159,7 @@ fn a_table_of_someone_else_is_left_alone() {
     assert_eq!(ran.code, Some(2));
     assert_eq!(
         ran.stderr,
-        "error: out/results.parquet: a file of that name exists, and no sweep of which it could be a result; choose another folder\n"
+        "error: out/results.parquet: a file of that name exists, but no sweep that it could be a result of; choose another folder\n"
     );
     assert_eq!(results(dir.path(), "out"), b"precious");
     assert_eq!(names(&dir.path().join("out")), ["results.parquet"]);
@@ -204,13 +204,13 @@ fn bad_plans_are_refused_with_their_place() {
             &good.replace("objects", "seed = 18446744073709551615\nobjects"),
             ", line 2, seed: a whole number up to 9007199254740992 is needed",
         ),
-        (&good.replace("objects", "trials = 1_000_001\nobjects"), ": these are more than 1000000 jobs; make several"),
-        (&huge, ": these are more than 1000000 jobs; make several plans of it"),
+        (&good.replace("objects", "trials = 1_000_001\nobjects"), ": more than 1000000 jobs; split the plan"),
+        (&huge, ": more than 1000000 jobs; split the plan into several"),
         (
             "kind = \"reconstruct\"\nlogs = [\"plan.toml\", \"*.csv\"]",
-            ", logs: no log is named \"*.csv\"; paths start from the folder of the plan",
+            ", logs: no log is named \"*.csv\"; paths are relative to the folder of the plan",
         ),
-        ("kind = \"reconstruct\"\nlogs = \"a***\"", ", logs: \"a***\" is no pattern for file names: "),
+        ("kind = \"reconstruct\"\nlogs = \"a***\"", ", logs: \"a***\" is not a pattern for file names: "),
         (
             "kind = \"reconstruct\"\nlogs = \"plan.toml\"\nscore.bound = true",
             ", line 3, score.bound: unknown field `bound`",

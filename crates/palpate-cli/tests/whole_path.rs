@@ -127,7 +127,7 @@ fn a_killed_run_leaves_no_half_result() {
             fs::remove_dir_all(&out).expect("there is a result");
         }
     }
-    // What was left aside is hidden, and in nobody's way.
+    // Temporary folders are hidden.
     assert!(names(dir.path()).iter().all(|name| name.starts_with(".palpate-partial-")), "{:?}", names(dir.path()));
     assert_eq!(palpate(dir.path(), &arguments).code, Some(0));
 }
@@ -215,7 +215,7 @@ fn notes_about_a_log_go_to_standard_error_and_into_the_summary() {
 }
 
 #[test]
-fn nobody_listening_is_not_an_error() {
+fn a_closed_pipe_is_not_an_error() {
     let dir = folder();
     for arguments in [&["demo"][..], &["--help"], &["reconstruct", "--help"]] {
         let mut child = command(dir.path(), arguments)

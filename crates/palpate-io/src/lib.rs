@@ -19,7 +19,7 @@
 //! let error = palpate_io::parse_log("trial.csv", text.replace("s2_mm", "s2_inch").as_bytes()).unwrap_err();
 //! assert_eq!(
 //!     error.to_string(),
-//!     "trial.csv, line 2, column s2_inch: the unit \"inch\" is not understood; convert the column and name it s2_m, s2_cm or s2_mm"
+//!     "trial.csv, line 2, column s2_inch: the unit \"inch\" is unknown; convert the column and name it s2_m, s2_cm or s2_mm"
 //! );
 //! # Ok::<(), palpate_io::ReadError>(())
 //! ```

@@ -79,7 +79,7 @@ pub enum ReadProblem {
     #[error("the column names are separated by blanks; separate names and numbers by commas, semicolons or tabs")]
     Blanks,
     /// A quote that is opened and not closed, or closed too early.
-    #[error("a double quote has no partner; remove the quotes, numbers need none")]
+    #[error("a double quote is not closed; remove the quotes, numbers need none")]
     Quote,
     /// A required column is absent.
     #[error("there is no column for {quantity}; it must be named {names} (the header has: {found})")]
@@ -92,13 +92,13 @@ pub enum ReadProblem {
         found: String,
     },
     /// A known quantity without a unit.
-    #[error("the name says no unit; name the column {names}")]
+    #[error("the name has no unit; name the column {names}")]
     NoUnit {
         /// The names that would do.
         names: String,
     },
     /// A known quantity in a unit that is not understood.
-    #[error("the unit \"{unit}\" is not understood; convert the column and name it {names}")]
+    #[error("the unit \"{unit}\" is unknown; convert the column and name it {names}")]
     UnknownUnit {
         /// The unit in the name.
         unit: String,
@@ -179,7 +179,7 @@ pub enum ReadProblem {
     },
     /// A value that should increase from row to row decreases.
     #[error(
-        "{text} comes after {previous} (line {previous_line}), {what} runs backwards; sort the rows, or cut the file where it starts anew"
+        "{text} comes after {previous} (line {previous_line}), {what} decreases; sort the rows, or split the file where it starts again"
     )]
     Backwards {
         /// What should increase.
@@ -193,7 +193,7 @@ pub enum ReadProblem {
     },
     /// A value that should increase from row to row stands still.
     #[error(
-        "{text} is there twice, already in line {previous_line}; delete one of the two rows, or write {what} with more digits"
+        "{text} occurs twice, first in line {previous_line}; delete one of the two rows, or write {what} with more digits"
     )]
     Repeated {
         /// What should increase.
@@ -223,7 +223,7 @@ pub enum ReadProblem {
     },
     /// The angle between the palms has the wrong sign.
     #[error(
-        "{text} {unit} is negative; this is the angle from palm 1 to palm 2, counter-clockwise, between 0 and pi (180 deg): turn its sign, or swap the palms"
+        "{text} {unit} is negative; this is the angle from palm 1 to palm 2, counter-clockwise, between 0 and pi (180 deg): reverse its sign, or swap the palms"
     )]
     NegativePalmAngle {
         /// The value.
@@ -252,7 +252,7 @@ pub enum ReadProblem {
         meaning: &'static str,
     },
     /// A standard deviation that is zero or negative.
-    #[error("{text} {unit} is no standard deviation, which must be above 0; leave the column out if it is not known")]
+    #[error("{text} {unit} is not a standard deviation, which must be above 0; omit the column if it is unknown")]
     NotAStandardDeviation {
         /// The value.
         text: String,
@@ -284,7 +284,7 @@ pub enum ReadProblem {
         needed: usize,
     },
     /// Too few rows in a table of a truth or result folder.
-    #[error("there are {rows} rows, and at least {needed} are needed; write it anew")]
+    #[error("there are {rows} rows, and at least {needed} are needed; write it again")]
     TooFewRows {
         /// Rows there.
         rows: usize,
@@ -292,7 +292,7 @@ pub enum ReadProblem {
         needed: usize,
     },
     /// JSON that is not what it should be.
-    #[error("not the summary of a palpate result: {message}; reconstruct anew")]
+    #[error("not the summary of a palpate result: {message}; reconstruct again")]
     Json {
         /// What the parser said.
         message: String,

@@ -96,7 +96,7 @@ fn read_support(path: &Path) -> Result<Vec<(f64, f64)>, ReadError> {
             let problem = ReadProblem::NegativeLength {
                 text: table.shown(row, r_column),
                 unit: r_column.unit.map_or("", Unit::suffix),
-                meaning: "the support function about the centre of mass cannot be; take it about a point inside the object",
+                meaning: "the support function about the centre of mass cannot be negative; use a point inside the object",
             };
             return Err(table.error(row, r_column, problem));
         }

@@ -36,7 +36,7 @@ pub enum WriteProblem {
     IsFile,
     /// A folder that holds other things than what is to be replaced.
     #[error(
-        "the folder holds {found}, which is no part of an earlier {kind} and would be lost; choose another folder, or a new one inside it"
+        "the folder holds {found}, which is not part of an earlier {kind} and would be lost; choose another folder, or a new one inside it"
     )]
     Foreign {
         /// What is to be written: "result" or "truth".
@@ -51,11 +51,11 @@ pub enum WriteProblem {
         kind: &'static str,
     },
     /// A path that ends in no name.
-    #[error("this is no name for a folder; choose one such as out/")]
+    #[error("this is not a folder name; choose one such as out/")]
     NoName,
     /// Metadata that would not read back.
     #[error(
-        "the metadata \"{key}: {value}\" cannot be written; a key begins with a letter and goes on in letters, digits, spaces, _ - and ., and a value stays on one line"
+        "the metadata \"{key}: {value}\" cannot be written; a key begins with a letter and continues with letters, digits, spaces, _ - and ., and a value is one line"
     )]
     Metadata {
         /// The key.

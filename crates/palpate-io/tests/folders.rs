@@ -326,7 +326,7 @@ fn a_folder_with_anything_else_is_left_alone() {
         for outcome in [check_result_target(dir), write(dir)] {
             let message = outcome.expect_err("it must be refused").to_string();
             let expected = format!(
-                "{}: the folder holds {found}, which is no part of an earlier result and would be lost; choose another folder, or a new one inside it",
+                "{}: the folder holds {found}, which is not part of an earlier result and would be lost; choose another folder, or a new one inside it",
                 dir.display()
             );
             assert_eq!(message, expected);
@@ -387,7 +387,7 @@ fn a_file_in_the_way_and_the_current_folder_are_refused() {
     let message = check_result_target(Path::new(".")).expect_err("it must be refused").to_string();
     assert_eq!(message, ".: this is the current folder; choose a folder of its own for the result");
     let message = check_result_target(Path::new("")).expect_err("it must be refused").to_string();
-    assert_eq!(message, "(no name): this is no name for a folder; choose one such as out/");
+    assert_eq!(message, "(no name): this is not a folder name; choose one such as out/");
 }
 
 #[test]
@@ -407,7 +407,7 @@ fn a_broken_summary_is_told() {
     assert_eq!(
         message(),
         format!(
-            "{}: not the summary of a palpate result: EOF while parsing an object at line 1 column 1; reconstruct anew",
+            "{}: not the summary of a palpate result: EOF while parsing an object at line 1 column 1; reconstruct again",
             path.display()
         )
     );
@@ -482,7 +482,7 @@ fn a_wrong_truth_is_told() {
         &good_shape().replace("0.5,", "0.3,"),
         good_motion,
         format!(
-            "{in_shape}, line 7, column theta_rad: 0.3 comes after 0.4 (line 6), theta runs backwards; sort the rows, or cut the file where it starts anew"
+            "{in_shape}, line 7, column theta_rad: 0.3 comes after 0.4 (line 6), theta decreases; sort the rows, or split the file where it starts again"
         ),
     );
     expect(
@@ -496,13 +496,13 @@ fn a_wrong_truth_is_told() {
         &good_shape().replace("0.5,", "0.5,-"),
         good_motion,
         format!(
-            "{in_shape}, line 7, column r_m: -0.03 m is negative; the support function about the centre of mass cannot be; take it about a point inside the object"
+            "{in_shape}, line 7, column r_m: -0.03 m is negative; the support function about the centre of mass cannot be negative; use a point inside the object"
         ),
     );
     expect(
         "theta_rad,r_m\n0,1\n",
         good_motion,
-        format!("{in_shape}: there are 1 rows, and at least 8 are needed; write it anew"),
+        format!("{in_shape}: there are 1 rows, and at least 8 are needed; write it again"),
     );
     expect(
         &good_shape(),
@@ -515,7 +515,7 @@ fn a_wrong_truth_is_told() {
         &good_shape(),
         &good_motion.replace("1,0,0,0", "0,0,0,0"),
         format!(
-            "{in_motion}, line 3, column time_s: 0 is there twice, already in line 2; delete one of the two rows, or write time with more digits"
+            "{in_motion}, line 3, column time_s: 0 occurs twice, first in line 2; delete one of the two rows, or write time with more digits"
         ),
     );
     let message = |dir: &Path| read_truth(dir).expect_err("there is none").to_string();

@@ -49,19 +49,19 @@ fn header() {
     );
     expect(
         &with_line(1, "time_s,phi1_rad,phi2_rad,s1_inch,s2_mm"),
-        "log.csv, line 1, column s1_inch: the unit \"inch\" is not understood; convert the column and name it s1_m, s1_cm or s1_mm",
+        "log.csv, line 1, column s1_inch: the unit \"inch\" is unknown; convert the column and name it s1_m, s1_cm or s1_mm",
     );
     expect(
         &with_line(1, "time_s,phi1_grad,phi2_rad,s1_mm,s2_mm"),
-        "log.csv, line 1, column phi1_grad: the unit \"grad\" is not understood; convert the column and name it phi1_rad or phi1_deg",
+        "log.csv, line 1, column phi1_grad: the unit \"grad\" is unknown; convert the column and name it phi1_rad or phi1_deg",
     );
     expect(
         &with_line(1, "Time_min,phi1_rad,phi2_rad,s1_mm,s2_mm"),
-        "log.csv, line 1, column Time_min: the unit \"min\" is not understood; convert the column and name it time_s or time_ms",
+        "log.csv, line 1, column Time_min: the unit \"min\" is unknown; convert the column and name it time_s or time_ms",
     );
     expect(
         &with_line(1, "time_s,phi1_rad,phi2_rad,s1,s2_mm"),
-        "log.csv, line 1, column s1: the name says no unit; name the column s1_m, s1_cm or s1_mm",
+        "log.csv, line 1, column s1: the name has no unit; name the column s1_m, s1_cm or s1_mm",
     );
     expect(
         &text(
@@ -70,7 +70,7 @@ fn header() {
                 .map(|line| format!("{line},{}", if line == HEADER { "force1_kg" } else { "1" }))
                 .collect::<Vec<_>>(),
         ),
-        "log.csv, line 1, column force1_kg: the unit \"kg\" is not understood; convert the column and name it force1_n",
+        "log.csv, line 1, column force1_kg: the unit \"kg\" is unknown; convert the column and name it force1_n",
     );
     expect(
         &text(
@@ -137,7 +137,7 @@ fn cut_off_or_ragged() {
     );
     expect(
         &with_line(4, "0.1,1.04,\"1.2,29.7,31.8"),
-        "log.csv, line 4: a double quote has no partner; remove the quotes, numbers need none",
+        "log.csv, line 4: a double quote is not closed; remove the quotes, numbers need none",
     );
 }
 
@@ -191,11 +191,11 @@ fn cells() {
 fn time() {
     expect(
         &with_line(5, "0.05,1.04,1.21,29.7,31.8"),
-        "log.csv, line 5, column time_s: 0.05 comes after 0.10 (line 4), time runs backwards; sort the rows, or cut the file where it starts anew",
+        "log.csv, line 5, column time_s: 0.05 comes after 0.10 (line 4), time decreases; sort the rows, or split the file where it starts again",
     );
     expect(
         &with_line(5, "# a comment\n0.1,1.04,1.21,29.7,31.8"),
-        "log.csv, line 6, column time_s: 0.1 is there twice, already in line 4; delete one of the two rows, or write time with more digits",
+        "log.csv, line 6, column time_s: 0.1 occurs twice, first in line 4; delete one of the two rows, or write time with more digits",
     );
 }
 
@@ -221,7 +221,7 @@ fn palm_angles() {
     );
     expect(
         &with_line(3, "0.05,1.04,-1.21,29.7,31.8"),
-        "log.csv, line 3, column phi2_rad: -1.21 rad is negative; this is the angle from palm 1 to palm 2, counter-clockwise, between 0 and pi (180 deg): turn its sign, or swap the palms",
+        "log.csv, line 3, column phi2_rad: -1.21 rad is negative; this is the angle from palm 1 to palm 2, counter-clockwise, between 0 and pi (180 deg): reverse its sign, or swap the palms",
     );
     expect(
         &with_line(3, "0.05,1.04,4,29.7,31.8"),
@@ -254,7 +254,7 @@ fn lengths() {
                 .map(|line| format!("{line},{}", if line == HEADER { "s2_sd_mm" } else { "0" }))
                 .collect::<Vec<_>>(),
         ),
-        "log.csv, line 2, column s2_sd_mm: 0 mm is no standard deviation, which must be above 0; leave the column out if it is not known",
+        "log.csv, line 2, column s2_sd_mm: 0 mm is not a standard deviation, which must be above 0; omit the column if it is unknown",
     );
 }
 
@@ -312,6 +312,6 @@ fn columns_in_memory_follow_the_same_rules() {
     short[4].0 = "s2".into();
     short[4].1.push("30".into());
     // A header in memory has no line.
-    assert_eq!(message(&short), "columns, column s2: the name says no unit; name the column s2_m, s2_cm or s2_mm");
+    assert_eq!(message(&short), "columns, column s2: the name has no unit; name the column s2_m, s2_cm or s2_mm");
     assert!(message(&[]).starts_with("columns: there is no column for time"));
 }

@@ -61,7 +61,7 @@ const FRAME: &str = "the data frame (lines counted from 0)";
 /// Raises
 /// ------
 /// ReadError
-///     If a value is missing or impossible, time runs backwards, the palms are parallel, or fewer than 12 samples have both contacts.
+///     If a value is missing or impossible, time decreases, the palms are parallel, or fewer than 12 samples have both contacts.
 #[pyclass(frozen, module = "palpate", name = "Log")]
 pub struct LogData {
     pub file: Arc<LogFile>,

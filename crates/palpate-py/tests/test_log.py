@@ -133,11 +133,11 @@ def with_value(place: int, value: object) -> list[object]:
     ("change", "line", "column", "words"),
     [
         ({"s1_m": None}, None, None, "there is no column for s1; it must be named s1_m, s1_cm or s1_mm"),
-        ({"s2_m": None, "s2": np.zeros(20)}, None, "s2", "the name says no unit; name the column s2_m, s2_cm or s2_mm"),
+        ({"s2_m": None, "s2": np.zeros(20)}, None, "s2", "the name has no unit; name the column s2_m, s2_cm or s2_mm"),
         ({"s1_m": with_value(7, -0.1)}, 7, "s1_m", "-0.1"),
         ({"s1_m": with_value(7, "wet")}, 7, "s1_m", '"wet" is not a number'),
         ({"s1_m": with_value(7, np.inf)}, 7, "s1_m", "inf"),
-        ({"time_s": with_value(7, 0.0)}, 7, "time_s", "time runs backwards"),
+        ({"time_s": with_value(7, 0.0)}, 7, "time_s", "time decreases"),
         ({"time_s": with_value(7, None)}, 7, "time_s", "number"),
         ({"phi2_rad": np.full(20, np.pi)}, 0, "phi2_rad", "parallel"),
         ({"phi2_rad": np.full(20, 74.0)}, 0, "phi2_rad", "phi2_deg"),
@@ -177,7 +177,7 @@ def test_files_are_refused_in_the_words_of_the_command_line(tmp_path: Path) -> N
     with pytest.raises(palpate.ReadError) as caught:
         Log.from_csv(path)
     assert (
-        str(caught.value) == f"{path}, line 1, column s2: the name says no unit; name the column s2_m, s2_cm or s2_mm"
+        str(caught.value) == f"{path}, line 1, column s2: the name has no unit; name the column s2_m, s2_cm or s2_mm"
     )
     with pytest.raises(palpate.ReadError, match="no such file; check the path"):
         Log.from_csv(tmp_path / "none.csv")

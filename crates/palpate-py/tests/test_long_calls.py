@@ -117,7 +117,7 @@ def test_a_bar_is_shown_when_it_is_wanted(
 ) -> None:
     monkeypatch.setattr(_progress, "PATIENCE_S", 0.0)
     palpate.reconstruct(simulation.log, progress=True)
-    assert "% of all that may have to be tried" in capsys.readouterr().err
+    assert "% of the budget" in capsys.readouterr().err
     palpate.reconstruct(simulation.log)  # nobody is watching
     palpate.reconstruct(simulation.log, progress=False)
     assert capsys.readouterr().err == ""

@@ -70,15 +70,15 @@ pub(crate) fn verdict(result: &Reconstruction) -> String {
             "partial",
             "M4 10h12",
             "Shape and motion certified, centre of mass not",
-            "Shape and motion can be relied on within their error bars. The centre of mass is only a best guess.",
+            "Shape and motion are certified within their error bars. The centre of mass is an estimate without a certificate.",
         ),
         (false, _) if !result.others.is_empty() => (
             "bad",
             CROSS,
             "Not certified",
-            "The log has more than one answer. Each of those below fits; do not rely on any one of them.",
+            "Several objects explain the log equally well. All of them are shown below; do not rely on any one of them.",
         ),
-        (false, _) => ("bad", CROSS, "Not certified", "What follows is the best fit found. Do not rely on it."),
+        (false, _) => ("bad", CROSS, "Not certified", "This is the best fit found. Do not rely on it."),
     };
     let reasons: Vec<String> = result.verdict.doubts.iter().map(|doubt| escape(&doubt.to_string())).collect();
     let reason = match &reasons[..] {
@@ -204,7 +204,7 @@ fn key_figures_of(input: &ReportInput, result: &Reconstruction) -> String {
     add(
         "Centre-of-mass offset",
         length(centroid.x_m.hypot(centroid.y_m)),
-        "Distance from the centre of mass to the centroid of the area. It would be 0 if the mass were spread evenly.",
+        "Distance from the centre of mass to the centroid of the area. 0 for a uniform mass distribution.",
     );
     let (value, unit) = length(felt_half_width_m(result));
     add(
@@ -215,7 +215,7 @@ fn key_figures_of(input: &ReportInput, result: &Reconstruction) -> String {
     add(
         "Sensor noise",
         length(result.sensor_sd_m),
-        "Standard deviation of one contact reading: stated by the log, or found from what the fit leaves over.",
+        "Standard deviation of one contact reading: stated by the log, or estimated from the residuals of the fit.",
     );
     add(
         "χ² per d.o.f.",
@@ -226,12 +226,12 @@ fn key_figures_of(input: &ReportInput, result: &Reconstruction) -> String {
     add(
         "Boundary felt",
         (number(100.0 * result.coverage), "%"),
-        "Share of the normal directions that a contact passed over at least once. The rest is smooth guesswork.",
+        "Share of the normal directions that a contact passed over at least once. The rest is extrapolated by the prior.",
     );
     add(
         "Jumps",
         (result.jumps.len().to_string(), ""),
-        "Times at which a resting pose vanished and the object fell over to another one. They part the motion into pieces.",
+        "Times at which a resting pose vanished and the object moved to another one. They divide the motion into segments.",
     );
     add(
         "Samples",
@@ -246,7 +246,7 @@ fn key_figures_of(input: &ReportInput, result: &Reconstruction) -> String {
     add(
         "Arrangements",
         (input.reconstruction.alternatives.to_string(), ""),
-        "Number of distinct ways to arrange the pieces that fit equally well. 1 means the answer is unique.",
+        "Number of arrangements of the segments that fit equally well. 1 means that the answer is unique.",
     );
     let times = || input.log.samples.iter().map(|sample| sample.time_s).filter(|time| time.is_finite());
     let span = times().fold(f64::NAN, f64::max) - times().fold(f64::NAN, f64::min);

@@ -28,7 +28,7 @@
 //! worst residuals stay); the figures and the histograms still come from all samples. Where several arrangements fit
 //! equally well, the page has a choice of them and shows one at a time.
 //!
-//! [`paper`] draws the figures of Moll & Erdmann (2001) anew.
+//! [`paper`] reproduces the figures of Moll & Erdmann (2001).
 //!
 //! Nothing in the report fails: a value that is not finite leaves a gap in its curve, and a result without samples gives a page
 //! that says so.

@@ -1,4 +1,4 @@
-//! The journal of a sweep: a line for each finished job, so that a sweep that was killed goes on where it was.
+//! The journal of a sweep: a line for each finished job, so that a sweep that was killed resumes where it was.
 //!
 //! The first line says which sweep it is. Every line begins with the digest of the rest of it; a line that was cut off by a kill, or
 //! damaged, does not fit its digest, and its job is done again. The file is locked while a sweep is at work.

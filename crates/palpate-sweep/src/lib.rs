@@ -1,8 +1,8 @@
 //! Sweeps: thousands of palm logs, simulated or recorded, reconstructed one by one and scored against the truth.
 //!
 //! A [`Plan`](plan::Plan) is a small TOML file that says what to try. It unfolds into a [`Sweep`]: a list of [`Job`]s, each of
-//! them plain data, addressed by its place in the list, and the same wherever it is run. A job gives an [`Outcome`]: one [`Row`]
-//! of the table, and the seconds it took, which are kept apart because they are the only thing that differs from run to run.
+//! them plain data, addressed by its place in the list; the same again whenever it is run on one kind of processor and one platform. A job gives an [`Outcome`]: one [`Row`]
+//! of the table, and the seconds it took, which are kept apart because they differ from run to run.
 //!
 //! ```
 //! use palpate_sweep::{Sweep, parse_plan};
@@ -24,7 +24,7 @@
 //! ```
 //!
 //! [`Sweep::run`] does all jobs on the threads of this machine; [`Sweep::run_in`] does so in a folder: what is finished is kept in a
-//! [journal], so that a sweep that was killed goes on where it was. The table has its rows in the order of the jobs, so
+//! [journal], so that a sweep that was killed resumes where it was. The table has its rows in the order of the jobs, so
 //! that its bytes depend neither on the number of threads nor on how often the sweep was interrupted. Whoever has other machines
 //! to do the jobs opens a folder by [`Sweep::open`] and hands the [`SweepFolder`] what comes back.
 #![forbid(unsafe_code)]

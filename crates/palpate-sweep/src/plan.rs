@@ -156,7 +156,7 @@ pub(crate) struct ScoreValues {
     bound: bool,
 }
 
-/// `score` of logs, whose true noise nobody knows: no bound.
+/// `score` of logs, whose true noise is unknown: no bound.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct LogScoreValues {

@@ -23,7 +23,7 @@ pub enum PlanProblem {
     #[error("the plan cannot be read: {0}")]
     Unreadable(String),
     /// More than a plan can reasonably be.
-    #[error("the file is larger than {0} KiB: that is no plan")]
+    #[error("the file is larger than {0} KiB: that is not a plan")]
     TooLarge(u64),
     /// No TOML, or a key or value that a plan does not have.
     #[error("{0}")]
@@ -35,7 +35,7 @@ pub enum PlanProblem {
     #[error("there is no touchpad; add one, such as touchpads = [{{ noise_sd_m = 0.1e-3 }}]")]
     NoTouchpads,
     /// A pattern that is none.
-    #[error("\"{pattern}\" is no pattern for file names: {reason}")]
+    #[error("\"{pattern}\" is not a pattern for file names: {reason}")]
     Pattern {
         /// The pattern.
         pattern: String,
@@ -43,13 +43,13 @@ pub enum PlanProblem {
         reason: String,
     },
     /// A pattern without a file.
-    #[error("no log is named \"{0}\"; paths start from the folder of the plan")]
+    #[error("no log is named \"{0}\"; paths are relative to the folder of the plan")]
     NoMatch(String),
     /// A file whose name is no text.
     #[error("the name of the log {0} is not UTF-8; rename it")]
     Name(String),
     /// More jobs than one table should have.
-    #[error("these are more than {0} jobs; make several plans of it")]
+    #[error("more than {0} jobs; split the plan into several")]
     TooManyJobs(u64),
 }
 

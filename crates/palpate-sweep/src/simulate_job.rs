@@ -26,7 +26,7 @@ const CHOOSY_ATTEMPTS: u32 = 40;
 /// Share of a palm that a planned motion uses.
 const USED_LENGTH: f64 = 0.97;
 
-/// What to simulate. The same job gives the same log on every machine.
+/// What to simulate. The same job gives the same log: to the bit on one kind of processor and one platform, to rounding elsewhere.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SimulateJob {
     /// Of all that is drawn: object, motion and noise.
@@ -45,13 +45,13 @@ pub struct SimulateJob {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum MotionKind {
-    /// Random and smooth; knows nothing of the object, which jumps as often as it comes.
+    /// Random and smooth; independent of the object, with any number of jumps.
     Random,
-    /// Random and smooth; drawn anew until the object does not jump and half of its boundary is felt (40 %, after 40 tries).
+    /// Random and smooth; drawn again until the object does not jump and half of its boundary is felt (40 %, after 40 tries).
     RandomJumpFree,
     /// Planned for the object: a full turn without a jump; where there is none, there and back over what can be felt.
     Turn,
-    /// Squeezes, rotations and openings of one palm, there and back, as in the paper; knows nothing of the object.
+    /// Squeezes, rotations and openings of one palm, there and back, as in the paper; independent of the object.
     Zigzag,
 }
 
@@ -82,15 +82,15 @@ pub struct Simulated {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum NoLog {
     /// No such object.
-    #[error("the object cannot be: {0}")]
+    #[error("the object is not possible: {0}")]
     Shape(#[from] ShapeError),
     /// No such motion.
-    #[error("the palms cannot move so: {0}")]
+    #[error("the motion of the palms is not possible: {0}")]
     Motion(#[from] MotionError),
     /// No turn without a jump.
     #[error(transparent)]
     Plan(#[from] PlanError),
-    /// The object left the palms, or jumped where it must not, whatever was tried.
+    /// The object left the palms, or jumped where it must not, in every attempt.
     #[error("no motion out of {attempts} gave a usable log; the last one: {last}")]
     Attempts {
         /// How often it was tried.

@@ -11,7 +11,7 @@ use palpate_io::WriteError;
 pub enum SweepError {
     /// Another sweep was begun there.
     #[error(
-        "{dir}: the folder holds another sweep of {jobs} jobs: the plan, or a log that it names, has changed since; choose another folder, or delete this one to start anew"
+        "{dir}: the folder holds another sweep of {jobs} jobs: the plan, or a log that it names, has changed since; choose another folder, or delete this one to start again"
     )]
     OtherPlan {
         /// The folder.
@@ -21,7 +21,7 @@ pub enum SweepError {
     },
     /// Another version of palpate was at work there; its results may differ.
     #[error(
-        "{dir}: the sweep in this folder was begun by palpate {version}; finish it with that version, or choose another folder"
+        "{dir}: the sweep in this folder was started by palpate {version}; finish it with that version, or choose another folder"
     )]
     OtherVersion {
         /// The folder.
@@ -31,27 +31,27 @@ pub enum SweepError {
     },
     /// A journal whose first line is damaged.
     #[error(
-        "{path}: this is no journal of a sweep, or its first line is damaged; choose another folder, or delete the file to start anew"
+        "{path}: this is not the journal of a sweep, or its first line is damaged; choose another folder, or delete the file to start again"
     )]
     NoJournal {
         /// The file.
         path: String,
     },
     /// A table that no sweep of ours made.
-    #[error("{path}: a file of that name exists, and no sweep of which it could be a result; choose another folder")]
+    #[error("{path}: a file of that name exists, but no sweep that it could be a result of; choose another folder")]
     Foreign {
         /// The file.
         path: String,
     },
     /// A second sweep in the same folder at the same time.
-    #[error("{dir}: another palpate is at work in this folder; wait for it, or choose another folder")]
+    #[error("{dir}: another palpate process is using this folder; wait for it, or choose another folder")]
     Busy {
         /// The folder.
         dir: String,
     },
     /// A log that is another one on the machine that is to reconstruct it.
     #[error(
-        "{log}: a machine that was to reconstruct this log does not see it as it was when the sweep was planned; every machine must see the folder {base} with the same logs in it"
+        "{log}: a machine of the cluster does not see this log as it was when the sweep was planned; every machine must see the folder {base} with the same logs in it"
     )]
     OtherLog {
         /// Path of the log from the folder of the plan.
@@ -60,7 +60,7 @@ pub enum SweepError {
         base: String,
     },
     /// Tables were asked for too early.
-    #[error("{dir}: {missing} jobs of the sweep in this folder are not finished; go on with it first")]
+    #[error("{dir}: {missing} jobs of the sweep in this folder are not finished; resume it first")]
     Unfinished {
         /// The folder.
         dir: String,

@@ -1,7 +1,7 @@
-//! Many jobs on several threads: each thread takes the next job that nobody has, and does it alone.
+//! Many jobs on several threads: each thread takes the next free job and runs it alone.
 //!
-//! A job does not share its own loops with other threads: the jobs are many, whole ones keep every thread busy without a word
-//! between them, and the seconds of a job are its own.
+//! The loops inside a job run on one thread: whole jobs keep every thread busy without communication, and the seconds of a job are
+//! its own.
 
 use std::num::NonZero;
 use std::path::Path;
@@ -32,7 +32,7 @@ pub(crate) fn each(
                 .spawn_scoped(scope, move || {
                     alone.install(|| {
                         while let Some(&(index, job)) = todo.get(next.fetch_add(1, Ordering::Relaxed)) {
-                            // Nobody to take it: the work was ended.
+                            // The receiver is gone: the work was ended.
                             if send.send(job.run(index, base)).is_err() {
                                 break;
                             }

@@ -37,7 +37,7 @@ class _Bar:
     """A bar that appears when the work takes long, and goes away with it."""
 
     def __init__(self, tqdm: Any) -> None:
-        form = "{desc} |{bar}| {percentage:3.0f} % of all that may have to be tried, {elapsed}"
+        form = "{desc} |{bar}| {percentage:3.0f} % of the budget, {elapsed}"
         self._bar = tqdm(total=1.0, leave=False, delay=PATIENCE_S, bar_format=form)
 
     def __call__(self, stage: str, fraction: float, /) -> None:

@@ -110,7 +110,7 @@ def sweep(
     plan : str, os.PathLike or iterable of SweepJob
         Path of a plan, a TOML file; or its text, if there is a line break in it; or jobs from `sweep_jobs`.
     folder : str or os.PathLike
-        Folder for the tables, made if missing; the folder of the same sweep, stopped before, to go on with it.
+        Folder for the tables, made if missing; to resume a sweep that was stopped, its folder.
     engine : str
         'local': the threads of this machine. Else Ray, with this version of palpate on every node: 'auto' for the
         cluster that this machine belongs to, or an address such as '10.0.0.1:6379' or 'ray://10.0.0.1:10001'. Where

@@ -159,7 +159,7 @@ pub(super) fn contact_support(shape: &SupportFunction) -> String {
     sheet.finish("Figure 2: the contact support function")
 }
 
-/// Figure 4: how sensor values, contact support functions and palm angle hang together (eq. 3).
+/// Figure 4: how sensor values, contact support functions and palm angle are related (eq. 3).
 pub(super) fn dependencies(rest: &Rest) -> String {
     let mut sheet = Sheet::new(640.0, 520.0);
     let view = rest.draw(&mut sheet, [60.0, 20.0], [520.0, 440.0]);

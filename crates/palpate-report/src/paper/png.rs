@@ -13,7 +13,7 @@ const MOST_PIXELS: u64 = 1 << 28;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PngError {
     /// The SVG text is faulty.
-    #[error("the figure is no proper SVG: {0}")]
+    #[error("the figure is not valid SVG: {0}")]
     Svg(String),
     /// The picture cannot be as large as that.
     #[error("a picture of {width} x {height} pixels cannot be made")]
