@@ -1,11 +1,13 @@
-//! Development tasks: `cargo xtask test`, `cargo xtask monte-carlo`, `cargo xtask limits`, `cargo xtask compare-rows`,
-//! `cargo xtask methods`, `cargo xtask python-cost`, `cargo xtask ray-cost`, `cargo xtask bench-peers`. Without a task it lists them.
+//! Development tasks: `cargo xtask test`, `cargo xtask doc`, `cargo xtask monte-carlo`, `cargo xtask limits`,
+//! `cargo xtask compare-rows`, `cargo xtask methods`, `cargo xtask python-cost`, `cargo xtask ray-cost`, `cargo xtask bench-peers`. Without
+//! a task it lists them.
 #![forbid(unsafe_code)]
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "tables and progress go to the terminal")]
 
 mod bench_peers;
 mod browser;
 mod debian;
+mod doc;
 #[cfg(test)]
 mod docs;
 mod limits;
@@ -35,6 +37,8 @@ struct Arguments {
 enum Task {
     /// Run every test of the workspace: units, properties, documentation, command line, the report in a browser, and Python.
     Test(test::Arguments),
+    /// Make the documentation of the crates with formulas rendered, complete in one folder.
+    Doc(doc::Arguments),
     /// Measure accuracy over many simulated objects and write the tables that the documentation quotes.
     MonteCarlo(monte_carlo::Arguments),
     /// Count what half and twice each limit of the certificate would do, and write the table that the documentation quotes.
@@ -54,6 +58,7 @@ enum Task {
 fn main() -> ExitCode {
     let done = match Arguments::parse().task {
         Some(Task::Test(arguments)) => test::run(&arguments),
+        Some(Task::Doc(arguments)) => doc::run(&arguments),
         Some(Task::MonteCarlo(arguments)) => monte_carlo::run(&arguments),
         Some(Task::Limits(arguments)) => limits::run(&arguments),
         Some(Task::CompareRows(arguments)) => rows::run(&arguments),

@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use clap::ValueEnum;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use palpate::compare::{compare, true_support};
-use palpate::reconstruct::{Reconstructor, diagnostics};
+use palpate::reconstruct::{Method, Reconstructor, diagnostics};
 use palpate::{Reconstruction, Truth};
 use palpate_io::{LogFile, Summary, TruthSummary};
 use palpate_report::{ReportInput, TruthOverlay};
@@ -54,7 +54,7 @@ pub struct Arguments {
     #[arg(long, value_name = "MM", value_parser = values::positive)]
     sensor_sd_mm: Option<f64>,
     /// How to reconstruct; only likelihood has error bars and a certificate
-    #[arg(long, value_enum, default_value = "likelihood")]
+    #[arg(long, value_parser = method(), default_value_t)]
     method: Method,
     /// Leave out boundary that was felt fewer than this many times: it counts as never felt
     #[arg(long, value_name = "N", default_value = "1", value_parser = clap::value_parser!(u32).range(1..))]
@@ -73,25 +73,18 @@ pub struct Arguments {
     quiet: bool,
 }
 
-/// A way from the log to shape and motion.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Method {
-    /// Maximum likelihood over all samples
-    Likelihood,
-    /// The differential equations 19 to 21 of Moll & Erdmann (2001), by an Adams-Bashforth-Moulton method
-    Ode,
-    /// The same motion from closed forms, by quadrature
-    Quadrature,
-}
-
-impl From<Method> for palpate::reconstruct::Method {
-    fn from(method: Method) -> Self {
-        match method {
-            Method::Likelihood => Self::Likelihood,
-            Method::Ode => Self::Ode,
-            Method::Quadrature => Self::Quadrature,
-        }
-    }
+/// Takes the name of a method, and says what each of them is.
+fn method() -> impl TypedValueParser<Value = Method> {
+    let known = Method::ALL.map(|method| {
+        PossibleValue::new(method.name()).help(match method {
+            Method::Likelihood => "Maximum likelihood over all samples",
+            Method::Ode => {
+                "The differential equations 19 to 21 of Moll & Erdmann (2001), by an Adams-Bashforth-Moulton method"
+            }
+            Method::Quadrature => "The same motion from closed forms, by quadrature",
+        })
+    });
+    PossibleValuesParser::new(known).try_map(|name| name.parse::<Method>())
 }
 
 /// Reads, reconstructs, writes, and says how it went.
@@ -116,7 +109,7 @@ pub fn run(arguments: &Arguments) -> Result<Ending, Failure> {
         reconstructor: Reconstructor::new()
             .harmonics(arguments.harmonics)
             .sensor_sd_m(arguments.sensor_sd_mm.map(|sd| 1e-3 * sd))
-            .method(arguments.method.into()),
+            .method(arguments.method),
         min_touches: arguments.min_touches,
         diagnostics: arguments.diagnostics,
         out: &out,

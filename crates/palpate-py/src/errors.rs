@@ -1,6 +1,7 @@
 //! Every error of the libraries as a Python exception, with the same words.
 
 use palpate::compare::CompareError as RustCompareError;
+use palpate::information::InformationError;
 use palpate::palms::MotionError as RustMotionError;
 use palpate::plan::PlanError;
 use palpate::reconstruct::ReconstructError as RustReconstructError;
@@ -48,6 +49,7 @@ exceptions! {
     UnknownShape => ShapeError,
     RustMotionError => MotionError,
     PlanError => MotionError,
+    InformationError => InputError,
     RustSimulateError => SimulateError,
     RustReconstructError => ReconstructError,
     RustCompareError => CompareError,

@@ -8,6 +8,7 @@ mod arrays;
 mod compare;
 mod doubt;
 mod errors;
+mod information;
 mod jump;
 mod log;
 mod mechanics;
@@ -36,6 +37,8 @@ mod _palpate {
     use crate::compare::{Errors, compare};
     #[pymodule_export]
     use crate::doubt::DoubtData;
+    #[pymodule_export]
+    use crate::information::{InformationData, posterior};
     #[pymodule_export]
     use crate::jump::JumpData;
     #[pymodule_export]

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use palpate::Reconstruction;
-use palpate::reconstruct::{Method, ReconstructError, Reconstructor, Start};
+use palpate::reconstruct::{ReconstructError, Reconstructor, Start, UnknownMethod};
 use palpate_io::LogFile;
 use pyo3::prelude::*;
 
@@ -18,10 +18,7 @@ use crate::work::{self, Teller};
 
 /// The options of the estimator from what Python calls them.
 fn options(harmonics: Option<Whole>, sensor_sd_m: Option<f64>, method: &str) -> PyResult<Reconstructor<'static>> {
-    let methods = [Method::Likelihood, Method::Ode, Method::Quadrature];
-    let Some(method) = methods.into_iter().find(|known| known.to_string() == method) else {
-        return Err(errors::input(format!("method must be 'likelihood', 'ode' or 'quadrature', not '{method}'")));
-    };
+    let method = method.parse().map_err(|error: UnknownMethod| errors::input(error.to_string()))?;
     Ok(Reconstructor::new().harmonics(harmonics.map(Whole::count)).sensor_sd_m(sensor_sd_m).method(method))
 }
 

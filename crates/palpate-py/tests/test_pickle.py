@@ -50,6 +50,8 @@ def everything() -> list[object]:
         palpate.reconstruct(palpate.Log.from_csv(LOGS / "stone_zigzag_oracle.csv")),
         *palpate.reconstruct(log, method="ode").doubts,
         palpate.compare(result, truth),
+        palpate.posterior(log, result),
+        palpate.Information.of(log, truth.shape, truth.psi_rad, 1e-4),
         *palpate.sweep_jobs('kind = "simulate"\nobjects.mixed = {}\ntouchpads = [{}]\n'),
     ]
 

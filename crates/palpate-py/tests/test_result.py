@@ -202,3 +202,23 @@ def test_a_notebook_shows_verdict_and_outline(result: palpate.Result) -> None:
     html = result._repr_html_()
     assert "certified: shape, motion and centre of mass" in html
     assert "<svg" in html
+
+
+def test_the_information_of_a_log_is_what_the_error_bars_are_made_of() -> None:
+    egg = palpate.SupportFunction.named("egg")
+    pad = palpate.Touchpad(noise_sd_m=1e-4)
+    log, truth = palpate.simulate(egg, palpate.plan_turn(egg, 40.0), touchpad=pad, rate_hz=10)
+    best = palpate.Information.of(log, truth.shape, truth.psi_rad, 1e-4)
+    assert best.rms_r_sd_m == pytest.approx(palpate.cramer_rao_bound_m(log, truth.shape, truth.psi_rad, 1e-4))
+    assert best.covariance_m2.shape == (2 * best.order + 1, 2 * best.order + 1)
+    row = np.concatenate([[1.0], np.cos(np.arange(1, best.order + 1) * 0.7), np.sin(np.arange(1, best.order + 1) * 0.7)])
+    assert best.r_sd_m(0.7) == pytest.approx(np.sqrt(row @ best.covariance_m2 @ row))
+    np.testing.assert_allclose(best.r_sd_m([0.7, 0.7]), best.r_sd_m(0.7))
+    sd_m, change = best.weakest_direction()
+    assert sd_m**2 == pytest.approx(np.linalg.eigvalsh(best.covariance_m2)[-1])
+    assert change.order <= best.order
+    result = palpate.reconstruct(log)
+    found = palpate.posterior(log, result)
+    np.testing.assert_allclose(found.r_sd_m(result.theta), result.r_sd, rtol=0.1)
+    with pytest.raises(palpate.InputError, match="orientations"):
+        palpate.Information.of(log, truth.shape, [0.0], 1e-4)

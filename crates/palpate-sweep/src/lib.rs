@@ -56,7 +56,7 @@ pub use object::{Object, ShapeName};
 pub use plan::{parse_plan, read_plan};
 pub use plan_error::{PlanError, PlanProblem};
 pub use row::{Row, Status};
-pub use score::{MethodChoice, ReconstructChoice, ScoreChoice};
+pub use score::{ReconstructChoice, ScoreChoice};
 pub use simulate_job::{MotionKind, NoLog, SimulateJob, Simulated};
 pub use sweep::Sweep;
 pub use sweep_error::SweepError;

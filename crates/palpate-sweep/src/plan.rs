@@ -3,13 +3,14 @@
 use std::io::Read;
 use std::path::Path;
 
+use palpate::reconstruct::Method;
 use serde::Deserialize;
 
 use crate::bounded::{AxisRatio, Corners, Harmonics, NotNegative, Order, Positive, Samples, Seed, Share, Trials};
 use crate::many::Many;
 use crate::object::ShapeName;
 use crate::plan_error::{PlanError, PlanProblem};
-use crate::score::{MethodChoice, ReconstructChoice, ScoreChoice};
+use crate::score::{ReconstructChoice, ScoreChoice};
 use crate::simulate_job::MotionKind;
 
 /// Largest plan that is read, KiB.
@@ -140,7 +141,7 @@ pub(crate) struct TouchpadLists {
 #[serde(deny_unknown_fields)]
 pub(crate) struct ReconstructValues {
     #[serde(default)]
-    method: MethodChoice,
+    method: Method,
     harmonics: Option<Harmonics>,
     sensor_sd_m: Option<Positive>,
 }

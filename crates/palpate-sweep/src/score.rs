@@ -14,39 +14,25 @@ use serde::{Deserialize, Serialize};
 
 use crate::row::{Row, Status};
 
-/// How to reconstruct, as plain data; see [`ReconstructOptions`].
+/// What a plan may choose of the [`ReconstructOptions`].
+///
+/// A type of its own because the jobs, written out, are what a journal is known by: an option that comes to the estimator must not
+/// part a sweep from the journal that it began.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ReconstructChoice {
     /// Which way.
-    pub method: MethodChoice,
+    pub method: Method,
     /// Number of harmonics.
     pub harmonics: Option<usize>,
     /// Standard deviation of the contact positions, metres.
     pub sensor_sd_m: Option<f64>,
 }
 
-/// How to reconstruct; see [`Method`].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum MethodChoice {
-    /// Maximum likelihood.
-    #[default]
-    Likelihood,
-    /// The differential equations of the paper.
-    Ode,
-    /// The same by quadrature.
-    Quadrature,
-}
-
 impl From<&ReconstructChoice> for ReconstructOptions {
     fn from(choice: &ReconstructChoice) -> Self {
-        let method = match choice.method {
-            MethodChoice::Likelihood => Method::Likelihood,
-            MethodChoice::Ode => Method::Ode,
-            MethodChoice::Quadrature => Method::Quadrature,
-        };
         let mut options = Self::default();
-        (options.harmonics, options.sensor_sd_m, options.method) = (choice.harmonics, choice.sensor_sd_m, method);
+        (options.harmonics, options.sensor_sd_m, options.method) =
+            (choice.harmonics, choice.sensor_sd_m, choice.method);
         options
     }
 }

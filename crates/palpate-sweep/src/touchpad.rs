@@ -4,6 +4,8 @@ use palpate::sensor::Touchpad;
 use serde::{Deserialize, Serialize};
 
 /// How both pads err, the rest being [ideal](Touchpad::ideal).
+///
+/// A type of its own because a plan varies no more than this, and because the jobs, written out, are what a journal is known by.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Touchpads {
     /// Standard deviation of Gaussian noise on the contact positions before rounding, metres.

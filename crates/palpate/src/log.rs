@@ -4,6 +4,7 @@ use crate::palms::PalmPair;
 
 /// Palm angles and contact positions over time. Times do not decrease.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Log {
     /// One entry per sample.
     pub samples: Vec<Sample>,
@@ -11,6 +12,7 @@ pub struct Log {
 
 /// One sample of a palm log.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Sample {
     /// Time in seconds.
     pub time_s: f64,

@@ -2,6 +2,7 @@
 
 /// True shape and motion. Plain data.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Truth {
     /// Support function about the centre of mass as (θ in radians, r in metres), θ increasing over [0, 2π).
     pub support: Vec<(f64, f64)>,
@@ -11,6 +12,7 @@ pub struct Truth {
 
 /// True pose of the object at one sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct TruePose {
     /// Time in seconds.
     pub time_s: f64,

@@ -9,7 +9,7 @@ mod hausdorff;
 use thiserror::Error;
 
 use crate::math::angle::{mean_direction, wrapped};
-pub use crate::math::rigid_motion::{RigidMotion, procrustes, procrustes_rotation_rad};
+pub use crate::math::procrustes::{RigidMotion, procrustes, procrustes_rotation_rad};
 use crate::reconstruct::Reconstruction;
 use crate::shape::{ShapeError, SupportFunction};
 use crate::truth::Truth;

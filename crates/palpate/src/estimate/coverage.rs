@@ -1,4 +1,4 @@
-//! Which parts of the boundary were felt, and how often.
+//! Coverage: which parts of the boundary were felt, and how often.
 
 use crate::estimate::measurements::Measurements;
 use crate::estimate::motion::{outlying_steps, short_segments, unwrap};
@@ -7,18 +7,18 @@ use std::f64::consts::TAU;
 /// Number of equally spaced normal angles at which the boundary is reported.
 pub(crate) const NODES: usize = 720;
 
-/// Reversals of a contact by less than this do not begin a new pass, radians (noise moves a resting contact to and fro).
+/// A reversal of a contact by less than this, in radians, does not begin a new pass: noise alone reverses a contact at rest.
 const HYSTERESIS: f64 = 0.02;
 
-/// More turns than this in one pass are counted as this many.
+/// Turns of one pass that are counted at most: a bound on the work for a diverged motion.
 const MOST_TURNS: i64 = 1000;
 
-/// For each of [`NODES`] normal angles, how many separate passes of a contact went over it. `tracks` are the contact
-/// angles of one contact over one piece of the motion each, unwrapped.
-pub(crate) fn touches(tracks: &[Vec<f64>]) -> Vec<u32> {
+/// For each of [`NODES`] normal angles, how many separate passes of a contact went over it. Each of `paths` holds
+/// the unwrapped contact angles of one contact over one segment of the motion.
+pub(crate) fn touches(paths: &[Vec<f64>]) -> Vec<u32> {
     let mut counts = vec![0; NODES];
-    for track in tracks {
-        for (low, high) in passes(track) {
+    for path in paths {
+        for (low, high) in passes(path) {
             let step = TAU / NODES as f64;
             // A pass reaches half a node further than its ends.
             let first = ((low / step) - 0.5).ceil() as i64;
@@ -31,14 +31,14 @@ pub(crate) fn touches(tracks: &[Vec<f64>]) -> Vec<u32> {
     counts
 }
 
-/// The monotone stretches of a track, as (lowest, highest) angle.
-fn passes(track: &[f64]) -> Vec<(f64, f64)> {
-    let Some(&first) = track.first() else { return Vec::new() };
+/// The monotone parts of a path, as (lowest, highest) angle.
+fn passes(path: &[f64]) -> Vec<(f64, f64)> {
+    let Some(&first) = path.first() else { return Vec::new() };
     let mut passes = Vec::new();
     let (mut low, mut high) = (first, first);
     let mut direction = 0.0;
     let mut turning = first;
-    for &theta in track {
+    for &theta in path {
         if direction == 0.0 {
             low = low.min(theta);
             high = high.max(theta);
@@ -68,41 +68,42 @@ fn passes(track: &[f64]) -> Vec<(f64, f64)> {
     passes
 }
 
-/// The contact angles of each contact over each piece, where it was seen. Pieces too short to be placed with certainty
-/// feel nothing, and a long step of ψ feels nothing in between.
-pub(crate) fn tracks(measurements: &Measurements, angles: &[(f64, f64)], starts: &[usize]) -> Vec<Vec<f64>> {
-    let brief = short_segments(starts, angles.len());
-    let mut tracks = Vec::new();
+/// The contact angles of each contact over each segment, where it was seen. Segments too short to be placed with certainty do not
+/// count as felt, nor does the boundary between the ends of a long step.
+pub(crate) fn contact_paths(measurements: &Measurements, angles: &[(f64, f64)], starts: &[usize]) -> Vec<Vec<f64>> {
+    let short = short_segments(starts, angles.len());
+    let mut paths = Vec::new();
     for contact in [1, 2] {
-        let mut track: Vec<f64> = Vec::new();
+        let mut path: Vec<f64> = Vec::new();
         for (index, instant) in measurements.instants.iter().enumerate() {
             let (theta, weight) =
                 if contact == 1 { (angles[index].0, instant.weight1) } else { (angles[index].1, instant.weight2) };
-            let broken = track.last().is_some_and(|last| (theta - last).abs() > LONGEST_SLIDE);
+            let broken = path.last().is_some_and(|last| (theta - last).abs() > LONGEST_SLIDE);
             if broken || starts.contains(&index) {
-                tracks.push(std::mem::take(&mut track));
+                paths.push(std::mem::take(&mut path));
             }
-            if weight > 0.0 && !brief.iter().any(|piece| piece.contains(&index)) {
-                track.push(theta);
+            if weight > 0.0 && !short.iter().any(|segment| segment.contains(&index)) {
+                path.push(theta);
             }
         }
-        tracks.push(track);
+        paths.push(path);
     }
-    tracks
+    paths
 }
 
-/// The outline nodes that a motion feels.
+/// The nodes of the outline that a motion feels.
 pub(crate) fn felt_nodes(measurements: &Measurements, psi: &[f64]) -> impl Iterator<Item = usize> + use<> {
     let mut unwrapped = psi.to_vec();
     unwrap(&mut unwrapped);
     let starts = outlying_steps(&unwrapped);
     let angles: Vec<(f64, f64)> =
         measurements.instants.iter().zip(&unwrapped).map(|(instant, psi)| instant.contact_angles(*psi)).collect();
-    let counts = touches(&tracks(measurements, &angles, &starts));
+    let counts = touches(&contact_paths(measurements, &angles, &starts));
     (0..NODES).filter(move |&node| counts[node] > 0)
 }
 
-/// A contact that moves further than this between two samples did not feel what lies between, radians.
+/// A contact that moves further than this between two samples, in radians, did not feel the boundary in between: it may have
+/// jumped.
 pub(crate) const LONGEST_SLIDE: f64 = 0.3;
 
 #[cfg(test)]
@@ -110,20 +111,20 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_sweep_to_and_fro_counts_twice_and_jitter_does_not_count() {
-        let mut track: Vec<f64> = (0..=100).map(|i| i as f64 * 0.01 + 0.004 * ((i % 2) as f64)).collect();
-        let back: Vec<f64> = track.iter().rev().copied().collect();
-        assert_eq!(touches(&[track.clone()])[57], 1);
-        track.extend(back);
-        let counts = touches(&[track]);
+    fn a_sweep_there_and_back_counts_twice_and_jitter_does_not_count() {
+        let mut path: Vec<f64> = (0..=100).map(|i| i as f64 * 0.01 + 0.004 * ((i % 2) as f64)).collect();
+        let back: Vec<f64> = path.iter().rev().copied().collect();
+        assert_eq!(touches(&[path.clone()])[57], 1);
+        path.extend(back);
+        let counts = touches(&[path]);
         assert_eq!(counts[57], 2);
         assert_eq!(counts[300], 0);
     }
 
     #[test]
     fn each_turn_is_a_pass() {
-        let track: Vec<f64> = (0..2000).map(|i| i as f64 * 0.01).collect();
-        let counts = touches(&[track]);
+        let path: Vec<f64> = (0..2000).map(|i| i as f64 * 0.01).collect();
+        let counts = touches(&[path]);
         assert!(counts.iter().all(|&count| count == 3 || count == 4));
         // Each end reaches half a node further.
         let expected = 19.99 / TAU * NODES as f64 + 1.0;

@@ -1,35 +1,42 @@
-//! Where the object jumped to another pose, and whether it would: at a jump the potential energy falls, and the new pose is
-//! the one that the object reaches downhill from the old one.
+//! Detection of jumps in a motion, and whether statics predicts them (`docs/theory.md`, jumps): at a jump the potential energy
+//! falls, and the new pose is the minimum that the object descends to from the old one.
 
 use crate::estimate::motion::{SMALLEST_STEP, outlying_steps};
-use crate::mechanics::EnergyLandscape;
-use crate::mechanics::Forces;
 use crate::mechanics::passage::{barrier_m, carried, is_same_pose};
+use crate::mechanics::{EnergyLandscape, Forces};
 use crate::palms::PalmPair;
 use crate::shape::SupportFunction;
 
-/// A rise of the centre of mass on the way down that errors of the shape may feign, as a share of the mean radius.
+/// Energy barrier that errors of the shape may cause where there is none, as a rise of the centre of mass and a share of the mean
+/// radius. Larger values certify physically impossible jumps, smaller ones refuse true ones a few samples early.
 const BARRIER_ALLOWANCE: f64 = 3e-3;
 
-/// Longest ringing after a jump, samples; and how far an object turns between two samples that was only shaken,
-/// radians.
+/// Longest ringing after a jump, samples: a longer one would hide a second jump.
 const LONGEST_RINGING: usize = 60;
 
+/// A step of the ringing may exceed the jump itself by this at most, radians.
 const LONGEST_SWING: f64 = 0.5;
+
+/// Ringing has ended after so many small steps.
+const QUIET_STEPS: usize = 4;
+
+/// A jump is reversed when the next one comes back to within this share of its turn.
+const REVERSED: f64 = 0.5;
 
 /// The object went from one pose to another between two samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct DetectedJump {
     /// First sample after it.
     pub sample: usize,
+    /// Orientations before and after, radians.
     pub psi_before: f64,
     pub psi_after: f64,
     /// Heights of the centre of mass over the same palms, metres.
     pub height_before_m: f64,
     pub height_after_m: f64,
-    /// Whether an object at rest would have gone this way.
+    /// Whether an object at rest would jump like this, up to errors of the shape.
     pub physical: bool,
-    /// Whether statics foretells it to the letter: no hill had to be laid to errors of the shape.
+    /// Whether statics predicts it exactly: no barrier had to be attributed to errors of the shape.
     pub predicted: bool,
 }
 
@@ -58,20 +65,22 @@ pub(crate) fn detect_jumps(shape: &SupportFunction, palms: &[PalmPair], psi: &[f
             jumps.extend(direct.jumped.then_some(direct.jump));
             continue;
         }
-        // Not from one rest to another: perhaps from before the unrest to after it.
-        let calm_before = (sample.saturating_sub(LONGEST_RINGING)..sample)
+        // Not from one equilibrium to another: perhaps from before the ringing to after it.
+        let rest_before = (sample.saturating_sub(LONGEST_RINGING)..sample)
             .rev()
             .find(|&i| i == 0 || (psi[i] - psi[i - 1]).abs() < SMALLEST_STEP)
             .unwrap_or(sample - 1);
         let last = (sample + LONGEST_RINGING).min(psi.len() - 1);
-        let quiet = |i: usize| (i + 1..(i + 5).min(psi.len())).all(|j| (psi[j] - psi[j - 1]).abs() < SMALLEST_STEP);
-        let calm_after = (sample..last).find(|&i| quiet(i)).unwrap_or(last);
-        let whole = passage(shape, palms, (calm_before, psi[calm_before]), (calm_after, psi[calm_after]));
-        settled = calm_after + 1;
+        let quiet = |i: usize| {
+            (i + 1..(i + 1 + QUIET_STEPS).min(psi.len())).all(|j| (psi[j] - psi[j - 1]).abs() < SMALLEST_STEP)
+        };
+        let rest_after = (sample..last).find(|&i| quiet(i)).unwrap_or(last);
+        let whole = passage(shape, palms, (rest_before, psi[rest_before]), (rest_after, psi[rest_after]));
+        settled = rest_after + 1;
         if whole.physical && whole.jump.rings_with(&direct.jump) {
-            // In the unrest the jump is its longest step.
+            // The jump is the longest step of the ringing.
             let step = |i: &usize| (psi[*i] - psi[*i - 1]).abs();
-            let longest = (calm_before + 1..=calm_after).max_by(|a, b| step(a).total_cmp(&step(b))).unwrap_or(sample);
+            let longest = (rest_before + 1..=rest_after).max_by(|a, b| step(a).total_cmp(&step(b))).unwrap_or(sample);
             jumps.extend(whole.jumped.then_some(DetectedJump { sample: longest, ..whole.jump }));
         } else {
             jumps.push(direct.jump);
@@ -80,27 +89,30 @@ pub(crate) fn detect_jumps(shape: &SupportFunction, palms: &[PalmPair], psi: &[f
     jumps
 }
 
-/// Jumps that are undone at once, though statics foretells neither to the letter: an object that goes to and fro between poses is
-/// too round for hills to part them, and seems to be wherever the noise has it.
+/// Number of jumps that the next one reverses at once, without statics predicting both exactly: such an object alternates between
+/// equilibria that next to no energy barrier separates, and its pose follows the noise.
 pub(crate) fn jump_reversals(jumps: &[DetectedJump]) -> usize {
     jumps
         .windows(2)
         .filter(|pair| {
             let [one, two] = [pair[0], pair[1]];
             let at_once = two.sample - one.sample <= LONGEST_RINGING;
-            let undone = (two.psi_after - one.psi_before).abs() < 0.5 * one.turn().abs();
+            let undone = (two.psi_after - one.psi_before).abs() < REVERSED * one.turn().abs();
             at_once && undone && !(one.predicted && two.predicted)
         })
         .count()
 }
 
+/// The comparison of a step with statics.
 struct Passage {
     jump: DetectedJump,
+    /// Whether the object left its branch of equilibria.
     jumped: bool,
+    /// Whether statics allows it, up to errors of the shape.
     physical: bool,
 }
 
-/// What statics says of the way from the pose at sample `from` to that at sample `to`.
+/// Compares the step from the pose at sample `from` to that at sample `to` with what statics predicts.
 fn passage(shape: &SupportFunction, palms: &[PalmPair], from: (usize, f64), to: (usize, f64)) -> Passage {
     let ((from, before), (to, after)) = (from, to);
     let landscape = EnergyLandscape::new(shape, &palms[to]);
@@ -108,7 +120,7 @@ fn passage(shape: &SupportFunction, palms: &[PalmPair], from: (usize, f64), to: 
     let (end, jumped) = carried(&Forces::default(), shape, &palms[from..=to], before);
     let predicted = is_same_pose(end, after);
     let allowance_m = BARRIER_ALLOWANCE * shape.mean_radius_m();
-    // Where the shape, not quite right, would still hold the old pose: the barrier in between must be next to nothing.
+    // With errors of the shape the old pose may still seem stable: the barrier in between must be negligible.
     let over_a_negligible_barrier = !predicted && {
         let bottom = landscape.descend(after);
         barrier_m(height, before, after) <= allowance_m

@@ -1,7 +1,7 @@
-//! A palm log made ready for estimation: one `Instant` per sample, with the trigonometry of its palms.
+//! A palm log prepared for estimation: one `Instant` per sample, with the trigonometry of its palms (`docs/theory.md`, contact).
 //!
-//! Palms whose base points lie apart are brought back to a hinge: their lines meet in one point, and measured from there the
-//! contact equations and the balance are those of the hinged pair. Only the constant that carries s to that point changes.
+//! Palms whose base points lie apart are reduced to a hinged pair: their lines meet in one point, and measured from there the
+//! contact equations (eq. 3 of Moll & Erdmann 2001) and the balance are those of a hinge. Only the origin of s changes.
 
 use crate::log::{Log, Sample};
 use crate::math::statistics::median;
@@ -11,7 +11,7 @@ use crate::sensor::Calibration;
 /// One sample, measured from the point where the lines of both palms meet.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Instant {
-    /// Index of the sample in the log, or the mean of it where instants were thinned.
+    /// Index of the sample in the log, or the mean index where instants were thinned.
     pub position: f64,
     pub phi1: f64,
     pub phi2: f64,
@@ -22,7 +22,7 @@ pub(crate) struct Instant {
     /// Weight of each contact: 1 / (its standard deviation relative to the common one), 0 where not seen.
     pub weight1: f64,
     pub weight2: f64,
-    /// Weight of the balance: 1, or less where it is missed by far more than elsewhere (see [`super::evidence`]).
+    /// Square root of the weight of the balance: 1, or by Student's t at a fit (see [`super::evidence`]).
     pub balance_weight: f64,
 }
 
@@ -63,16 +63,17 @@ impl Instant {
         contact_angles(self.phi1, self.phi2, psi)
     }
 
-    /// Lets the sample say nothing any more.
+    /// Sets all weights of the sample to 0.
     pub fn set_aside(&mut self) {
         (self.weight1, self.weight2, self.balance_weight) = (0.0, 0.0, 0.0);
     }
 
+    /// Whether both contacts were seen.
     pub fn both_seen(&self) -> bool {
         self.weight1 > 0.0 && self.weight2 > 0.0
     }
 
-    /// X of the centre of mass, straight from the sensors (the three force lines meet in one point).
+    /// X of the centre of mass from the readings alone (the three lines of force meet in one point).
     pub fn balance_x(&self) -> f64 {
         self.palms.balance_x(self.s1, self.s2)
     }
@@ -85,12 +86,12 @@ pub(crate) struct Measurements {
 }
 
 impl Measurements {
-    /// From a log; `sd_scale_m` is the common standard deviation that stated ones are relative to.
+    /// From a log; `sd_scale_m` is the common standard deviation to which stated ones are relative.
     pub fn new(log: &Log, sd_scale_m: Option<f64>) -> Self {
         Self::calibrated(log, sd_scale_m, &Calibration::default())
     }
 
-    /// The same of a rig with these constant errors, which are taken out of the readings.
+    /// The same for a rig with these constant errors, which are removed from the readings.
     pub fn calibrated(log: &Log, sd_scale_m: Option<f64>, calibration: &Calibration) -> Self {
         let instants = log
             .samples

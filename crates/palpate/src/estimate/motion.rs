@@ -1,14 +1,17 @@
-//! Motions of the object, sample by sample: unwrapped, cut into segments at their jumps, held against each other up to a common rotation.
+//! Motions of the object, sample by sample: unwrapping, outlying steps, comparison up to a common rotation, short segments.
 
 use crate::math::angle::mean_direction;
 use crate::math::statistics::median;
 use std::ops::Range;
 
-/// A turn by less than this between two samples is never looked at, radians.
+/// A turn by less than this between two samples never stands out, radians: noise alone turns a pose as far.
 pub(crate) const SMALLEST_STEP: f64 = 0.02;
 
-/// A step is looked at when it turns the object this many times further than the steps around it.
+/// A step stands out when it turns the object this many times further than the median step around it.
 const CONTRAST: f64 = 3.0;
+
+/// Steps on each side that a step is compared with: the pace of the object is taken to be even over them.
+const STEPS_AROUND: usize = 25;
 
 /// Brings angles of neighbouring samples within half a turn of each other.
 pub(crate) fn unwrap(psi: &mut [f64]) {
@@ -24,7 +27,7 @@ pub(crate) fn outlying_steps(psi: &[f64]) -> Vec<usize> {
     (0..steps.len())
         .filter(|&index| steps[index] > SMALLEST_STEP)
         .filter(|&index| {
-            let around = index.saturating_sub(25)..(index + 26).min(steps.len());
+            let around = index.saturating_sub(STEPS_AROUND)..(index + STEPS_AROUND + 1).min(steps.len());
             let mut others: Vec<f64> = around.filter(|&other| other != index).map(|other| steps[other]).collect();
             steps[index] > CONTRAST * median(&mut others)
         })
@@ -37,28 +40,32 @@ pub(crate) fn common_rotation(a: &[f64], b: &[f64]) -> f64 {
     mean_direction(a.iter().zip(b).map(|(a, b)| a - b))
 }
 
-/// Samples that two motions put at different poses, but for a common rotation.
+/// Number of samples that two motions have at different poses, up to a common rotation.
 pub(crate) fn moved(a: &[f64], b: &[f64]) -> usize {
     let turned = common_rotation(a, b);
     a.iter().zip(b).filter(|(a, b)| (0.5 * (*a - *b - turned)).sin().abs() > ELSEWHERE).count()
 }
 
-/// Sine of half the angle between poses that count as different.
+/// Sine of half the angle from which on poses count as different: 5.7 degrees, more than a fit moves a pose that keeps its
+/// minimum.
 pub(crate) const ELSEWHERE: f64 = 0.05;
 
-/// Whether two motions over the same instants are one, but for a common rotation.
+/// Mean of 1 − cos of the differences up to which two motions are the same: that of 3 degrees.
+const SAME_MOTION: f64 = 1.4e-3;
+
+/// Whether two motions over the same instants are the same, up to a common rotation.
 pub(crate) fn same_motion(a: &[f64], b: &[f64]) -> bool {
     let turned = common_rotation(a, b);
     let apart = |(a, b): (&f64, &f64)| 1.0 - (a - b - turned).cos();
     let mean = a.iter().zip(b).map(apart).sum::<f64>() / a.len().max(1) as f64;
-    // 1 − cos of 3 degrees.
-    mean < 1.4e-3
+    mean < SAME_MOTION
 }
 
-/// Pieces with fewer samples than this are not placed by their own contacts alone.
+/// Segments with fewer samples than this are short: their own contacts do not determine their pose, since a fit adapts the shape
+/// to them.
 pub(crate) const SHORT_SEGMENT: usize = 6;
 
-/// The pieces, between the samples `starts` at which one begins besides the first, that are too short.
+/// The short segments between `starts`, the samples at which a segment other than the first begins.
 pub(crate) fn short_segments(starts: &[usize], samples: usize) -> Vec<Range<usize>> {
     if starts.is_empty() {
         return Vec::new();
@@ -78,7 +85,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_leap_stands_out_and_a_steady_turn_does_not() {
+    fn a_jump_stands_out_and_a_steady_turn_does_not() {
         let mut psi: Vec<f64> = (0..100).map(|i| 0.05 * i as f64).collect();
         assert!(outlying_steps(&psi).is_empty());
         psi[40..].iter_mut().for_each(|psi| *psi += 0.8);

@@ -3,5 +3,5 @@
 pub(crate) mod angle;
 pub(crate) mod lanes;
 pub(crate) mod local_polynomial;
-pub(crate) mod rigid_motion;
+pub(crate) mod procrustes;
 pub(crate) mod statistics;

@@ -1,4 +1,6 @@
-//! The jump of an object from one resting pose to another ("a discrete change in orientation", section 6 of Moll & Erdmann 2001).
+//! The jump of an object from one resting pose to another ("a discrete change in orientation", section 6 of Moll & Erdmann 2001) as a
+//! record, shared by simulation, estimate and files. Its physics, the fold at which a pose vanishes, is in
+//! `mechanics/frictionless/fold.rs`; jumps in a motion that was found are in `estimate/jumps.rs`.
 
 use super::gravity::STANDARD_GRAVITY_M_PER_S2;
 

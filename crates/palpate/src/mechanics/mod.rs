@@ -1,7 +1,7 @@
 //! The forces on the object: what they ask of its pose at each instant, and where they carry it.
 //!
-//! [`force_model`] says what the estimator asks of a model of the forces; a folder beside it is such a model. There is one today,
-//! [`frictionless`]: slow palms without friction, between which the object rests at a minimum of its potential energy.
+//! `force_model` says what the estimator asks of a model of the forces; a folder beside it is such a model. There is one today,
+//! `frictionless`: slow palms without friction, between which the object rests at a minimum of its potential energy.
 
 pub(crate) mod force_model;
 pub(crate) mod frictionless;

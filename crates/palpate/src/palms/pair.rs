@@ -8,6 +8,7 @@ use crate::shape::{ContactSupport, SupportFunction};
 
 /// Angles and base points of the two palms at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct PalmPair {
     /// Angle of palm 1 against the X axis, radians.
     pub phi1_rad: f64,

@@ -1,4 +1,4 @@
-//! What a log, a start and options must be before any work is begun.
+//! Validation of logs, starts and options before any computation.
 
 use super::options::{FEWEST_SAMPLES, MOST_HARMONICS};
 use crate::log::Log;
@@ -39,7 +39,7 @@ pub(crate) fn check_start(log: &Log, shape: &SupportFunction, psi_rad: Option<&[
     if orientations != samples {
         return Err(ReconstructError::StartOfOtherLength { orientations, samples });
     }
-    match psi_rad.iter().position(|psi| !(psi.abs() <= LARGEST_VALUE)) {
+    match psi_rad.iter().position(|psi| !psi.is_finite() || psi.abs() > LARGEST_VALUE) {
         Some(index) => {
             let text = format!("the orientation to start from at sample {} (counted from 1) is no angle", index + 1);
             Err(ReconstructError::BadOption(text))
@@ -77,8 +77,8 @@ pub(crate) fn check_samples(log: &Log) -> Result<(), ReconstructError> {
     Ok(())
 }
 
-/// Palms closer to parallel than this (sine of the angle between them) cannot be used.
+/// Palms closer to parallel than this (sine of the angle between them) are refused: the equations divide by it.
 const SMALLEST_OPENING: f64 = 1e-3;
 
-/// No time, angle or length of a palm log is larger than this.
+/// Largest time, angle or length of a log: beyond it sums lose their digits.
 const LARGEST_VALUE: f64 = 1e12;

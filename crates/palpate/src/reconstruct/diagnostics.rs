@@ -1,16 +1,17 @@
-//! What the readings say of the contacts at each sample, without the fitted outline: the generalised contact support functions
-//! (eq. 8 of Moll & Erdmann 2001) and the radii of curvature (eq. 9); and by how much outline and readings differ in the distance
-//! between the contacts.
+//! Diagnostics of the contacts at each sample from the readings, without the fitted outline: the generalised contact support
+//! functions (eq. 8 of Moll & Erdmann 2001) and the radii of curvature (eq. 9), with rates by local polynomials (Savitzky-Golay);
+//! and the difference between outline and readings in the distance of the contacts.
 
 use crate::log::Log;
 use crate::math::local_polynomial::Smoothing;
 use crate::palms::{ContactRates, GeneralizedContactSupport, radii_of_curvature_m};
 use crate::reconstruct::reconstruction::Reconstruction;
 
-/// A contact whose normal angle changes more slowly than this tells nothing of the curvature, radians per second.
+/// A contact whose normal angle changes more slowly than this, in radians per second, does not determine the curvature (eq. 9
+/// divides by the rate).
 const SLOWEST_ROLL: f64 = 1e-3;
 
-/// What one sample says of its contacts.
+/// Diagnostics of the contacts at one sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactDiagnostics {
     /// Time in seconds.

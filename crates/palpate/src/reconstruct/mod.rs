@@ -1,19 +1,17 @@
 //! Log in, shape, motion and centre of mass out.
 //!
 //! [`reconstruct`](function@reconstruct) takes a log and leaves everything to it; a [`Reconstructor`] takes what is known besides: the
-//! number of harmonics, the noise, another [method](Method), a [start](Start). Both run through these stages, a file each:
+//! number of harmonics, the noise, another [method](Method), a [start](Start). Both run through these stages, each of which sees only
+//! those before it and the kernel of the estimator (`estimate/`):
 //!
-//! 1. `noise`, `pieces`, `windows`: how noisy the log is, where the contacts leap, and what to look at;
-//! 2. `start` (on the closed forms of `quadrature`): starts from nothing, over stretches that explain themselves;
-//! 3. `grow`, `search`: from there over the whole log, through jumps, as several hypotheses;
-//! 4. `job` (on `valley`): each of them taken to the optimum over all samples, by these three:
-//! 5. `smooth` (on `residuals` and `measurements`): maximum likelihood over all samples, every pose eliminated exactly;
-//! 6. `evidence`: number of harmonics, noise and prior, by what the data say of them;
-//! 7. `track` (on `place`, `tabulated` and `known`): the way of the shape through the log; samples put at a wrong pose are placed anew;
-//! 8. `assemble` (on `posterior`, `felt`, `brief`): error bars, which boundary was felt, and what too few samples cannot tell;
-//! 9. `jumps`, `certificate`, `judge`: is it right, and is it the only answer. When not, the search goes on.
+//! 1. `search/`: segments between the jumps of the contacts, seeds from trial heights of the centre of mass, and a beam search that grows
+//!    a seed over the whole log, through the jumps: arrangements of the log;
+//! 2. `refine/`: one arrangement taken to the optimum over all samples: fit, number of harmonics, decoding of the motion, until nothing
+//!    moves; then restarts along the weakest direction;
+//! 3. `verdict/`: outline, motion, error bars and jumps of an optimum, and what it is worth;
+//! 4. `selection`: which of several explanations is the answer, and whether it is the only one. Where it is not, the search goes on.
 //!
-//! That is [`Method::Likelihood`]. [`smooth_from`] is the fifth stage alone, with everything else given. `paper` holds the methods that
+//! That is [`Method::Likelihood`]. [`smooth_from`] is its solver alone, with everything else given. `paper/` holds the methods that
 //! integrate instead: the paper's own equations, and closed forms for the same by quadrature.
 
 mod check;
@@ -22,6 +20,7 @@ mod error;
 mod method;
 mod options;
 mod paper;
+mod prune;
 mod reconstruction;
 mod reconstructor;
 mod refine;
@@ -34,7 +33,7 @@ mod verdict;
 pub use crate::mechanics::Jump;
 pub use diagnostics::{ContactDiagnostics, diagnostics};
 pub use error::ReconstructError;
-pub use method::Method;
+pub use method::{Method, UnknownMethod};
 pub use options::{FEWEST_SAMPLES, MOST_HARMONICS, Progress, ReconstructOptions};
 pub use paper::given_start::{Integrated, PaperEquations};
 pub use reconstruction::{OutlinePoint, Pose, Reconstruction};

@@ -18,6 +18,7 @@ pub const MOST_HARMONICS: usize = 64;
 /// let reconstructor = Reconstructor::from(options);
 /// ```
 #[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default))]
 #[non_exhaustive]
 pub struct ReconstructOptions {
     /// Number of harmonics K of the support function; `None` = chosen by the evidence, or 12 by the methods that integrate.

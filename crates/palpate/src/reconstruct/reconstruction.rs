@@ -11,6 +11,7 @@ use crate::shape::SupportFunction;
 /// [methods](super::Method) that integrate have no error bars: their standard deviations of r, ψ and the centre of mass are NaN, which
 /// a CSV file has as `NaN` and JSON as `null`. They are never certified.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Reconstruction {
     /// Support function about the centre of mass.
     pub shape: SupportFunction,
@@ -23,6 +24,7 @@ pub struct Reconstruction {
     /// What the verdict rests on; `None` where there is no certificate, or where a result was read from files.
     pub findings: Option<Findings>,
     /// Weighted squared residuals per degree of freedom; near 1 for a fit that is consistent with the noise.
+    #[cfg_attr(feature = "serde", serde(with = "crate::number_or_null"))]
     pub chi2_per_dof: f64,
     /// The jumps to other poses, in order of time.
     pub jumps: Vec<Jump>,
@@ -33,8 +35,10 @@ pub struct Reconstruction {
     /// The arrangements besides this one that fit equally well (`alternatives` − 1 of them, at most four).
     pub others: Vec<Reconstruction>,
     /// Standard deviation of the contact positions, metres: stated by the log, or estimated from it.
+    #[cfg_attr(feature = "serde", serde(with = "crate::number_or_null"))]
     pub sensor_sd_m: f64,
     /// Standard deviation of the balance equation, metres.
+    #[cfg_attr(feature = "serde", serde(with = "crate::number_or_null"))]
     pub balance_sd_m: f64,
 }
 
@@ -48,28 +52,18 @@ impl Reconstruction {
     pub fn is_com_certified(&self) -> bool {
         self.verdict.is_com_certified()
     }
-
-    /// Counts boundary that was felt fewer than `min_touches` times as never felt, in the alternatives too: what a contact went over
-    /// only once is less sure than what was felt again and again (Moll & Erdmann 2001, section 5). `coverage` follows.
-    pub fn prune(&mut self, min_touches: u32) {
-        let few = |point: &&mut OutlinePoint| point.touches < min_touches;
-        self.outline.iter_mut().filter(few).for_each(|point| point.touches = 0);
-        if !self.outline.is_empty() {
-            let felt = self.outline.iter().filter(|point| point.touches > 0).count();
-            self.coverage = felt as f64 / self.outline.len() as f64;
-        }
-        self.others.iter_mut().for_each(|other| other.prune(min_touches));
-    }
 }
 
 /// One point of the reconstructed boundary.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct OutlinePoint {
     /// Outward normal angle θ in the object frame, radians.
     pub theta_rad: f64,
     /// Support function r(θ), metres.
     pub r_m: f64,
-    /// Posterior standard deviation of r(θ) after the best rotation, metres; NaN by the methods that integrate.
+    /// Posterior standard deviation of r(θ) after the best rotation, metres.
+    #[cfg_attr(feature = "serde", serde(with = "crate::number_or_null"))]
     pub r_sd_m: f64,
     /// Boundary point, x in the object frame, metres.
     pub x_m: f64,
@@ -83,18 +77,21 @@ pub struct OutlinePoint {
 
 /// The reconstructed pose at one sample, with what is left of its measurements.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Pose {
     /// Time in seconds.
     pub time_s: f64,
     /// Orientation ψ in radians, unwrapped within a piece.
     pub psi_rad: f64,
-    /// Posterior standard deviation of ψ, radians; NaN by the methods that integrate.
+    /// Posterior standard deviation of ψ, radians.
+    #[cfg_attr(feature = "serde", serde(with = "crate::number_or_null"))]
     pub psi_sd_rad: f64,
     /// Centre of mass, X in the global frame, metres.
     pub com_x_m: f64,
     /// Centre of mass, Y in the global frame, metres.
     pub com_y_m: f64,
-    /// Posterior standard deviation of the centre of mass (root of the mean of both variances), metres; NaN by the methods that integrate.
+    /// Posterior standard deviation of the centre of mass (root of the mean of both variances), metres.
+    #[cfg_attr(feature = "serde", serde(with = "crate::number_or_null"))]
     pub com_sd_m: f64,
     /// Normal angle of the object at contact 1, radians.
     pub theta1_rad: f64,

@@ -92,15 +92,15 @@ impl<'a> Reconstructor<'a> {
     pub fn run(&self, log: &Log) -> Result<Reconstruction, ReconstructError> {
         check_log(log, &self.options)?;
         match &self.start {
-            Start::Nothing => self.from_nothing(log),
+            Start::Nothing => self.search(log),
             Start::Shape(shape) => {
                 check_start(log, shape, None)?;
                 let job = Job::new(log, &self.options);
-                self.from_motion(&job, shape, way_of(shape, &job))
+                self.refine(&job, shape, way_of(shape, &job))
             }
             Start::Motion { shape, psi_rad } => {
                 check_start(log, shape, Some(psi_rad))?;
-                self.from_motion(&Job::new(log, &self.options), shape, psi_rad.clone())
+                self.refine(&Job::new(log, &self.options), shape, psi_rad.clone())
             }
         }
     }
@@ -111,7 +111,7 @@ impl<'a> Reconstructor<'a> {
         }
     }
 
-    fn from_nothing(&self, log: &Log) -> Result<Reconstruction, ReconstructError> {
+    fn search(&self, log: &Log) -> Result<Reconstruction, ReconstructError> {
         if self.options.method != Method::Likelihood {
             return integral::reconstruct(log, &self.options, &|share| self.tell("integrating", share));
         }
@@ -145,12 +145,7 @@ impl<'a> Reconstructor<'a> {
         })
     }
 
-    fn from_motion(
-        &self,
-        job: &Job,
-        shape: &SupportFunction,
-        psi: Vec<f64>,
-    ) -> Result<Reconstruction, ReconstructError> {
+    fn refine(&self, job: &Job, shape: &SupportFunction, psi: Vec<f64>) -> Result<Reconstruction, ReconstructError> {
         if self.options.method != Method::Likelihood {
             return integral::reconstruct_from(job.log, shape, &psi, &self.options);
         }

@@ -1,5 +1,6 @@
-//! Maximum likelihood with everything given but shape and motion: no search, no estimate of the noise, no choice of the number
-//! of harmonics, no verdict. For a log whose noise is known and whose motion is known roughly, and for comparison with other solvers.
+//! Maximum likelihood of shape and motion with everything else given (`docs/theory.md`, maximum likelihood): Gauss-Newton with
+//! variable projection and chord steps, without a search, an estimate of the noise, a choice of the number of harmonics or a
+//! verdict. For a log whose noise is known and whose motion is known roughly, and for comparison with other solvers.
 
 use crate::estimate::measurements::Measurements;
 use crate::estimate::model::noise::Noise;
@@ -58,7 +59,7 @@ pub struct Smoothed {
     pub psi_rad: Vec<f64>,
     /// The sum of squares at the end: residuals over their standard deviations, prior and convexity included.
     pub cost: f64,
-    /// Whether the shape is held convex by force: the radius of curvature has come down to the margin that is kept somewhere.
+    /// Whether the convexity constraint is active: somewhere the radius of curvature is at the margin that is kept.
     pub held_convex: bool,
     /// How the descent ended. Anything but [`Termination::StepsUsedUp`] is an optimum, to the tolerance or to rounding.
     pub termination: Termination,
@@ -67,7 +68,7 @@ pub struct Smoothed {
 }
 
 /// Shape and motion that make the log most likely, from a start near them: a shape, and an orientation for each sample (radians).
-/// The start must be near enough for Gauss-Newton; [`reconstruct`](super::reconstruct()) finds one from nothing.
+/// The start must be near enough for Gauss-Newton; [`reconstruct`](super::reconstruct()) needs none.
 ///
 /// ```
 /// use palpate::reconstruct::{SmoothOptions, Termination, smooth_from};
@@ -170,7 +171,7 @@ mod tests {
         (run, shape, psi)
     }
 
-    /// The cost as the documentation has it, from the public forward model; `None` where the shape is not well convex.
+    /// The cost as documented, from the public forward model; `None` where the shape is not well convex.
     fn cost(log: &Log, shape: &SupportFunction, psi_rad: &[f64]) -> Option<f64> {
         let contacts: f64 = log
             .samples
@@ -197,7 +198,7 @@ mod tests {
     }
 
     #[test]
-    fn the_cost_is_that_of_the_forward_model_and_no_step_lowers_it() {
+    fn the_cost_is_that_of_the_forward_model_and_is_minimal() {
         let (run, shape, psi) = setting();
         let found = smooth_from(&run.log, &shape, &psi, &OPTIONS).expect("solvable");
         assert!(!found.held_convex);
@@ -233,7 +234,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_smoothed_is_refused() {
+    fn invalid_starts_and_options_are_refused() {
         let (run, shape, psi) = setting();
         let refused = |options: SmoothOptions, psi: &[f64]| {
             matches!(smooth_from(&run.log, &shape, psi, &options), Err(ReconstructError::BadOption(_)))

@@ -1,9 +1,11 @@
 //! What a palm reports of its contacts, and what a camera sees of palms and object.
 
 mod calibration;
+mod contact_sensor;
 mod touchpad;
 mod vision;
 
 pub use calibration::{Calibration, CalibrationRows};
+pub use contact_sensor::{ContactReading, ContactSensor, PalmContact};
 pub use touchpad::{PadContact, PadReading, Touchpad};
 pub use vision::VisionSystem;

@@ -1,8 +1,11 @@
 //! A touchpad on each palm: resolution, noise, pressure levels, rate, length, drop-outs, and the centroid that it reports
 //! when it feels several contacts (section 5 of Moll & Erdmann 2001).
 
-use rand::RngExt;
+use rand::{Rng, RngExt};
 use rand_distr::StandardNormal;
+
+use super::contact_sensor::{ContactReading, ContactSensor, PalmContact};
+use crate::palms::{Palm, PalmPair};
 
 /// Metres per inch.
 const INCH_M: f64 = 0.0254;
@@ -14,10 +17,13 @@ const INCH_M: f64 = 0.0254;
 /// let pad = Touchpad { length_m: 0.15, noise_sd_m: 0.1e-3, ..Touchpad::interlink() };
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Touchpad {
     /// Length along the palm, from its base, metres; an object beyond it has run off the palm. May be infinite.
+    #[cfg_attr(feature = "serde", serde(with = "endless_or_null"))]
     pub length_m: f64,
     /// Width across the palm, metres. Of no effect on a planar object; kept for the record.
+    #[cfg_attr(feature = "serde", serde(with = "endless_or_null"))]
     pub width_m: f64,
     /// Position steps per inch; `None` for no rounding.
     pub counts_per_inch: Option<f64>,
@@ -33,6 +39,21 @@ pub struct Touchpad {
     pub dropout: f64,
     /// Standard deviation of Gaussian noise on each palm angle (φ₁ and φ₁₂) as the robot reports them, radians.
     pub angle_noise_sd_rad: f64,
+}
+
+/// Text formats such as JSON have no infinity: there null is endless.
+#[cfg(feature = "serde")]
+mod endless_or_null {
+    use crate::number_or_null;
+    use serde::{Deserializer, Serializer};
+
+    pub(super) fn serialize<S: Serializer>(value: &f64, serializer: S) -> Result<S::Ok, S::Error> {
+        number_or_null::serialize(value, serializer)
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+        number_or_null::deserialize(deserializer).map(|value| if value.is_nan() { f64::INFINITY } else { value })
+    }
 }
 
 /// One contact on a pad.
@@ -111,7 +132,7 @@ impl Touchpad {
     /// What the pad reports of its contacts: `None` without a contact or on a drop-out.
     ///
     /// Several contacts give their force-weighted centroid. Forces that are all zero count alike.
-    pub fn read(&self, contacts: &[PadContact], rng: &mut impl rand::Rng) -> Option<PadReading> {
+    pub fn read(&self, contacts: &[PadContact], rng: &mut (impl Rng + ?Sized)) -> Option<PadReading> {
         // The same draws whatever happens, so that one sample more or less does not change the rest of a log.
         let noise: f64 = rng.sample(StandardNormal);
         let missing = rng.random::<f64>() < self.dropout;
@@ -135,13 +156,28 @@ impl Touchpad {
         };
         Some(PadReading { position_m, force_n })
     }
+}
 
-    /// Palm angles (φ₁, φ₂) as the robot reports them.
-    pub(crate) fn read_angles(&self, phi1_rad: f64, phi2_rad: f64, rng: &mut impl rand::Rng) -> (f64, f64) {
+impl ContactSensor for Touchpad {
+    fn read_contact(&mut self, contact: &PalmContact, rng: &mut dyn Rng) -> Option<ContactReading> {
+        let contact = PadContact { position_m: contact.position_m, force_n: contact.force_n };
+        let PadReading { position_m, force_n } = self.read(&[contact], rng)?;
+        Some(ContactReading { position_m, position_sd_m: None, force_n: Some(force_n) })
+    }
+
+    fn read_angles_rad(&mut self, _time_s: f64, palms: &PalmPair, rng: &mut dyn Rng) -> (f64, f64) {
         let noise1: f64 = rng.sample(StandardNormal);
         let noise12: f64 = rng.sample(StandardNormal);
         let sd = self.angle_noise_sd_rad;
-        (phi1_rad + sd * noise1, phi2_rad + sd * (noise12 - noise1))
+        (palms.phi1_rad + sd * noise1, palms.phi2_rad + sd * (noise12 - noise1))
+    }
+
+    fn position_sd_m(&self) -> Option<f64> {
+        Some(Self::position_sd_m(self))
+    }
+
+    fn length_m(&self, _palm: Palm) -> f64 {
+        self.length_m
     }
 }
 

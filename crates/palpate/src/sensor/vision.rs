@@ -6,7 +6,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
-use crate::math::rigid_motion::{RigidMotion, procrustes};
+use crate::math::procrustes::{RigidMotion, procrustes};
 use crate::palms::{Palm, PalmPair};
 use crate::truth::TruePose;
 

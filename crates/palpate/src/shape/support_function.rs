@@ -11,7 +11,9 @@ use std::f64::consts::{PI, TAU};
 /// θ is the angle of the outward normal n = (cos θ, sin θ) in the object frame, in radians; every finite angle is
 /// allowed. The tangent is t = (sin θ, −cos θ), so that the boundary is run clockwise along t.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SupportFunction {
+    #[cfg_attr(feature = "serde", serde(rename = "mean_radius_m"))]
     mean_m: f64,
     /// `[a_k, b_k]` for k = 1 … K.
     harmonics_m: Vec<[f64; 2]>,

@@ -7,4 +7,4 @@ mod quasistatic;
 pub use crate::mechanics::Jump;
 pub use coverage::coverage;
 pub use error::SimulateError;
-pub use quasistatic::{SimulateOptions, Simulation, simulate};
+pub use quasistatic::{SimulateOptions, Simulation, simulate, simulate_with};

@@ -11,7 +11,7 @@ use crate::log::{Log, Sample};
 use crate::mechanics::frictionless::{Pursuit, forces_between_n};
 use crate::mechanics::{Jump, contact_forces_n};
 use crate::palms::{Palm, PalmPair, Stance};
-use crate::sensor::{PadContact, Touchpad};
+use crate::sensor::{ContactReading, ContactSensor, PalmContact, Touchpad};
 use crate::shape::SupportFunction;
 use crate::truth::{TruePose, Truth};
 
@@ -22,7 +22,7 @@ const TRUTH_POINTS: usize = 1440;
 /// rest pose reached from ψ = 0, 0.1 kg, no forces.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SimulateOptions {
-    /// The touchpads. Their rate plays no part here: the motion is sampled already.
+    /// The touchpads. Their rate plays no part here: the motion is sampled already. [`simulate_with`] has a sensor instead.
     pub touchpad: Touchpad,
     /// Seed of noise and drop-outs. The same seed gives the same log.
     pub seed: u64,
@@ -32,7 +32,7 @@ pub struct SimulateOptions {
     pub mass_kg: f64,
     /// Whether to report the normal forces.
     pub with_forces: bool,
-    /// Whether the log states the standard deviation of its readings.
+    /// Whether the log states the standard deviation of its readings, where the sensor tells one.
     pub with_stated_noise: bool,
 }
 
@@ -73,8 +73,24 @@ pub fn simulate(
     motion: &[(f64, PalmPair)],
     options: &SimulateOptions,
 ) -> Result<Simulation, SimulateError> {
+    if let Some(what) = options.touchpad.fault() {
+        return Err(SimulateError::OutOfRange { what });
+    }
+    simulate_with(shape, motion, &mut options.touchpad.clone(), options)
+}
+
+/// The same with a sensor of one's own, or a closure, in place of the touchpads of the options: for noise with heavy tails, drift, a bias
+/// that depends on the position. See [`ContactSensor`].
+///
+/// # Errors
+/// As [`simulate`].
+pub fn simulate_with(
+    shape: &SupportFunction,
+    motion: &[(f64, PalmPair)],
+    sensor: &mut impl ContactSensor,
+    options: &SimulateOptions,
+) -> Result<Simulation, SimulateError> {
     check(shape, motion, options)?;
-    let pad = &options.touchpad;
     let mut rng = ChaCha8Rng::seed_from_u64(options.seed);
     let mut simulation = Simulation { log: Log::default(), truth: Truth::default(), jumps: Vec::new() };
     simulation.truth.support = (0..TRUTH_POINTS)
@@ -89,10 +105,10 @@ pub fn simulate(
         let jumps = pursuit.go_on((time_s, palms), &mut |time_s, palms, angles, psi| {
             stance = palms.stance(angles, shape, psi);
             forces_n = forces_between_n(angles, options.mass_kg);
-            check_contact(&stance, time_s, pad.length_m)
+            check_contact(&stance, time_s, sensor)
         })?;
         simulation.jumps.extend(jumps);
-        simulation.log.samples.push(sample(time_s, &palms, &stance, forces_n, options, &mut rng));
+        simulation.log.samples.push(sample(time_s, &palms, &stance, forces_n, sensor, options, &mut rng));
         let [com_x_m, com_y_m] = stance.center_of_mass_m;
         simulation.truth.motion.push(TruePose { time_s, psi_rad: pursuit.psi_rad(), com_x_m, com_y_m });
     }
@@ -104,24 +120,28 @@ fn sample(
     palms: &PalmPair,
     stance: &Stance,
     (force1, force2): (f64, f64),
+    sensor: &mut impl ContactSensor,
     options: &SimulateOptions,
     rng: &mut ChaCha8Rng,
 ) -> Sample {
-    let pad = &options.touchpad;
-    let reading1 = pad.read(&[PadContact { position_m: stance.s1_m, force_n: force1 }], rng);
-    let reading2 = pad.read(&[PadContact { position_m: stance.s2_m, force_n: force2 }], rng);
-    let (phi1_rad, phi2_rad) = pad.read_angles(palms.phi1_rad, palms.phi2_rad, rng);
-    let stated = Some(pad.position_sd_m()).filter(|sd| options.with_stated_noise && *sd > 0.0);
-    let force = |force_n: f64| Some(force_n).filter(|_| options.with_forces);
+    let contact = |palm: Palm, position_m: f64, force_n: f64| PalmContact { time_s, palm, position_m, force_n };
+    let reading1 = sensor.read_contact(&contact(Palm::One, stance.s1_m, force1), rng);
+    let reading2 = sensor.read_contact(&contact(Palm::Two, stance.s2_m, force2), rng);
+    let (phi1_rad, phi2_rad) = sensor.read_angles_rad(time_s, palms, rng);
+    let stated = |reading: Option<ContactReading>| {
+        let sd_m = reading.and_then(|reading| reading.position_sd_m).or_else(|| sensor.position_sd_m());
+        sd_m.filter(|sd| options.with_stated_noise && *sd > 0.0)
+    };
+    let force = |reading: ContactReading| reading.force_n.filter(|_| options.with_forces);
     Sample {
         time_s,
         palms: PalmPair { phi1_rad, phi2_rad, ..*palms },
         s1_m: reading1.map(|reading| reading.position_m),
         s2_m: reading2.map(|reading| reading.position_m),
-        s1_sd_m: stated,
-        s2_sd_m: stated,
-        force1_n: reading1.and_then(|reading| force(reading.force_n)),
-        force2_n: reading2.and_then(|reading| force(reading.force_n)),
+        s1_sd_m: stated(reading1),
+        s2_sd_m: stated(reading2),
+        force1_n: reading1.and_then(force),
+        force2_n: reading2.and_then(force),
     }
 }
 
@@ -133,9 +153,6 @@ fn check(shape: &SupportFunction, motion: &[(f64, PalmPair)], options: &Simulate
     let smallest_m = shape.min_curvature_radius_m();
     if shape.has_nonfinite() || shape.mean_radius_m() <= 0.0 || smallest_m < 0.0 {
         return Err(SimulateError::NotConvex { smallest_m: if shape.has_nonfinite() { f64::NAN } else { smallest_m } });
-    }
-    if let Some(what) = options.touchpad.fault() {
-        return Err(SimulateError::OutOfRange { what });
     }
     if !(options.mass_kg > 0.0 && options.mass_kg.is_finite()) {
         return Err(SimulateError::OutOfRange { what: "mass (kg), must be positive" });
@@ -172,8 +189,9 @@ fn check_palms(palms: &PalmPair, time_s: f64) -> Result<(), SimulateError> {
     Ok(())
 }
 
-fn check_contact(stance: &Stance, time_s: f64, length_m: f64) -> Result<(), SimulateError> {
+fn check_contact(stance: &Stance, time_s: f64, sensor: &impl ContactSensor) -> Result<(), SimulateError> {
     for (palm, position_m) in [(Palm::One, stance.s1_m), (Palm::Two, stance.s2_m)] {
+        let length_m = sensor.length_m(palm);
         if !(0.0..=length_m).contains(&position_m) {
             return Err(SimulateError::RunsOff { time_s, palm, position_m, length_m });
         }

@@ -1,77 +1,82 @@
-//! Is a sample where it was put? The way through the log ([`super::track`]) asks this of a shape that is given; here the shape may give
-//! way to either answer. Each rival way is smoothed to its own optimum, and the evidence decides.
+//! Model comparison between alternative data associations by their Laplace evidence (MacKay 1992; `docs/theory.md`, section on
+//! the decoded motion). The decoding ([`super::decode`]) compares poses for a given shape; here each alternative motion is
+//! smoothed to an optimum of its own, with a shape of its own, and the difference of the log evidences decides.
 
 use crate::estimate::association::transitions::{LONGEST_STEP, near};
 use crate::estimate::evidence::laplace::log_evidence;
 use crate::estimate::evidence::motion_prior::CERTAIN;
 use crate::estimate::measurements::Measurements;
 use crate::estimate::motion::common_rotation;
-use crate::estimate::solver::gauss_newton::Fit;
-use crate::estimate::solver::gauss_newton::{Estimate, Smoother, StoppingCriteria};
+use crate::estimate::solver::gauss_newton::{Estimate, Fit, Smoother, StoppingCriteria};
 use crate::math::angle::wrapped;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Another way through the log.
+/// An alternative motion.
 pub(crate) struct Alternative {
     /// One orientation for each sample.
     pub psi: Vec<f64>,
-    /// Samples that it was looked up for.
+    /// Samples whose ambiguity it resolves.
     pub samples: Vec<usize>,
-    /// What its jumps and its poses at no minimum cost more.
+    /// By how much its motion prior (jumps, unstable poses) costs more than that of the decoded motion, −2 ln.
     pub motion_cost: f64,
 }
 
+/// Optima are compared by the evidence in units of 1, which this resolves.
 const STOPPING: StoppingCriteria = StoppingCriteria { iterations: 20, tolerance: 1e-7 };
 
-/// A rival whose margin is below minus this is the likelier one (−2 ln of the odds).
+/// An alternative whose margin is below minus this replaces the motion (−2 ln of the odds): less is within what two runs of the
+/// smoother differ by.
 const LIKELIER: f64 = 1.0;
 
-/// How sure the pose of each sample is.
+/// How ambiguous the pose of each sample is.
 pub(crate) struct Ambiguity {
-    /// How much more it costs to put it elsewhere (squared standard deviations).
+    /// For each sample, how much more the best motion costs that has it at another pose, −2 ln.
     margin: Vec<f64>,
-    /// How far away elsewhere is, radians.
-    way: Vec<f64>,
+    /// Distance of that pose, radians.
+    distance_rad: Vec<f64>,
 }
 
-/// The standard deviation of an angle of which nothing is known: that of a uniform distribution over the circle, radians.
-const ANYWHERE: f64 = 1.813_8;
+/// The standard deviation of an angle of which nothing is known, that of a uniform distribution over the circle: π/√3 radians.
+const UNIFORM_SD_RAD: f64 = 1.813_8;
 
 impl Ambiguity {
     pub fn new(margin: Vec<f64>) -> Self {
-        Self { way: vec![ANYWHERE; margin.len()], margin }
+        Self { distance_rad: vec![UNIFORM_SD_RAD; margin.len()], margin }
     }
 
     fn is_open(&self, sample: usize) -> bool {
         self.margin[sample] < CERTAIN.deviance()
     }
 
-    /// For each sample, how far from its pose another is that explains it about as well, radians; 0 where there is none.
+    /// For each sample, the distance of another pose that explains it about as well, radians; 0 where there is none.
     pub fn ambiguity_rad(&self) -> Vec<f64> {
-        (0..self.margin.len()).map(|sample| if self.is_open(sample) { self.way[sample] } else { 0.0 }).collect()
+        (0..self.margin.len())
+            .map(|sample| if self.is_open(sample) { self.distance_rad[sample] } else { 0.0 })
+            .collect()
     }
 
-    /// Ambiguity the samples of a fit that another way puts elsewhere, without the fit having followed it yet: that way, as a rival.
-    pub fn unsettled(&mut self, fitted: &[f64], other: &[f64]) -> Option<Alternative> {
-        let samples: Vec<usize> = (0..fitted.len()).filter(|&sample| !near(fitted[sample], other[sample])).collect();
+    /// The decoded motion as an alternative to the fitted one, where they differ; the samples at which they do are ambiguous
+    /// until then.
+    pub fn unsettled(&mut self, fitted: &[f64], decoded: &[f64]) -> Option<Alternative> {
+        let samples: Vec<usize> = (0..fitted.len()).filter(|&sample| !near(fitted[sample], decoded[sample])).collect();
         samples.iter().for_each(|&sample| self.lower(sample..sample + 1, 0.0));
-        (!samples.is_empty()).then(|| Alternative { psi: other.to_vec(), samples, motion_cost: 0.0 })
+        (!samples.is_empty()).then(|| Alternative { psi: decoded.to_vec(), samples, motion_cost: 0.0 })
     }
 
-    /// Adds a doubt of a run of samples.
+    /// Lowers the margins of a run of samples to at most this.
     pub fn lower(&mut self, samples: Range<usize>, margin: f64) {
-        self.margin[samples].iter_mut().for_each(|known| *known = known.min(margin));
+        self.margin[samples].iter_mut().for_each(|present| *present = present.min(margin));
     }
 }
 
-/// Weighs the rivals of the poses of a fit, and settles the doubts of the samples that they were looked up for. The estimate of the
-/// best of them where it is the better one.
+/// Compares alternative motions with that of a fit by their evidence, and replaces the margins of the samples they were proposed
+/// for. Returns the estimate of the best alternative where it is more likely than the fit.
 pub(crate) fn compare_evidence(
     measurements: &Measurements,
     fit: &Fit,
     alternatives: &[Alternative],
-    doubts: &mut Ambiguity,
+    ambiguity: &mut Ambiguity,
 ) -> Option<Estimate> {
     if alternatives.is_empty() {
         return None;
@@ -93,19 +98,20 @@ pub(crate) fn compare_evidence(
             (there, if margin.is_nan() { f64::INFINITY } else { margin })
         })
         .collect();
-    let open: Vec<usize> = (0..here.psi.len()).filter(|&sample| doubts.is_open(sample)).collect();
+    let open: Vec<usize> = (0..here.psi.len()).filter(|&sample| ambiguity.is_open(sample)).collect();
     for &sample in alternatives.iter().flat_map(|alternative| &alternative.samples) {
-        (doubts.margin[sample], doubts.way[sample]) = (f64::INFINITY, 0.0);
+        (ambiguity.margin[sample], ambiguity.distance_rad[sample]) = (f64::INFINITY, 0.0);
     }
     for (there, margin) in &weighed {
         let turned = common_rotation(&here.psi, &there.psi);
         for &sample in &open {
-            let way = wrapped(there.psi[sample] + turned - here.psi[sample]).abs();
-            // What slid back to where it was is no rival.
-            if way >= LONGEST_STEP {
-                doubts.margin[sample] = doubts.margin[sample].min(*margin);
-                doubts.way[sample] =
-                    if *margin < CERTAIN.deviance() { doubts.way[sample].max(way) } else { doubts.way[sample] };
+            let distance = wrapped(there.psi[sample] + turned - here.psi[sample]).abs();
+            // A motion that returned to the fitted pose is no alternative.
+            if distance >= LONGEST_STEP {
+                ambiguity.margin[sample] = ambiguity.margin[sample].min(*margin);
+                if *margin < CERTAIN.deviance() {
+                    ambiguity.distance_rad[sample] = ambiguity.distance_rad[sample].max(distance);
+                }
             }
         }
     }
@@ -144,45 +150,45 @@ mod tests {
         (measurements, Fit { estimate, order, noise, prior, log_evidence: 0.0 })
     }
 
-    /// The motion of a fit with some samples elsewhere.
-    fn elsewhere(fit: &Fit, samples: Range<usize>, way: f64) -> Vec<f64> {
+    /// The motion of a fit with some samples turned by `turn`.
+    fn elsewhere(fit: &Fit, samples: Range<usize>, turn: f64) -> Vec<f64> {
         let mut psi = fit.estimate.psi.clone();
-        psi[samples].iter_mut().for_each(|psi| *psi += way);
+        psi[samples].iter_mut().for_each(|psi| *psi += turn);
         psi
     }
 
     #[test]
-    fn a_doubt_that_the_evidence_does_not_share_is_settled() {
+    fn an_ambiguity_is_resolved_where_the_evidence_rejects_the_alternative() {
         let (measurements, fit) = setting();
         let count = measurements.len();
-        let mut doubts = Ambiguity::new(vec![f64::INFINITY; count]);
-        doubts.lower(50..52, 1.0);
-        doubts.lower(80..81, 1.0);
-        let ambiguity_rad = doubts.ambiguity_rad();
+        let mut ambiguity = Ambiguity::new(vec![f64::INFINITY; count]);
+        ambiguity.lower(50..52, 1.0);
+        ambiguity.lower(80..81, 1.0);
+        let ambiguity_rad = ambiguity.ambiguity_rad();
         assert!(
             ambiguity_rad[50] > 1.8 && ambiguity_rad[51] > 1.8 && ambiguity_rad[80] > 1.8 && ambiguity_rad[49] == 0.0
         );
         let alternative = Alternative { psi: elsewhere(&fit, 50..52, 1.5), samples: vec![50, 51], motion_cost: 20.0 };
-        assert!(compare_evidence(&measurements, &fit, &[alternative], &mut doubts).is_none());
-        let ambiguity_rad = doubts.ambiguity_rad();
+        assert!(compare_evidence(&measurements, &fit, &[alternative], &mut ambiguity).is_none());
+        let ambiguity_rad = ambiguity.ambiguity_rad();
         assert_eq!((ambiguity_rad[50], ambiguity_rad[51]), (0.0, 0.0));
-        assert!(ambiguity_rad[80] > 1.8, "nothing was looked up for it");
+        assert!(ambiguity_rad[80] > 1.8, "no alternative was proposed for it");
     }
 
     #[test]
-    fn a_rival_that_is_better_is_taken_and_is_a_doubt_until_then() {
+    fn a_more_likely_alternative_is_taken_and_its_samples_stay_ambiguous_until_then() {
         let (measurements, right) = setting();
         let mut wrong = right.clone();
         wrong.estimate.psi = elsewhere(&right, 50..52, 1.5);
-        let mut doubts = Ambiguity::new(vec![f64::INFINITY; measurements.len()]);
-        let alternative = doubts.unsettled(&wrong.estimate.psi, &right.estimate.psi).expect("two samples differ");
+        let mut ambiguity = Ambiguity::new(vec![f64::INFINITY; measurements.len()]);
+        let alternative = ambiguity.unsettled(&wrong.estimate.psi, &right.estimate.psi).expect("two samples differ");
         assert_eq!(alternative.samples, [50, 51]);
-        let better =
-            compare_evidence(&measurements, &wrong, &[alternative], &mut doubts).expect("the right poses are likelier");
+        let better = compare_evidence(&measurements, &wrong, &[alternative], &mut ambiguity)
+            .expect("the right poses are likelier");
         for (found, truth) in better.psi.iter().zip(&right.estimate.psi) {
             assert!((found - truth).abs() < 1e-3, "{found} {truth}");
         }
-        let ambiguity_rad = doubts.ambiguity_rad();
+        let ambiguity_rad = ambiguity.ambiguity_rad();
         assert!(ambiguity_rad[50] > 0.5 && ambiguity_rad[49] == 0.0, "{}", ambiguity_rad[50]);
     }
 }

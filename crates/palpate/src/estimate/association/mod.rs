@@ -1,4 +1,5 @@
-//! Which of its possible poses each sample has (data association), and how sure that is.
+//! Data association: which of its possible poses each sample has, and how ambiguous that is (Viterbi decoding, predictive
+//! likelihood and evidence; `docs/theory.md`, section on the decoded motion).
 
 pub(crate) mod alternatives;
 pub(crate) mod candidates;

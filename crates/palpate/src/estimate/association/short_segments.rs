@@ -1,5 +1,6 @@
-//! Pieces of a few samples between two jumps. The shape gives way to them, so that they always seem well placed; whether they
-//! are must be asked of the shape that all other samples leave, and then of the evidence ([`super::rivals`]).
+//! Data association of short segments, those of a few samples between two jumps. A fit adapts the shape to them, so that they
+//! always seem well placed; they are tested against the predictive shape that all other samples leave ([`super::predictive`]),
+//! and then by the evidence ([`super::alternatives`]).
 
 use crate::estimate::association::alternatives::{Alternative, Ambiguity};
 use crate::estimate::association::predictive::PredictiveShape;
@@ -11,47 +12,49 @@ use crate::estimate::solver::gauss_newton::Fit;
 use crate::math::angle::wrapped;
 use rayon::prelude::*;
 
-/// With more samples than this in brief pieces, none of them counts as placed.
-const MOST: usize = 60;
+/// Samples in short segments beyond which all of them count as ambiguous: with so many set aside, the rest no longer predicts the
+/// shape.
+const MOST_SAMPLES: usize = 60;
 
-/// Asks of each brief piece where else it might be, given what all samples outside brief pieces tell of the shape. Adds the doubts (−2 ln
-/// of the odds against another orientation, for the sample of the piece that tells most), and returns the likeliest other ways.
+/// Looks for other orientations of each short segment, given the predictive shape of all samples outside short segments. Lowers
+/// the margins in `ambiguity` to that of the segment's most informative sample, the one with the largest margin, and returns the
+/// most likely alternative motions.
 pub(crate) fn reassociated(
     measurements: &Measurements,
     fit: &Fit,
     starts: &[usize],
-    doubts: &mut Ambiguity,
+    ambiguity: &mut Ambiguity,
 ) -> Vec<Alternative> {
-    let brief = short_segments(starts, measurements.len());
-    let samples: usize = brief.iter().map(|piece| piece.len()).sum();
+    let short = short_segments(starts, measurements.len());
+    let samples: usize = short.iter().map(|segment| segment.len()).sum();
     if samples == 0 {
         return Vec::new();
     }
     let mut others = measurements.clone();
-    brief.iter().cloned().flatten().for_each(|index| others.instants[index].set_aside());
-    let Some(known) = (samples <= MOST).then(|| PredictiveShape::from(&others, fit)).flatten() else {
-        brief.into_iter().for_each(|piece| doubts.lower(piece, 0.0));
+    short.iter().cloned().flatten().for_each(|index| others.instants[index].set_aside());
+    let Some(predictive) = (samples <= MOST_SAMPLES).then(|| PredictiveShape::from(&others, fit)).flatten() else {
+        short.into_iter().for_each(|segment| ambiguity.lower(segment, 0.0));
         return Vec::new();
     };
     let mut alternatives = Vec::new();
-    for piece in brief {
+    for segment in short {
         let here = &fit.estimate.psi;
-        let samples = piece.clone().into_par_iter();
-        let placed: Vec<(f64, Vec<f64>)> =
-            samples.map(|index| known.elsewhere(&measurements.instants[index], here[index])).collect();
-        let Some((of_piece, others)) = placed.iter().max_by(|a, b| a.0.total_cmp(&b.0)) else { continue };
-        if *of_piece >= CERTAIN.deviance() {
+        let samples = segment.clone().into_par_iter();
+        let elsewhere: Vec<(f64, Vec<f64>)> =
+            samples.map(|index| predictive.elsewhere(&measurements.instants[index], here[index])).collect();
+        let Some((margin, others)) = elsewhere.iter().max_by(|a, b| a.0.total_cmp(&b.0)) else { continue };
+        if *margin >= CERTAIN.deviance() {
             continue;
         }
-        doubts.lower(piece.clone(), *of_piece);
+        ambiguity.lower(segment.clone(), *margin);
         for other in others {
             let mut psi = here.clone();
-            for (index, (_, minima)) in piece.clone().zip(&placed) {
-                let way = |psi: &f64| wrapped(psi - other).abs();
-                let nearest = minima.iter().min_by(|a, b| way(a).total_cmp(&way(b)));
+            for (index, (_, minima)) in segment.clone().zip(&elsewhere) {
+                let distance = |psi: &f64| wrapped(psi - other).abs();
+                let nearest = minima.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
                 psi[index] = nearest.copied().filter(|psi| near(*psi, *other)).unwrap_or(*other);
             }
-            alternatives.push(Alternative { psi, samples: piece.clone().collect(), motion_cost: 0.0 });
+            alternatives.push(Alternative { psi, samples: segment.clone().collect(), motion_cost: 0.0 });
         }
     }
     alternatives

@@ -1,26 +1,27 @@
-//! What it costs the object to go from a pose at one sample to a pose at the next.
+//! Transition costs of the switching model (`docs/theory.md`, section on the decoded motion): −2 ln of the probability that an
+//! object at one pose at one sample is at another pose at the next. Jumps that statics predicts are cheap, all others expensive.
 
 use crate::estimate::association::candidates::Choice;
 use crate::estimate::evidence::motion_prior::{EXCLUDED, PER_HALF_TURN, PREDICTED_JUMP, UNPREDICTED_JUMP};
 use crate::estimate::measurements::Instant;
 use crate::estimate::model::table::SupportTable;
 use crate::math::angle::wrapped;
-use crate::mechanics::EnergyLandscape;
-use crate::mechanics::Forces;
 use crate::mechanics::passage::{barrier_m, carried, is_same_pose};
+use crate::mechanics::{EnergyLandscape, Forces};
 use crate::palms::PalmPair;
 use crate::shape::SupportFunction;
 use std::f64::consts::PI;
 
-/// Steps beyond this from one sample to the next need a reason, radians.
+/// Largest turn from one sample to the next without a jump, radians: far above what slow palms turn an object by within one
+/// sample, and below the turn of most jumps.
 pub(crate) const LONGEST_STEP: f64 = 0.15;
 
-/// The way from one angle to another, radians, at most half a turn.
+/// The signed turn from one angle to another, radians, at most half a turn.
 pub(crate) fn turn(from: f64, to: f64) -> f64 {
     wrapped(to - from)
 }
 
-/// Whether a step from one to the other needs no reason.
+/// Whether a step from one to the other is possible without a jump.
 pub(crate) fn near(a: f64, b: f64) -> bool {
     turn(a, b).abs() < LONGEST_STEP
 }
@@ -30,13 +31,14 @@ pub(crate) struct Transition<'a> {
     pub shape: &'a SupportFunction,
     pub table: &'a SupportTable,
     pub instant: &'a Instant,
+    /// Standard deviation of an energy barrier that errors of the shape cause, metres.
     pub barrier_sd_m: f64,
-    /// Contacts that move by less did not leap, metres; 0 where that is not asked.
+    /// Contacts that move by less than this did not jump, metres; 0 where this is not tested.
     pub still_m: f64,
 }
 
 impl Transition<'_> {
-    /// Where an object that was at `psi` comes to rest.
+    /// The orientation at which an object that was at `psi` comes to rest.
     pub fn rest(&self, before: &Instant, psi: f64) -> f64 {
         if self.instant.palms.sin2 <= 0.0 || before.palms.sin2 <= 0.0 {
             return psi;
@@ -48,24 +50,25 @@ impl Transition<'_> {
         carried(&Forces::default(), self.shape, &palms, psi).0
     }
 
-    /// Whether both contacts were seen and neither leapt.
+    /// Whether both contacts were seen and neither jumped.
     pub fn still_since(&self, before: &Instant) -> bool {
         let moved = (self.instant.s1 - before.s1).abs().max((self.instant.s2 - before.s2).abs());
         before.both_seen() && self.instant.both_seen() && moved < self.still_m
     }
 
-    /// How far the centre of mass would have to rise on the shorter way from one orientation to another, metres.
+    /// Energy barrier on the shorter path from one orientation to another, as a rise of the centre of mass in metres.
     pub fn barrier_m(&self, from: f64, to: f64) -> f64 {
         barrier_m(|psi| self.table.height_m(self.instant, psi), from, from + turn(from, to))
     }
 }
 
-/// The cost of each step from one sample's choices (outer) to those of the next (inner). `blind` asks nothing of statics.
+/// The cost of each step from one sample's choices (outer) to those of the next (inner). With `blind`, statics is not consulted:
+/// every jump costs what a predicted one does, plus its turn.
 pub(crate) fn steps(ahead: &Transition, before: &Instant, from: &[Choice], to: &[Choice], blind: bool) -> Vec<f64> {
     let mut costs = Vec::with_capacity(from.len() * to.len());
     let still = ahead.still_since(before);
     for start in from {
-        // Where the object would go from here: looked up only when a choice lies elsewhere.
+        // The pose that statics predicts from here: computed only when a choice lies elsewhere.
         let mut predicted = None;
         for end in to {
             costs.push(if near(start.psi, end.psi) {
@@ -91,7 +94,7 @@ pub(crate) fn steps(ahead: &Transition, before: &Instant, from: &[Choice], to: &
     costs
 }
 
-/// What a jump costs more the further it turns.
+/// Additional cost of a jump, proportional to its turn.
 fn per_turn(from: f64, to: f64) -> f64 {
     PER_HALF_TURN.deviance() * turn(from, to).abs() / PI
 }

@@ -1,15 +1,16 @@
-//! Viterbi's algorithm, forward and backward: the cheapest way through the choices of every sample, and the cheapest through each.
+//! Viterbi decoding of a switching model, forward and backward (min-sum): the cheapest path through the trellis of poses, and for
+//! every pose of every sample the cheapest path through it (its min-marginal).
 
 use crate::estimate::association::candidates::Choice;
 use crate::estimate::association::transitions::near;
 
-/// All ways through the choices: what each choice costs together with the cheapest way up to it, and with the cheapest way on.
+/// The choices of all samples, each with the cost of the cheapest path up to it and of the cheapest path after it.
 pub(crate) struct Trellis<'a> {
     choices: &'a [Vec<Choice>],
     steps: &'a [Vec<f64>],
-    /// Cost up to and with each choice, and the choice before it on the way there.
+    /// For each choice, its predecessor on the cheapest path to it, and the cost up to and including it.
     until: Vec<Vec<(usize, f64)>>,
-    /// Cost after each choice, and the choice behind it.
+    /// For each choice, its successor on the cheapest path after it, and the cost after it.
     after: Vec<Vec<(usize, f64)>>,
 }
 
@@ -23,8 +24,8 @@ impl<'a> Trellis<'a> {
             let reached = here.iter().enumerate().map(|(end, choice)| {
                 let Some(before) = index.checked_sub(1) else { return (0, choice.misfit) };
                 let step = |start: usize| steps[before][start * here.len() + end];
-                let ways = until[before].iter().enumerate();
-                let (from, cost) = least(&mut ways.map(|(start, (_, cost))| cost + step(start)));
+                let paths = until[before].iter().enumerate();
+                let (from, cost) = least(&mut paths.map(|(start, (_, cost))| cost + step(start)));
                 (from, cost + choice.misfit)
             });
             let reached = reached.collect();
@@ -35,22 +36,22 @@ impl<'a> Trellis<'a> {
             let here = &choices[index];
             for start in 0..choices[index - 1].len() {
                 let step = |end: usize| steps[index - 1][start * here.len() + end];
-                let ways = here.iter().enumerate();
+                let paths = here.iter().enumerate();
                 after[index - 1][start] =
-                    least(&mut ways.map(|(end, choice)| step(end) + choice.misfit + after[index][end].1));
+                    least(&mut paths.map(|(end, choice)| step(end) + choice.misfit + after[index][end].1));
             }
         }
         Self { choices, steps, until, after }
     }
 
-    /// The cheapest way, and its cost.
+    /// The cheapest path, and its cost.
     pub fn best(&self) -> (Vec<usize>, f64) {
         let last = self.until.last().map_or(&[][..], |last| last);
         let end = last.iter().enumerate().min_by(|a, b| a.1.1.total_cmp(&b.1.1));
         end.map_or((Vec::new(), 0.0), |(choice, (_, cost))| (self.through(self.until.len() - 1, choice), *cost))
     }
 
-    /// What the cheapest way costs that puts a sample elsewhere than near `psi`, and the choice that it goes through.
+    /// Cost of the cheapest path on which a sample is not near `psi`, and the choice of that sample on it.
     pub fn elsewhere(&self, index: usize, psi: f64) -> (f64, usize) {
         let others = self.choices[index].iter().enumerate().filter(|(_, choice)| !near(choice.psi, psi));
         others
@@ -59,21 +60,21 @@ impl<'a> Trellis<'a> {
             .unwrap_or((f64::INFINITY, 0))
     }
 
-    /// The cheapest way through a choice.
+    /// The cheapest path through a choice.
     pub fn through(&self, index: usize, choice: usize) -> Vec<usize> {
-        let mut way = vec![choice; self.choices.len()];
+        let mut path = vec![choice; self.choices.len()];
         for before in (0..index).rev() {
-            way[before] = self.until[before + 1][way[before + 1]].0;
+            path[before] = self.until[before + 1][path[before + 1]].0;
         }
-        for behind in index + 1..way.len() {
-            way[behind] = self.after[behind - 1][way[behind - 1]].0;
+        for behind in index + 1..path.len() {
+            path[behind] = self.after[behind - 1][path[behind - 1]].0;
         }
-        way
+        path
     }
 
-    /// What the steps of a way cost together.
-    pub fn steps_along(&self, way: &[usize]) -> f64 {
-        let steps = self.steps.iter().zip(self.choices.iter().skip(1)).zip(way.windows(2));
+    /// Sum of the transition costs along a path.
+    pub fn steps_along(&self, path: &[usize]) -> f64 {
+        let steps = self.steps.iter().zip(self.choices.iter().skip(1)).zip(path.windows(2));
         steps.map(|((steps, to), step)| steps[step[0] * to.len() + step[1]]).sum()
     }
 }
@@ -95,24 +96,24 @@ mod tests {
     }
 
     #[test]
-    fn the_cheapest_way_leaps_never_where_each_sample_alone_would_leap_often() {
+    fn the_cheapest_path_never_jumps_where_samples_decided_alone_would_jump_often() {
         let (mut choices, steps) = undecided();
         choices[0][1].misfit += 2.0;
-        let lattice = Trellis::new(&choices, &steps);
-        let (way, cost) = lattice.best();
-        assert_eq!(way, [0; 8]);
+        let trellis = Trellis::new(&choices, &steps);
+        let (path, cost) = trellis.best();
+        assert_eq!(path, [0; 8]);
         assert!((cost - 16.0).abs() < 1e-12);
-        // The other pose all the way costs two more.
+        // The other pose at all samples costs two more.
         for index in 0..8 {
-            let (other, choice) = lattice.elsewhere(index, 0.0);
+            let (other, choice) = trellis.elsewhere(index, 0.0);
             assert!((other - cost - 2.0).abs() < 1e-12, "{other}");
-            assert_eq!(lattice.through(index, choice), [1; 8]);
+            assert_eq!(trellis.through(index, choice), [1; 8]);
         }
-        assert_eq!(lattice.steps_along(&[0, 1, 1, 0, 0, 0, 0, 0]), 2.0 * UNPREDICTED_JUMP.deviance());
+        assert_eq!(trellis.steps_along(&[0, 1, 1, 0, 0, 0, 0, 0]), 2.0 * UNPREDICTED_JUMP.deviance());
     }
 
     #[test]
-    fn a_leap_is_taken_where_it_pays_and_its_neighbours_are_uncertain() {
+    fn a_jump_is_taken_where_it_lowers_the_cost_and_samples_beside_it_are_ambiguous() {
         let (mut choices, steps) = undecided();
         choices[0].truncate(1);
         choices[7].remove(0);
@@ -127,13 +128,13 @@ mod tests {
             .collect();
         // From sample 4 on the second pose explains all.
         choices[4..7].iter_mut().for_each(|choices| choices[0].misfit += 50.0);
-        let lattice = Trellis::new(&choices, &steps);
-        let (way, cost) = lattice.best();
-        let orientations: Vec<f64> = way.iter().zip(&choices).map(|(&c, choices)| choices[c].psi).collect();
+        let trellis = Trellis::new(&choices, &steps);
+        let (path, cost) = trellis.best();
+        let orientations: Vec<f64> = path.iter().zip(&choices).map(|(&c, choices)| choices[c].psi).collect();
         assert_eq!(orientations[4..], [1.0; 4]);
         assert_eq!(orientations.windows(2).filter(|pair| pair[0] != pair[1]).count(), 1);
         let margin: Vec<f64> =
-            orientations.iter().enumerate().map(|(index, psi)| lattice.elsewhere(index, *psi).0 - cost).collect();
+            orientations.iter().enumerate().map(|(index, psi)| trellis.elsewhere(index, *psi).0 - cost).collect();
         assert!(margin[0].is_infinite() && margin[7].is_infinite());
         assert!(margin[3] < 4.0 && margin[5] > 40.0, "{margin:?}");
     }

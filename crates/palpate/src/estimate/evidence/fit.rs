@@ -1,4 +1,5 @@
-//! The optimum for one number of harmonics, with noise and prior that follow the data.
+//! The optimum for one number of harmonics, alternating with variance components: the smoother, updates of noise, prior and
+//! weights of the balance, and the smoother again.
 
 use crate::estimate::evidence::laplace::log_evidence;
 use crate::estimate::evidence::motion_prior::neg_log_prior;
@@ -10,17 +11,26 @@ use crate::estimate::model::noise::Noise;
 use crate::estimate::model::prior::Prior;
 use crate::estimate::solver::gauss_newton::{Estimate, Fit, Smoother, StoppingCriteria};
 
-/// Times that noise and prior follow the data in one fit.
+/// Updates of noise and prior in one fit: they converge in two or three, and a later fit continues from them.
 pub(crate) const ROUNDS: usize = 4;
 
-/// An optimum, and the measurements with the weights of the balance that its residuals call for: where a further fit goes on.
+/// Steps of the smoother at most: from the start, and after an update, which moves the optimum little.
+const FIRST_STEPS: usize = 40;
+const FURTHER_STEPS: usize = 12;
+
+/// Relative fall of the cost at which the smoother ends: differences of the log evidence by one stand out.
+const TOLERANCE: f64 = 1e-7;
+
+/// An optimum, and the measurements with the weights of the balance (Student's t) at its residuals, with which a further fit goes
+/// on.
 #[derive(Clone, Debug)]
 pub(crate) struct Fitted {
     pub fit: Fit,
     pub weighted: Measurements,
 }
 
-/// Runs the smoother, lets noise and prior follow the data, and runs it again, `rounds` times. `None` where no optimum is found.
+/// Runs the smoother, updates noise, prior and weights, and runs it again, at most `rounds` times. `None` where no optimum is
+/// found.
 pub(crate) fn fit(
     measurements: &Measurements,
     order: usize,
@@ -35,7 +45,8 @@ pub(crate) fn fit(
     let mut best: Option<Fit> = None;
     for round in 0..=rounds {
         let smoother = Smoother::new(&weighted, order, noise, prior).strictly_convex();
-        let stopping = StoppingCriteria { iterations: if round == 0 { 40 } else { 12 }, tolerance: 1e-7 };
+        let stopping =
+            StoppingCriteria { iterations: if round == 0 { FIRST_STEPS } else { FURTHER_STEPS }, tolerance: TOLERANCE };
         estimate = smoother.run(estimate.coefficients, estimate.psi, stopping);
         if !estimate.cost.is_finite() {
             break;
@@ -48,17 +59,17 @@ pub(crate) fn fit(
         best = Some(Fit { estimate: estimate.clone(), order, noise, prior, log_evidence });
         let next = updated_noise(&smoother, &estimate, &variance, variance_components);
         prior.scale_m = updated_scale(&estimate.coefficients, &variance, prior);
-        let settled = (next.sensor_m / noise.sensor_m).ln().abs() < SETTLED_SENSOR
-            && (next.balance_m / noise.balance_m).ln().abs() < SETTLED_BALANCE;
+        let converged = (next.sensor_m / noise.sensor_m).ln().abs() < CONVERGED_SENSOR
+            && (next.balance_m / noise.balance_m).ln().abs() < CONVERGED_BALANCE;
         noise = next;
         weighted = with_balance_weights(weighted, &estimate, noise.balance_m);
-        if settled {
+        if converged {
             break;
         }
     }
     best.map(|fit| Fitted { fit, weighted })
 }
 
-/// Noise that changes by less than these shares of itself no longer follows the data: far below what a log tells of it.
-const SETTLED_SENSOR: f64 = 0.01;
-const SETTLED_BALANCE: f64 = 0.05;
+/// Relative changes of the noise below which the updates have converged: far below the standard deviations of the estimates.
+const CONVERGED_SENSOR: f64 = 0.01;
+const CONVERGED_BALANCE: f64 = 0.05;

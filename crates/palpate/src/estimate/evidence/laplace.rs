@@ -1,5 +1,5 @@
-//! The evidence: the probability of a log with shape and motion integrated out, by Laplace's approximation (MacKay, *Bayesian
-//! interpolation*, 1992).
+//! The evidence: the probability of a log with shape and motion integrated out, by Laplace's approximation (D. J. C. MacKay,
+//! *Bayesian interpolation*, Neural Computation 4, 1992; `docs/theory.md`, what the log says of itself).
 
 use crate::estimate::model::contact::residuals;
 use crate::estimate::solver::gauss_newton::{Estimate, Smoother};
@@ -7,8 +7,8 @@ use crate::estimate::solver::normal_equations::Normal;
 use nalgebra::{Cholesky, Dyn};
 
 /// ln of the probability of the log, shape and motion integrated out. An object at rest has the orientation that balances it,
-/// to within σ_b/g': the balance is what is known of ψ beforehand, with the density |g'|/σ_b at its peak, and not a
-/// measurement. (Were it one, round shapes would be favoured, which leave ψ free.) `factor` is that of `normal`.
+/// to within σ_b/g': the balance is a prior on ψ, with the density |g'|/σ_b at its peak, and not a
+/// measurement. (A measurement would favour round shapes, which do not determine ψ.) `factor` is that of `normal`.
 pub(crate) fn log_evidence(
     smoother: &Smoother,
     estimate: &Estimate,

@@ -1,4 +1,5 @@
-//! What the data say of everything that is not shape or motion.
+//! Hyperparameters by the evidence (`docs/theory.md`, what the log says of itself): noise, scale of the prior and number of
+//! harmonics.
 
 pub(crate) mod fit;
 pub(crate) mod laplace;

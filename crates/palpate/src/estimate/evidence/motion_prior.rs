@@ -1,7 +1,7 @@
 //! The prior on the motion, in nats: what an object at rest between slow palms does rarely, and how rarely.
 //!
-//! Without it more harmonics than the object has would be paid for by poses to choose from, each sample taking the one that suits its
-//! noise. The same numbers rank arrangements and numbers of harmonics ([`neg_log_prior`]) and decode the motion
+//! Without it more harmonics than the object has would be paid for by poses to choose from, each sample taking the one that suits
+//! its noise. The same numbers rank arrangements and numbers of harmonics ([`neg_log_prior`]) and decode the motion
 //! ([`crate::estimate::association`]).
 
 use crate::estimate::measurements::Measurements;
@@ -20,17 +20,17 @@ impl Nats {
     }
 }
 
-/// A jump that statics predicts (the pose before vanishes, and the object goes downhill to the pose after): some seven of a thousand
-/// samples have one, 150 to 1.
+/// A jump that statics predicts (the pose before vanishes, and the object goes downhill to the pose after): some seven of a
+/// thousand samples have one, 150 to 1.
 pub(crate) const PREDICTED_JUMP: Nats = Nats(5.0);
 
-/// A jump that statics does not predict, and what more if it is by half a turn: an object does not turn there and back to come from one
-/// pose to another.
+/// A jump that statics does not predict, and what more if it is by half a turn: an object does not turn there and back to come
+/// from one pose to another.
 pub(crate) const UNPREDICTED_JUMP: Nats = Nats(10.0);
 pub(crate) const PER_HALF_TURN: Nats = Nats(20.0);
 
-/// Such a jump where friction or pace spoil the balance, and no contact moved. Excluded: otherwise a symmetric object could flip at no
-/// cost wherever the balance does not hold for long.
+/// Such a jump where friction or pace spoil the balance, and no contact moved. Excluded: otherwise a symmetric object could flip
+/// at no cost wherever the balance does not hold for long.
 pub(crate) const EXCLUDED: Nats = Nats(500.0);
 
 /// A sample that rests at a pose that is no minimum of the potential energy.
@@ -39,7 +39,8 @@ pub(crate) const UNSTABLE_POSE: Nats = Nats(10.0);
 /// A pose counts as certain when every way elsewhere costs this much more: 150 to 1.
 pub(crate) const CERTAIN: Nats = Nats(5.0);
 
-/// −ln of the prior probability of a motion: its jumps and its unstable poses. The balance is missed by `balance_m` as a rule.
+/// −ln of the prior probability of a motion: its jumps and its unstable poses. `balance_m` is the standard deviation of the
+/// balance.
 pub(crate) fn neg_log_prior(measurements: &Measurements, estimate: &Estimate, balance_m: f64) -> f64 {
     let mut psi = estimate.psi.clone();
     unwrap(&mut psi);

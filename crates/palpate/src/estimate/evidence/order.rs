@@ -1,4 +1,4 @@
-//! The number of harmonics, by the evidence.
+//! The number of harmonics by the evidence (MacKay 1992; `docs/theory.md`, what the log says of itself).
 
 use crate::estimate::evidence::fit::{Fitted, ROUNDS, fit};
 use crate::estimate::evidence::variance_components::VarianceComponents;
@@ -6,17 +6,17 @@ use crate::estimate::measurements::Measurements;
 use crate::estimate::model::layout::Layout;
 use crate::estimate::model::noise::Noise;
 use crate::estimate::model::prior::Prior;
-use crate::estimate::solver::gauss_newton::Estimate;
-use crate::estimate::solver::gauss_newton::Fit;
+use crate::estimate::solver::gauss_newton::{Estimate, Fit};
 
-/// Numbers of harmonics that are tried, in turn.
+/// Numbers of harmonics that are tried: in steps of about a quarter, fine enough for the evidence, which is flat at its maximum.
 pub(crate) const ORDERS: [usize; 12] = [3, 4, 6, 8, 10, 12, 16, 20, 24, 32, 40, 48];
 
-/// Numbers of harmonics without gain after which no further ones are tried.
+/// Consecutive numbers of harmonics without a gain in evidence after which a climb ends: more cost
+/// fits, fewer may end it at a local maximum.
 const PATIENCE: usize = 2;
 
 /// The number of harmonics with the largest evidence: up from the number of the start while the evidence grows, then down
-/// from it. Every fit begins at the optimum of its neighbour, never at a shape with too few harmonics to hold the motion.
+/// from it. Every fit begins at the optimum of its neighbour, never at a shape with too few harmonics for the motion.
 pub(crate) fn choose_order(
     measurements: &Measurements,
     start: Estimate,
@@ -51,7 +51,7 @@ pub(crate) fn choose_order(
             }
         }
     }
-    // One step more than the evidence asks for: what was not resolved belongs into the error bars.
+    // One step more than the maximum of the evidence, so that the error bars include harmonics that were not resolved.
     let richer = ORDERS.iter().copied().find(|&order| order > best.order).unwrap_or(best.order);
     again(&weighted, richer, &best).or(Some(Fitted { fit: best, weighted }))
 }

@@ -22,7 +22,7 @@ fn pebble() -> SupportFunction {
     random_shape(&RandomShape { mean_radius_m: SIZE_M, order: 6, ..RandomShape::default() }, 4).expect("a valid kind")
 }
 
-/// Carried around without a jump; with the start that a perfect search would give.
+/// A log without a jump, and its true shape and motion as the start.
 fn setting(shape: &SupportFunction, samples: usize, noise_sd_m: f64) -> (Measurements, Estimate) {
     let plan = plan_turn(shape, &PalmLimits::default(), 40.0).expect("a motion without a jump");
     let motion: Vec<(f64, PalmPair)> = plan.motion.sample(samples as f64 / 40.0).expect("possible");
@@ -51,11 +51,11 @@ fn flat_sided() -> SupportFunction {
 }
 
 #[test]
-fn as_many_harmonics_as_the_object_has_and_more_for_flat_sides() {
+fn the_evidence_chooses_the_harmonics_of_the_object_and_more_for_flat_sides() {
     let noise = Noise { sensor_m: NOISE_M, balance_m: NOISE_M };
     let (measurements, start) = setting(&pebble(), 400, NOISE_M);
     let smooth = choose_order(&measurements, start, noise, PRIOR, free()).expect("solvable").fit.order;
-    // Six, and a step of reserve.
+    // Six, and one step more.
     assert!((6..=8).contains(&smooth), "{smooth}");
     let (measurements, start) = setting(&flat_sided(), 400, NOISE_M);
     let flat = choose_order(&measurements, start, noise, PRIOR, free()).expect("solvable").fit.order;
@@ -70,13 +70,13 @@ fn the_noise_of_the_sensors_is_estimated_to_a_tenth() {
         let noise = Noise { sensor_m: 3.0 * noise_m, balance_m: noise_m };
         let fit = fit(&measurements, 6, start, noise, PRIOR, free(), 8).expect("solvable").fit;
         assert!((fit.noise.sensor_m / noise_m - 1.0).abs() < 0.1, "{} for {noise_m}", fit.noise.sensor_m);
-        // The simulated balance is exact; it is never believed to be more so than this.
+        // The simulated balance is exact; its estimate has a floor.
         assert!(fit.noise.balance_m < 0.2 * noise_m, "{} for {noise_m}", fit.noise.balance_m);
     }
 }
 
 #[test]
-fn stated_noise_stays() {
+fn stated_noise_is_not_estimated() {
     let (measurements, start) = setting(&pebble(), 200, NOISE_M);
     let stated = Noise { sensor_m: 3e-4, balance_m: 3e-4 };
     let variance_components = VarianceComponents { sensor: false, ..free() };
@@ -85,19 +85,19 @@ fn stated_noise_stays() {
 }
 
 #[test]
-fn leaps_and_restless_poses_are_counted_against_a_motion() {
+fn the_motion_prior_counts_jumps_and_unstable_poses() {
     let (measurements, start) = setting(&pebble(), 200, NOISE_M);
-    // A fast slide may look like a leap.
+    // A fast slide may look like a jump.
     let before = neg_log_prior(&measurements, &start, NOISE_M);
     assert!(before <= PREDICTED_JUMP.0, "{before}");
-    let mut leaping = start.clone();
-    leaping.psi[50] += 0.5;
-    assert_eq!(neg_log_prior(&measurements, &leaping, NOISE_M) - before, 2.0 * PREDICTED_JUMP.0, "there and back");
+    let mut jumping = start.clone();
+    jumping.psi[50] += 0.5;
+    assert_eq!(neg_log_prior(&measurements, &jumping, NOISE_M) - before, 2.0 * PREDICTED_JUMP.0, "there and back");
     // With the centre of mass mirrored in the centre of the shape, the same poses are highest where they were lowest.
     let mut turned = start;
     turned.coefficients.iter_mut().skip(1).for_each(|a| *a = -*a);
-    let restless = neg_log_prior(&measurements, &turned, NOISE_M) / UNSTABLE_POSE.0;
-    assert!(restless > 150.0, "{restless}");
+    let unstable = neg_log_prior(&measurements, &turned, NOISE_M) / UNSTABLE_POSE.0;
+    assert!(unstable > 150.0, "{unstable}");
 }
 
 #[test]

@@ -1,4 +1,5 @@
-//! Noise and size of the prior, as large as the data have them (variance components, expectation-maximisation).
+//! Variance components: the standard deviations of contacts and balance from squared residuals over their redundancy, and the
+//! scale of the prior by expectation-maximisation (`docs/theory.md`, what the log says of itself).
 
 use crate::estimate::measurements::Measurements;
 use crate::estimate::model::contact::residuals;
@@ -7,20 +8,38 @@ use crate::estimate::model::noise::{Noise, STUDENT};
 use crate::estimate::model::prior::Prior;
 use crate::estimate::solver::gauss_newton::{Estimate, Smoother};
 
-/// Which standard deviations the data may change.
+/// Which standard deviations are estimated.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct VarianceComponents {
-    /// The sensor noise is estimated (not stated by log or user).
+    /// Whether the sensor noise is estimated (not stated by log or user).
     pub sensor: bool,
-    /// Smallest standard deviation of a sensor that makes sense, metres.
+    /// Least standard deviation of a sensor, metres.
     pub floor_m: f64,
 }
 
-/// The balance is never believed to be more exact than this share of the sensor noise.
-const STRICTEST_BALANCE: f64 = 0.1;
+/// The balance is never taken to be more exact than this share of the sensor noise: the residuals of the contacts do not resolve
+/// more.
+const LEAST_BALANCE_SHARE: f64 = 0.1;
 
-/// The measurements with other weights of the balance. It is missed in bursts (ringing after a jump, a stick and a slip), so its errors
-/// follow Student's t, not a Gaussian: each sample weighs (ν + 1)/(ν + (g/σ_b)²).
+/// Least share of the redundancy that the coefficients leave, for logs with hardly more readings than coefficients.
+const LEAST_FREE_SHARE: f64 = 0.05;
+
+/// Largest factor by which one update changes a standard deviation, so that a poor first fit does not mislead the next; and its
+/// inverse.
+const LARGEST_STEP: f64 = 5.0;
+const SMALLEST_STEP: f64 = 0.2;
+
+/// Floors of information and redundancy: no division by zero.
+const LEAST_INFORMATION: f64 = 1e-300;
+const LEAST_REDUNDANCY: f64 = 1e-9;
+
+/// Range of the scale of the prior, as shares of the size of the object: from a near-circular one to harmonics as large as the
+/// object.
+const SCALES: [f64; 2] = [0.02, 2.0];
+
+/// The measurements with the weights of the balance at an estimate. The balance fails in bursts (ringing after a jump, stick and
+/// slip), so that its errors follow Student's t, not a Gaussian: iteratively reweighted, each sample has the weight (ν + 1)/(ν +
+/// (g/σ_b)²).
 pub(crate) fn with_balance_weights(
     mut measurements: Measurements,
     estimate: &Estimate,
@@ -35,7 +54,7 @@ pub(crate) fn with_balance_weights(
     measurements
 }
 
-/// Variance components: squared residuals of each kind over the redundancy that the fit leaves them.
+/// Variance components: squared residuals of each kind over their redundancy.
 pub(crate) fn updated_noise(
     smoother: &Smoother,
     estimate: &Estimate,
@@ -55,24 +74,25 @@ pub(crate) fn updated_noise(
         ] {
             if weight > 0.0 {
                 squares[kind] += (weight * value).powi(2);
-                redundancy[kind] += 1.0 - (weight * by_psi).powi(2) / information.max(1e-300);
+                redundancy[kind] += 1.0 - (weight * by_psi).powi(2) / information.max(LEAST_INFORMATION);
             }
         }
     }
     let priors = smoother.prior.standard_deviations(smoother.order);
     let free: f64 = variance.iter().zip(&priors).map(|(variance, sd)| 1.0 - variance / (sd * sd)).sum();
     let total = redundancy[0] + redundancy[1];
-    let share = ((total - free) / total).max(0.05);
+    let share = ((total - free) / total).max(LEAST_FREE_SHARE);
     let step = |kind: usize| {
-        let ratio: f64 = squares[kind] / (redundancy[kind] * share).max(1e-9);
-        ratio.sqrt().clamp(0.2, 5.0)
+        let ratio: f64 = squares[kind] / (redundancy[kind] * share).max(LEAST_REDUNDANCY);
+        ratio.sqrt().clamp(SMALLEST_STEP, LARGEST_STEP)
     };
     let sensor =
         if variance_components.sensor { (sensor_m * step(0)).max(variance_components.floor_m) } else { sensor_m };
-    Noise { sensor_m: sensor, balance_m: (balance_m * step(1)).max(STRICTEST_BALANCE * sensor) }
+    Noise { sensor_m: sensor, balance_m: (balance_m * step(1)).max(LEAST_BALANCE_SHARE * sensor) }
 }
 
-/// Expectation-maximisation step for the prior's c: the mean of k⁴(a² + b²), with what is uncertain of each added.
+/// Expectation-maximisation step for the scale c of the prior: c² is the mean of k⁴ a² and k⁴ b², each with its posterior
+/// variance added.
 pub(crate) fn updated_scale(coefficients: &[f64], variance: &[f64], prior: Prior) -> f64 {
     let order = Layout::of_coefficients(coefficients).order;
     let (mut sum, mut count) = (0.0, 0.0);
@@ -82,5 +102,9 @@ pub(crate) fn updated_scale(coefficients: &[f64], variance: &[f64], prior: Prior
             count += 1.0;
         }
     }
-    if count == 0.0 { prior.scale_m } else { (sum / count).sqrt().clamp(0.02 * prior.size_m, 2.0 * prior.size_m) }
+    if count == 0.0 {
+        prior.scale_m
+    } else {
+        (sum / count).sqrt().clamp(SCALES[0] * prior.size_m, SCALES[1] * prior.size_m)
+    }
 }

@@ -10,7 +10,7 @@ fn jump(sample: usize, psi_before: f64, psi_after: f64, predicted: bool) -> Dete
 }
 
 #[test]
-fn to_and_fro_is_a_leap_that_is_undone_at_once_and_not_foretold() {
+fn a_jump_that_is_undone_at_once_and_not_predicted_counts_as_reversed() {
     let there = jump(100, 1.0, 1.1, false);
     assert_eq!(jump_reversals(&[there, jump(103, 1.1, 1.01, false)]), 1);
     assert_eq!(jump_reversals(&[there, jump(103, 1.1, 1.2, false)]), 0, "onwards");
@@ -20,7 +20,7 @@ fn to_and_fro_is_a_leap_that_is_undone_at_once_and_not_foretold() {
 }
 
 #[test]
-fn no_step_much_longer_than_a_leap_is_its_ringing() {
+fn no_step_much_longer_than_a_jump_is_its_ringing() {
     let whole = jump(100, 1.0, 1.1, true);
     assert!(whole.rings_with(&jump(100, 1.0, 1.4, false)));
     assert!(!whole.rings_with(&jump(100, 1.0, -0.2, false)));
@@ -59,12 +59,12 @@ fn the_jump_of_a_simulated_motion_is_found_with_its_sample_and_its_poses() {
 }
 
 #[test]
-fn a_step_over_a_hill_is_an_impossible_leap() {
+fn a_step_over_a_barrier_is_not_physical() {
     let (shape, palms, run, mut psi) = jumping();
     let wrong = 150;
     assert!(
         !run.jumps.is_empty() && !outlying_steps(&psi).iter().any(|sample| sample.abs_diff(wrong) < 10),
-        "a calm place"
+        "no jump nearby"
     );
     psi[wrong..].iter_mut().for_each(|psi| *psi += 0.8);
     let found = detect_jumps(&shape, &palms, &psi);
@@ -75,21 +75,21 @@ fn a_step_over_a_hill_is_an_impossible_leap() {
 }
 
 #[test]
-fn a_step_too_early_is_possible_only_over_a_hill_that_errors_of_the_shape_may_feign() {
+fn an_early_step_is_physical_only_over_a_barrier_within_the_allowance() {
     let (shape, palms, run, psi) = jumping();
     let at = first_after(&run);
     let mut verdicts = Vec::new();
     for early in 1..8 {
         // The object is on its later branch of poses a few samples before the earlier one ends.
-        let mut hasty = psi.clone();
+        let mut early_psi = psi.clone();
         for sample in (at - early..at).rev() {
-            hasty[sample] = followed(&shape, &palms[sample + 1], &palms[sample], hasty[sample + 1]).0;
+            early_psi[sample] = followed(&shape, &palms[sample + 1], &palms[sample], early_psi[sample + 1]).0;
         }
         let sample = at - early;
         let landscape = EnergyLandscape::new(&shape, &palms[sample]);
-        let (before, after) = (hasty[sample - 1], hasty[sample]);
-        let way = (0..=1000).map(|step| landscape.height_m(before + (after - before) * f64::from(step) / 1000.0));
-        let barrier_m = way.fold(f64::NEG_INFINITY, f64::max) - landscape.height_m(before);
+        let (before, after) = (early_psi[sample - 1], early_psi[sample]);
+        let heights = (0..=1000).map(|step| landscape.height_m(before + (after - before) * f64::from(step) / 1000.0));
+        let barrier_m = heights.fold(f64::NEG_INFINITY, f64::max) - landscape.height_m(before);
         let Passage { jump, jumped, physical } = passage(&shape, &palms, (sample - 1, before), (sample, after));
         assert!(jumped && !jump.predicted && jump.physical == physical);
         assert_eq!(physical, barrier_m < BARRIER_ALLOWANCE * shape.mean_radius_m(), "{early} early, {barrier_m}");
@@ -98,7 +98,7 @@ fn a_step_too_early_is_possible_only_over_a_hill_that_errors_of_the_shape_may_fe
     assert!(verdicts.contains(&true) && verdicts.contains(&false), "{verdicts:?}");
 }
 
-/// The motion of an object that rings after its jump, so often to and fro as there are amplitudes.
+/// The motion of an object that rings after its jump with these amplitudes, in alternating directions.
 fn ringing(psi: &[f64], at: usize, amplitudes: &[f64]) -> Vec<f64> {
     let mut rings = psi.to_vec();
     for (number, (psi, amplitude)) in rings[at..].iter_mut().zip(amplitudes).enumerate() {
@@ -114,7 +114,7 @@ fn a_jump_with_ringing_after_it_is_one_jump_from_the_rest_before_to_the_rest_aft
     let rings = ringing(&psi, at, &[0.45, 0.4, 0.35, 0.3, 0.25, 0.2, 0.15, 0.1]);
     let [jump] = detect_jumps(&shape, &palms, &rings)[..] else { panic!("one jump") };
     assert!(jump.physical && jump.predicted);
-    assert_eq!(jump.sample, at, "the longest step of the unrest");
+    assert_eq!(jump.sample, at, "the longest step of the ringing");
     assert!(jump.psi_before < psi[at - 1] + 1e-9 && jump.psi_after != rings[at]);
     assert!((jump.psi_after - psi[at]).abs() < 0.1, "at rest again: {} {}", jump.psi_after, psi[at]);
 }

@@ -3,8 +3,7 @@
 
 use crate::estimate::measurements::Instant;
 use crate::mechanics::Forces;
-use crate::mechanics::force_model::ForceModel;
-use crate::mechanics::force_model::{ForceResidual, MotionState};
+use crate::mechanics::force_model::{ForceModel, ForceResidual, MotionState};
 use crate::palms::{ContactRow, Contacts};
 use crate::shape::ContactSupport;
 
@@ -16,7 +15,7 @@ pub(crate) struct Residuals {
 }
 
 impl Residuals {
-    /// Whether the pose is balanced, the balance being missed by `balance_m` as a rule, but at no minimum of the potential energy.
+    /// Whether the pose is balanced, to within the standard deviation `balance_m`, but not at a minimum of the potential energy.
     pub fn is_unstable(&self, balance_m: f64) -> bool {
         let [_, _, value] = self.value;
         let residual = ForceResidual { value, by_psi: self.by_psi[2], by_psi_rates: [0.0; 2] };
@@ -24,7 +23,8 @@ impl Residuals {
     }
 }
 
-/// A pose whose balance is missed by more standard deviations than this is on its way (ringing); only one that rests can rest unstably.
+/// A pose whose balance is missed by more standard deviations than this is not at rest but in motion (ringing), and not tested
+/// for stability.
 pub(crate) const AT_REST: f64 = 4.0;
 
 /// Support function, its derivatives and the radius of curvature at several normal angles.
@@ -48,7 +48,7 @@ fn contact_directions(instant: &Instant, psi: f64) -> ([f64; 2], [f64; 2]) {
 }
 
 /// r, d, v at several normal angles, given by their cosines and sines, from the coefficient vector (a0, a1 … aK, b1 … bK).
-/// The angles go in step, so that the processor can take them together. `visit` is shown cos kθ and sin kθ for k = 1 … K.
+/// The angles are evaluated side by side, so that the loop vectorises. `visit` is given cos kθ and sin kθ for k = 1 … K.
 #[inline(always)]
 pub(crate) fn supports<const ANGLES: usize>(
     coefficients: &[f64],
@@ -97,7 +97,8 @@ pub(crate) fn combine(instant: &Instant, at: Contacts) -> Residuals {
     Residuals { value: [s1 - instant.s1, s2 - instant.s2, forces.value], by_psi: [s1_by_psi, s2_by_psi, forces.by_psi] }
 }
 
-/// Derivatives of the three residuals by the angles of palm 1 and palm 2, each against the horizontal: `[palm][residual]`, ψ as it is.
+/// Derivatives of the three residuals by the angles of palm 1 and palm 2, each against the horizontal: `[palm][residual]`, ψ as
+/// it is.
 pub(crate) fn by_palms(instant: &Instant, at: &Contacts) -> [[f64; 3]; 2] {
     let [[s11, s21], [s12, s22]] = instant.palms.positions_by_palms(at);
     let [g1, g2] = Forces::default().by_palms(&MotionState::at_rest(instant.palms, *at));
@@ -123,7 +124,7 @@ impl Linearised {
         Self { numbers: (1..=order).map(|k| k as f64).collect(), cos: [empty(), empty()], sin: [empty(), empty()] }
     }
 
-    /// Moves to another sample, orientation and shape; the residuals there.
+    /// Evaluates another sample, orientation and shape; returns the residuals there.
     pub fn at(&mut self, instant: &Instant, coefficients: &[f64], psi: f64) -> Residuals {
         let order = self.numbers.len();
         let ([cos1, cos2], [sin1, sin2]) = (&mut self.cos, &mut self.sin);
@@ -140,7 +141,7 @@ impl Linearised {
     /// Writes the derivative, by the coefficients, of the three residuals in the mixture `share`.
     pub fn mixed_row(&self, instant: &Instant, share: [f64; 3], row: &mut [f64]) {
         let of_contacts = instant.palms.positions_row([share[0], share[1]]);
-        // The row of the forces does not read the contacts while nothing moves.
+        // At rest the row of the forces does not depend on the contacts.
         let contacts = Contacts { r: [0.0; 2], d: [0.0; 2], v: [0.0; 2] };
         let of_forces = Forces::default().row(&MotionState::at_rest(instant.palms, contacts));
         let ContactRow { r: [r1, r2], d: [d1, d2], .. } = of_contacts.plus(share[2], &of_forces);

@@ -1,15 +1,22 @@
-//! Eight samples in step, so that the processor takes them together: the residuals of [`super::super::residuals`], lane by lane.
+//! The residuals of [`super::contact`] for eight samples side by side (SIMD lanes), the Newton steps that project each ψ to its
+//! minimum, and rotations that separate ψ from the shape.
 
 use crate::estimate::measurements::Instant;
 use crate::estimate::model::contact::supports;
 use crate::estimate::model::noise::Noise;
-use crate::math::lanes::Number;
-use crate::math::lanes::{LANES, Lanes, sin_cos};
+use crate::math::lanes::{LANES, Lanes, Number, sin_cos};
 use crate::mechanics::force_model::{ForceModel, MotionState};
 use crate::palms::{ContactRow, Contacts, PalmAngles};
 use std::marker::PhantomData;
 
-/// Eight samples; where the log ends before, the rest weigh nothing.
+/// An orientation has converged when a further step would lower its squares by less than this (squared standard deviations): a
+/// thousandth of its standard deviation.
+const CONVERGED: f64 = 1e-6;
+
+/// Largest step of an orientation, radians: beyond it the linearisation does not hold.
+const LARGEST_STEP: f64 = 0.1;
+
+/// Eight samples; where the log ends before, the remaining lanes have weight 0.
 pub(crate) struct Block<F> {
     force_model: F,
     phi1: Lanes,
@@ -37,7 +44,7 @@ impl Waves {
 }
 
 impl<F: ForceModel> Block<F> {
-    /// Of the first eight instants at the most.
+    /// For at most the first eight instants.
     #[inline(always)]
     pub fn new(force_model: F, instants: &[Instant], noise: Noise) -> Self {
         let mut weights = [Lanes::ZERO; 3];
@@ -68,7 +75,7 @@ impl<F: ForceModel> Block<F> {
     pub fn at(&self, coefficients: &[f64], psi: &Lanes, waves: Option<&mut Waves>) -> Weighted {
         let (sines, cosines) = sin_cos(self.phi1 - *psi);
         let (cos, sin) = self.palms.contact_directions(sines, cosines);
-        let (cos, sin) = (in_a_row(cos), in_a_row(sin));
+        let (cos, sin) = (concatenated(cos), concatenated(sin));
         let both = match waves {
             Some(waves) => {
                 let kept = &mut waves.0[..coefficients.len() / 2];
@@ -76,7 +83,7 @@ impl<F: ForceModel> Block<F> {
             }
             None => supports(coefficients, cos, sin, |_, _, _| ()),
         };
-        let at = Contacts { r: in_two(both.r), d: in_two(both.d), v: in_two(both.v) };
+        let at = Contacts { r: split(both.r), d: split(both.d), v: split(both.v) };
         let (r_by_psi, d_by_psi) = at.by_psi();
         let ([s1, s2], [s1_by_psi, s2_by_psi]) =
             (self.palms.positions(at.r, at.d), self.palms.positions(r_by_psi, d_by_psi));
@@ -98,7 +105,8 @@ impl<F: ForceModel> Block<F> {
         Mixture { row, force_model: PhantomData }
     }
 
-    /// Brings each ψ (as many as there are samples) to the minimum of its own sample by a few Newton steps; the residuals there.
+    /// Brings each ψ (as many as there are samples) to the minimum of its own sample by at most `rounds` Gauss-Newton steps; the
+    /// residuals there.
     #[inline(always)]
     pub fn project_orientations(
         &self,
@@ -110,14 +118,13 @@ impl<F: ForceModel> Block<F> {
         let mut psi = Lanes::loaded(samples);
         let mut at = self.at(coefficients, &psi, waves.as_deref_mut());
         let mut open = [true; LANES];
-        let mut taken_back = false;
+        let mut any_rejected = false;
         for _ in 0..rounds {
             let (square, slope, curvature) = at.sums();
             let mut moved = psi;
             for lane in 0..LANES {
-                // Worth less than 1e-6 of a squared standard deviation: settled.
-                open[lane] &= slope[lane] * slope[lane] > 1e-6 * curvature[lane] && curvature[lane] > 0.0;
-                let step = (slope[lane] / curvature[lane]).clamp(-0.1, 0.1);
+                open[lane] &= slope[lane] * slope[lane] > CONVERGED * curvature[lane] && curvature[lane] > 0.0;
+                let step = (slope[lane] / curvature[lane]).clamp(-LARGEST_STEP, LARGEST_STEP);
                 moved[lane] -= if open[lane] { step } else { 0.0 };
             }
             if open == [false; LANES] {
@@ -127,7 +134,7 @@ impl<F: ForceModel> Block<F> {
             let (next, _, _) = there.sums();
             for lane in 0..LANES {
                 let better = open[lane] && next[lane] < square[lane];
-                taken_back |= open[lane] && !better;
+                any_rejected |= open[lane] && !better;
                 open[lane] = better;
                 psi[lane] = if better { moved[lane] } else { psi[lane] };
                 for j in 0..3 {
@@ -137,7 +144,7 @@ impl<F: ForceModel> Block<F> {
                 }
             }
         }
-        if taken_back && waves.is_some() {
+        if any_rejected && waves.is_some() {
             at = self.at(coefficients, &psi, waves);
         }
         samples.copy_from_slice(&psi.0[..samples.len()]);
@@ -159,15 +166,15 @@ pub(crate) fn dots(a: &[Lanes; 3], b: &[Lanes; 3]) -> Lanes {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-/// The lanes of both contacts in a row, so that the processor takes sixteen together.
+/// The lanes of both contacts in a row, so that sixteen are evaluated together.
 #[inline(always)]
-fn in_a_row([one, two]: [Lanes; 2]) -> [f64; 2 * LANES] {
+fn concatenated([one, two]: [Lanes; 2]) -> [f64; 2 * LANES] {
     std::array::from_fn(|lane| if lane < LANES { one[lane] } else { two[lane - LANES] })
 }
 
-/// The same back again.
+/// The inverse of [`concatenated`].
 #[inline(always)]
-fn in_two(row: [f64; 2 * LANES]) -> [Lanes; 2] {
+fn split(row: [f64; 2 * LANES]) -> [Lanes; 2] {
     [Lanes::from_fn(|lane| row[lane]), Lanes::from_fn(|lane| row[LANES + lane])]
 }
 

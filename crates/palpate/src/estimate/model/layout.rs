@@ -1,5 +1,5 @@
-//! Where the unknowns that all instants share stand in their vector: the coefficients (a₀, a₁ … a_K, b₁ … b_K) of the support function
-//! and behind them the shared parameters of calibration and forces, of which there are none yet.
+//! The order of the unknowns that all instants share: the coefficients (a₀, a₁ … a_K, b₁ … b_K) of the support function, followed
+//! by the shared parameters of calibration and forces, of which there are none yet.
 
 use nalgebra::DVector;
 
@@ -13,27 +13,27 @@ pub(crate) struct Layout {
 }
 
 impl Layout {
-    /// Of a shape with K harmonics and nothing else.
+    /// For a shape with K harmonics and nothing else.
     pub fn of_shape(order: usize) -> Self {
         Self { order, shared: 0 }
     }
 
-    /// Of the coefficients of a shape.
+    /// For the coefficients of a shape.
     pub fn of_coefficients(coefficients: &[f64]) -> Self {
         Self::of_shape(coefficients.len() / 2)
     }
 
-    /// How many unknowns there are.
+    /// Number of unknowns.
     pub fn unknowns(self) -> usize {
         2 * self.order + 1 + self.shared
     }
 
-    /// Where a_k stands, k = 1 … K; b_k stands `order` further on.
+    /// Index of a_k, k = 1 … K.
     pub fn cosine(k: usize) -> usize {
         k
     }
 
-    /// Where b_k stands.
+    /// Index of b_k, k = 1 … K.
     pub fn sine(self, k: usize) -> usize {
         self.order + k
     }

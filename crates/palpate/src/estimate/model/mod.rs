@@ -1,8 +1,8 @@
-//! Residuals of one instant and what is believed of their errors and of the shape.
+//! The model of one instant: residuals and their derivatives, the distributions of their errors, and the prior of the shape.
 
+pub(crate) mod balance_tolerance;
 pub(crate) mod contact;
 pub(crate) mod contact_lanes;
-pub(crate) mod force;
 pub(crate) mod layout;
 pub(crate) mod noise;
 pub(crate) mod noise_from_log;

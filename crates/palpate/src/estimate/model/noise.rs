@@ -1,4 +1,4 @@
-//! Errors of contact positions and balance, as the estimator believes them.
+//! The error model: Gaussian contact positions, and a balance with Student's t (`docs/theory.md`, what the log says of itself).
 
 use crate::estimate::measurements::Instant;
 use crate::estimate::model::table::SupportTable;
@@ -20,24 +20,27 @@ impl Noise {
     }
 }
 
-/// How far off contacts and balance usually are: variances, metres squared.
+/// Robust variances of contacts and balance, metres squared, for decoding.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Spread {
+    /// Of a contact position.
     pub contact_m2: f64,
+    /// Of the balance equation g.
     pub balance_m2: f64,
-    /// Samples over which errors of the balance hang together (friction, pace): so many tell as much as one.
+    /// Correlation time of the errors of the balance (friction, pace), in samples: so many carry the information of one.
     pub balance_memory: f64,
 }
 
 impl Spread {
-    /// Squared standard deviations by which a sample is missed at an orientation. Contacts always hold; balance may be
-    /// missed in bursts, so its part grows slowly only (Student's t with three degrees of freedom).
+    /// Squared standard deviations by which a sample is missed at an orientation: Gaussian contacts, and a balance whose share is
+    /// logarithmic (Student's t), since it fails in bursts.
     pub fn misfit(&self, table: &SupportTable, instant: &Instant, psi: f64) -> f64 {
         let value = table.residuals(instant, psi).value;
         let contacts = (instant.weight1 * value[0]).powi(2) + (instant.weight2 * value[1]).powi(2);
-        contacts / self.contact_m2 + 4.0 / self.balance_memory * (value[2] * value[2] / (3.0 * self.balance_m2)).ln_1p()
+        contacts / self.contact_m2
+            + (STUDENT + 1.0) / self.balance_memory * (value[2] * value[2] / (STUDENT * self.balance_m2)).ln_1p()
     }
 }
 
-/// Degrees of freedom ν of the errors of the balance.
+/// Degrees of freedom ν of Student's t for the errors of the balance: heavy tails for bursts, but still a finite variance.
 pub(crate) const STUDENT: f64 = 3.0;

@@ -1,7 +1,7 @@
-//! How noisy the contact positions are, told from the log alone, before any shape is known.
+//! Noise of the readings estimated from the log alone, before any shape is known (`docs/theory.md`, what the log says of itself).
 //!
-//! Third differences of neighbouring samples cancel every smooth motion and leave the noise (√20 times over). Readings on a
-//! lattice (a touchpad's counts, or digits cut off in a file) have at least the standard deviation of their step, q/√12.
+//! Third differences of neighbouring samples cancel every smooth motion and leave √20 times the noise. Quantised readings (a
+//! touchpad's counts, or rounded digits in a file) have at least the standard deviation of their step q, q/√12.
 
 use crate::estimate::measurements::{Instant, Measurements};
 use crate::estimate::model::contact::{by_palms, contacts};
@@ -11,8 +11,8 @@ use crate::math::statistics::median;
 /// Standard deviation of one contact position in metres, estimated from the scatter of neighbouring samples.
 pub(crate) fn contact_scatter_m(measurements: &Measurements) -> f64 {
     let scatter = third_difference_scatter(measurements, [|i| i.s1, |i| i.s2]);
-    let lattice = lattice_m(measurements, |i| i.s1).max(lattice_m(measurements, |i| i.s2));
-    scatter.max(lattice / 12f64.sqrt())
+    let step = quantisation_m(measurements, |i| i.s1).max(quantisation_m(measurements, |i| i.s2));
+    scatter.max(step / 12f64.sqrt())
 }
 
 /// Standard deviation of a palm angle in radians, estimated in the same way.
@@ -20,9 +20,9 @@ pub(crate) fn angle_scatter_rad(measurements: &Measurements) -> f64 {
     third_difference_scatter(measurements, [|i| i.phi1, |i| i.phi1 + i.phi2])
 }
 
-/// The log with contacts weighing less where noise of the palm angles moves them more than `contact_m`: far out on the palms, and where
-/// these are steep. For all samples together this is part of their noise; one alone may be missed by many times that. For a shape
-/// and a motion that are about right.
+/// The measurements with contacts down-weighted where noise of the palm angles moves them by more than `contact_m`: far out on
+/// the palms, and where these are steep. Over all samples this is part of their noise; a single one may be missed by many times
+/// that. Shape and motion need to be approximately right.
 pub(crate) fn with_noisy_angles(
     measurements: &Measurements,
     coefficients: &[f64],
@@ -30,7 +30,7 @@ pub(crate) fn with_noisy_angles(
     contact_m: f64,
 ) -> Measurements {
     let sd = angle_scatter_rad(measurements);
-    let least_m = contact_m.max(1e-5 * coefficients[0].abs());
+    let least_m = contact_m.max(LEAST_CONTACT_SD * coefficients[0].abs());
     let mut weighted = measurements.clone();
     for (instant, &psi) in weighted.instants.iter_mut().zip(psi) {
         let [first, second] = by_palms(instant, &contacts(instant, coefficients, psi));
@@ -43,6 +43,17 @@ pub(crate) fn with_noisy_angles(
     weighted
 }
 
+/// No contact is taken to be more exact than this share of the mean radius: weights stay finite in an exact log.
+const LEAST_CONTACT_SD: f64 = 1e-5;
+
+/// Share of the third differences that are used, the smallest ones, so that jumps do not count; as a fraction, numerator and
+/// denominator.
+const USED: [usize; 2] = [4, 5];
+
+/// Root mean square of the smaller four fifths of a standard normal distribution's absolute values.
+const TRUNCATED_SD: f64 = 0.6616;
+
+/// Standard deviation of the readings of two channels, from their third differences.
 fn third_difference_scatter(measurements: &Measurements, channels: [fn(&Instant) -> f64; 2]) -> f64 {
     let mut differences: Vec<f64> = Vec::new();
     for window in measurements.instants.windows(4) {
@@ -53,31 +64,48 @@ fn third_difference_scatter(measurements: &Measurements, channels: [fn(&Instant)
             }
         }
     }
-    // Root mean square of the smaller four fifths: leaps do not count, and readings on a lattice do no harm as they do to a
-    // median. Of a normal distribution that is 0.6616 of the standard deviation; third differences spread by √(1 + 9 + 9 + 1).
+    // Unlike a median, this is not biased by quantised readings. Third differences have √(1 + 9 + 9 + 1) times the standard
+    // deviation.
     differences.sort_by(f64::total_cmp);
-    differences.truncate(differences.len() * 4 / 5);
+    differences.truncate(differences.len() * USED[0] / USED[1]);
     let mean_square = differences.iter().map(|d| d * d).sum::<f64>() / differences.len().max(1) as f64;
-    mean_square.sqrt() / 0.6616 / 20f64.sqrt()
+    mean_square.sqrt() / TRUNCATED_SD / 20f64.sqrt()
 }
 
-/// The step of the lattice that all readings lie on, or 0 when there is none.
-fn lattice_m(measurements: &Measurements, s: fn(&Instant) -> f64) -> f64 {
+/// Smallest difference between two readings that are not equal, metres.
+const LEAST_GAP_M: f64 = 1e-12;
+
+/// Fewest gaps between readings that determine a quantisation step.
+const FEWEST_GAPS: usize = 8;
+
+/// The step is the gap at this quantile (one in so many) of all gaps: the commonest small one.
+const GAP_QUANTILE: usize = 10;
+
+/// Distance of a reading from a multiple of the step that rounding of digits explains, in steps: this, and this for each step
+/// from the first reading, up to this many.
+const OFF_STEP: f64 = 0.02;
+const OFF_STEP_GROWTH: f64 = 1e-3;
+const GROWTH_STEPS: f64 = 100.0;
+
+/// Percentage of the readings that must lie on multiples of the step.
+const ON_STEP_PERCENT: usize = 98;
+
+/// The quantisation step of the readings, or 0 when there is none.
+fn quantisation_m(measurements: &Measurements, s: fn(&Instant) -> f64) -> f64 {
     let mut values: Vec<f64> = measurements.instants.iter().filter(|i| i.both_seen()).map(s).collect();
     values.sort_by(f64::total_cmp);
     let Some(&first) = values.first() else { return 0.0 };
-    let mut gaps: Vec<f64> = values.windows(2).map(|w| w[1] - w[0]).filter(|gap| *gap > 1e-12).collect();
-    if gaps.len() < 8 {
+    let mut gaps: Vec<f64> = values.windows(2).map(|w| w[1] - w[0]).filter(|gap| *gap > LEAST_GAP_M).collect();
+    if gaps.len() < FEWEST_GAPS {
         return 0.0;
     }
     gaps.sort_by(f64::total_cmp);
-    // The step is the commonest small gap; a rounding of the file's digits may blur it a little.
-    let step = gaps[gaps.len() / 10];
-    let on_lattice = values.iter().filter(|value| {
+    let step = gaps[gaps.len() / GAP_QUANTILE];
+    let on_step = values.iter().filter(|value| {
         let count = (*value - first) / step;
-        (count - count.round()).abs() < 0.02 + 1e-3 * count.abs().min(100.0)
+        (count - count.round()).abs() < OFF_STEP + OFF_STEP_GROWTH * count.abs().min(GROWTH_STEPS)
     });
-    if on_lattice.count() * 100 >= values.len() * 98 { step } else { 0.0 }
+    if on_step.count() * 100 >= values.len() * ON_STEP_PERCENT { step } else { 0.0 }
 }
 
 /// The median of the standard deviations that the log states, if it states any.
@@ -124,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn gaussian_noise_is_told_to_a_tenth_through_motion_and_jumps() {
+    fn gaussian_noise_is_estimated_to_a_tenth_in_spite_of_motion_and_jumps() {
         for noise_sd_m in [3e-5, 1e-4, 3e-4] {
             let found = contact_scatter_m(&measurements(Touchpad { noise_sd_m, ..Touchpad::ideal() }));
             assert!((found / noise_sd_m - 1.0).abs() < 0.1, "{found} for {noise_sd_m}");
@@ -150,7 +178,7 @@ mod tests {
             sample.palms.phi2_rad += angle_sd * rng.sample::<f64, _>(StandardNormal);
         }
         let noisy = with_noisy_angles(&Measurements::new(&run.log, None), &coefficients, &psi, contact_m);
-        // How far the palms would have to turn for as much as the noise of a contact.
+        // The displacement of a contact by turns of the palms.
         let moves_m = |palms: &PalmPair, psi: f64, turn1: f64, turn2: f64| {
             let phi1_rad = palms.phi1_rad + turn1;
             let turned = PalmPair { phi1_rad, phi2_rad: palms.phi2_rad + turn2 - turn1, ..*palms };
@@ -171,12 +199,12 @@ mod tests {
     }
 
     #[test]
-    fn the_counts_of_a_touchpad_are_found() {
+    fn the_quantisation_step_of_a_touchpad_is_found() {
         let step = 0.0254 / 200.0;
         let pad = Touchpad { counts_per_inch: Some(200.0), ..Touchpad::ideal() };
         let measurements = measurements(pad);
         for channel in [|i: &Instant| i.s1, |i: &Instant| i.s2] {
-            assert!((lattice_m(&measurements, channel) / step - 1.0).abs() < 1e-6);
+            assert!((quantisation_m(&measurements, channel) / step - 1.0).abs() < 1e-6);
         }
         // Never less than rounding alone. More where the contact moves by about half a count per sample: 0, 1, 0, 1 …
         // looks 1.55 times as noisy as rounding at random.
@@ -185,13 +213,13 @@ mod tests {
     }
 
     #[test]
-    fn noisy_readings_lie_on_no_lattice() {
+    fn noisy_readings_are_not_quantised() {
         let measurements = measurements(Touchpad { noise_sd_m: 1e-4, ..Touchpad::ideal() });
-        assert_eq!(lattice_m(&measurements, |i| i.s1), 0.0);
+        assert_eq!(quantisation_m(&measurements, |i| i.s1), 0.0);
     }
 
     #[test]
-    fn noise_of_the_palm_angles_is_told_as_well() {
+    fn noise_of_the_palm_angles_is_estimated_as_well() {
         for angle_noise_sd_rad in [1e-4, 2e-3] {
             let found = angle_scatter_rad(&measurements(Touchpad { angle_noise_sd_rad, ..Touchpad::ideal() }));
             assert!((found / angle_noise_sd_rad - 1.0).abs() < 0.1, "{found} for {angle_noise_sd_rad}");

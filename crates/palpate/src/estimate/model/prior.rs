@@ -1,9 +1,10 @@
-//! What is believed of the shape before anything is felt: harmonics that fall with the square of their number, and convexity.
+//! The prior of the shape (`docs/theory.md`, maximum likelihood): independent harmonics whose standard deviations fall with the
+//! square of their number, and a penalty on v < 0 that keeps the shape convex.
 
 use pulp::{Arch, Simd, WithSimd};
 
-/// What is believed of the shape before anything is felt: a_k, b_k ~ N(0, (c/k²)²) for k ≥ 2, and a wide prior on the mean
-/// radius and on the first harmonic (where the centre of mass is).
+/// The prior of the coefficients: a_k, b_k ~ N(0, (c/k²)²) for k ≥ 2, and wide priors on the mean radius and on the first
+/// harmonic, which is the place of the centre of mass.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Prior {
     /// Rough size of the object, metres.
@@ -12,16 +13,24 @@ pub(crate) struct Prior {
     pub scale_m: f64,
 }
 
+/// Prior standard deviation of the mean radius, as a multiple of the size: so wide that it does not bias it.
+const RADIUS_SD: f64 = 10.0;
+
 impl Prior {
     /// Prior standard deviations of the coefficient vector (a0, a1 … aK, b1 … bK).
     pub fn standard_deviations(&self, order: usize) -> Vec<f64> {
         let harmonic = |k: usize| if k == 1 { self.size_m } else { self.scale_m / (k * k) as f64 };
-        let mut sd = vec![10.0 * self.size_m];
+        let mut sd = vec![RADIUS_SD * self.size_m];
         sd.extend((1..=order).map(harmonic));
         sd.extend((1..=order).map(harmonic));
         sd
     }
 }
+
+/// Margin ε and standard deviation σ_v of the convexity penalty, as shares of the size: v stays positive between the nodes, and a
+/// violation by a thousandth of the size costs more than any reading gains.
+const MARGIN: f64 = 8e-3;
+const MARGIN_SD: f64 = 5e-4;
 
 /// Keeps the radius of curvature positive: rows max(0, ε − v(θⱼ))/σ_v at nodes fine enough for K harmonics.
 pub(crate) struct Convexity {
@@ -50,24 +59,25 @@ impl Convexity {
                 sines.push(bending * sin);
             }
         }
-        Self { margin_m: 8e-3 * size_m, sd_m: 5e-4 * size_m, order, nodes, cosines, sines }
+        Self { margin_m: MARGIN * size_m, sd_m: MARGIN_SD * size_m, order, nodes, cosines, sines }
     }
 
+    /// No constraint.
     pub fn none() -> Self {
         Self { margin_m: 0.0, sd_m: 1.0, order: 0, nodes: 0, cosines: Vec::new(), sines: Vec::new() }
     }
 
     /// The violated nodes and their residuals.
     pub fn violations(&self, coefficients: &[f64]) -> impl Iterator<Item = (usize, f64)> {
-        // What v has in common at θ and −θ, and what it has opposite.
+        // The even and the odd part of v about θ = 0.
         let half = if self.nodes == 0 { 0 } else { self.nodes / 2 + 1 };
-        let (mut common, mut opposite) = (vec![coefficients[0]; half], vec![0.0; half]);
+        let (mut even, mut odd) = (vec![coefficients[0]; half], vec![0.0; half]);
         let (a, b) = coefficients[1..].split_at(coefficients.len() / 2);
-        Arch::new().dispatch(Summing { factors: a, columns: &self.cosines, sums: &mut common });
-        Arch::new().dispatch(Summing { factors: b, columns: &self.sines, sums: &mut opposite });
+        Arch::new().dispatch(Summing { factors: a, columns: &self.cosines, sums: &mut even });
+        Arch::new().dispatch(Summing { factors: b, columns: &self.sines, sums: &mut odd });
         (0..self.nodes).filter_map(move |node| {
             let (mirrored, sign) = self.mirrored(node);
-            let v = common[mirrored] + sign * opposite[mirrored];
+            let v = even[mirrored] + sign * odd[mirrored];
             (v < self.margin_m).then(|| (node, (self.margin_m - v) / self.sd_m))
         })
     }
@@ -90,7 +100,7 @@ impl Convexity {
     }
 }
 
-/// Adds columns, each times its factor, compiled for several processors.
+/// Adds columns, each times its factor, compiled for several instruction sets.
 struct Summing<'a> {
     factors: &'a [f64],
     columns: &'a [f64],

@@ -1,4 +1,4 @@
-//! A support function read from a table: for looking at thousands of orientations of a known shape.
+//! A tabulated support function with cubic Hermite interpolation, for evaluating thousands of orientations of one shape.
 
 use crate::estimate::measurements::Instant;
 use crate::estimate::model::contact::{Residuals, combine, support};
@@ -7,7 +7,7 @@ use crate::shape::ContactSupport;
 use std::f64::consts::TAU;
 
 /// Entries over the circle. For 48 harmonics a_k of the size of 1/k², a third of the mean radius the largest, the cubics
-/// between them are right to h⁴ Σ k⁵ a_k/384: 1e-7 of the mean radius.
+/// between them are accurate to h⁴ Σ k⁵ a_k/384: 1e-7 of the mean radius.
 const ENTRIES: usize = 2048;
 
 /// r, d and v of one shape at equally spaced normal angles.

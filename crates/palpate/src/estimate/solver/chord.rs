@@ -1,17 +1,19 @@
-//! The smoother from a start that is near the optimum, where shape and motion are both believed: the orientations are not brought to
-//! the minima of their samples before the first step, for at a shape that is a little wrong some of these minima are wrong ones.
+//! Chord (Shamanskii) steps for the smoother, from a start near the optimum. Near the optimum the normal matrix hardly changes
+//! any more; it is kept then, and only the gradient is evaluated anew (V. E. Shamanskii, *Ukrainian Mathematical Journal* 19,
+//! 1967): such a step costs O(M) for each sample, not O(M²).
 //!
-//! Near the optimum the normal matrix hardly changes any more. It is kept then, and only gradients are made anew (Shamanskii's
-//! variant of Newton's method, *Ukrainian Mathematical Journal* 19, 1967): such a step costs O(M) for each sample, not O(M²).
+//! The orientations of the start are kept too: they are not brought to the minima of their samples before the first step, since
+//! at a slightly wrong shape some of these minima are the wrong ones.
 
 use crate::estimate::measurements::Instant;
 use crate::estimate::model::contact_lanes::{Block, Waves, Weighted, dots};
 use crate::estimate::model::layout::coefficients_to_order;
 use crate::estimate::model::noise::Noise;
-use crate::estimate::solver::gauss_newton::{Estimate, Smoother, StoppingCriteria, Taken, moved};
+use crate::estimate::solver::gauss_newton::{
+    Estimate, FIRST_DAMPING, PROJECTIONS, Smoother, StoppingCriteria, Taken, moved,
+};
 use crate::estimate::solver::normal_equations::{PSI_INFORMATION, SHARE};
-use crate::math::lanes::Number;
-use crate::math::lanes::{LANES, Lanes};
+use crate::math::lanes::{LANES, Lanes, Number};
 use crate::mechanics::force_model::ForceModel;
 use nalgebra::DVector;
 use pulp::{Arch, Simd, WithSimd};
@@ -37,17 +39,19 @@ pub(crate) struct Descent {
     pub steps: usize,
 }
 
-/// The matrix is made anew as long as steps lower the cost by more than this share of it.
+/// The matrix is evaluated anew as long as steps lower the cost by more than this share of it: far from the optimum it changes
+/// too much.
 const FAR: f64 = 0.5;
 
-/// A kept matrix serves as long as each step gains less than this share of what the one before gained.
-const SHRINKING: f64 = 0.1;
+/// A kept matrix serves as long as each step gains less than this share of what the one before gained: slower convergence costs
+/// more chord steps than a new matrix.
+const CONTRACTION: f64 = 0.1;
 
 /// The normal equations without their matrix, at one estimate.
 pub(crate) struct Slope {
     pub cost: f64,
     pub gradient: DVector<f64>,
-    /// As in [`super::Normal`].
+    /// As in [`super::normal_equations::Normal`].
     pub psi_offset: Vec<f64>,
 }
 
@@ -62,7 +66,7 @@ impl<F: ForceModel> Smoother<'_, F> {
         coefficients_to_order(&mut coefficients, self.order);
         let cost = self.project_orientations(&coefficients, &mut psi, 0);
         let mut estimate = Estimate { coefficients, psi, cost };
-        let mut damping = 1e-4;
+        let mut damping = FIRST_DAMPING;
         for steps in 0..effort.iterations {
             let before = estimate.cost;
             let Some(taken) = self.step(&mut estimate, &mut damping) else {
@@ -85,10 +89,10 @@ impl<F: ForceModel> Smoother<'_, F> {
             let step = -taken.factor.solve(&slope.gradient);
             let coefficients = moved(&estimate.coefficients, &step);
             let mut psi = taken.normal.turned(&estimate.psi, &slope.psi_offset, &step);
-            let there = self.project_with_gradient(&coefficients, &mut psi, 2);
+            let there = self.project_with_gradient(&coefficients, &mut psi, PROJECTIONS);
             let cost = there.cost;
             let next = estimate.cost - cost;
-            // No orientation is settled to its last digit: a gain that small may come out as a loss.
+            // No orientation is converged to its last digit, so that a gain this small may come out as a loss.
             let worth = tolerance * cost;
             if next.is_nan() || next <= -worth {
                 return false;
@@ -99,7 +103,7 @@ impl<F: ForceModel> Smoother<'_, F> {
             if next <= worth {
                 return true;
             }
-            if next > SHRINKING * fall {
+            if next > CONTRACTION * fall {
                 return false;
             }
             (slope, fall) = (there, next);
@@ -152,7 +156,7 @@ impl<F: ForceModel> Smoother<'_, F> {
     }
 }
 
-/// [`Smoother::project_with_gradient`] for the samples alone, compiled for several processors.
+/// [`Smoother::project_with_gradient`] for the samples alone, compiled for several instruction sets.
 struct ProjectingWithGradient<'a, F> {
     force_model: F,
     instants: &'a [Instant],
@@ -178,7 +182,7 @@ impl<F: ForceModel> WithSimd for ProjectingWithGradient<'_, F> {
             let block = Block::new(force_model, instants, noise);
             let Weighted { value, by_psi } = block.project_orientations(coefficients, psi, rounds, Some(&mut waves));
             cost += dots(&value, &value).sum();
-            // What ψ takes up is no gradient of the shape.
+            // The part of the residuals that ψ absorbs is not in the gradient of the shape.
             let (overlap, information) = (dots(&by_psi, &value), dots(&by_psi, &by_psi));
             let taken = Lanes::from_fn(|lane| overlap[lane] / (information[lane] + PSI_INFORMATION));
             psi_offset.iter_mut().zip(taken.0).for_each(|(offset, taken)| *offset = -taken);

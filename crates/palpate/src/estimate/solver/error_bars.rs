@@ -1,14 +1,14 @@
-//! Error bars: the posterior covariance of shape, motion and centre of mass at the optimum.
+//! Error bars (`docs/theory.md`, error bars): the posterior covariance of shape, motion and centre of mass at the optimum.
 //!
-//! A common rotation of shape and motion cannot be known and is no error: every standard deviation here is what is left
-//! after the best rotation over the felt boundary (in geodesy: inner constraints). It is taken out by the projection
+//! A common rotation of shape and motion is not observable and is no error: every standard deviation here is what is left
+//! after the best rotation over the felt boundary (inner constraints, as in geodesy). It is taken out by the projection
 //! P = 1 − ρ(ρᵀG)/(ρᵀGρ), where ρ are the coefficients of r' and G is the Gram matrix of the basis over the felt boundary.
 
 use crate::estimate::measurements::{Instant, Measurements};
 use crate::estimate::model::contact::{by_palms, combine, contacts};
 use crate::estimate::model::layout::Layout;
 use crate::estimate::solver::gauss_newton::{Fit, Smoother};
-use crate::estimate::solver::normal_equations::Normal;
+use crate::estimate::solver::normal_equations::{Normal, PSI_INFORMATION};
 use crate::estimate::solver::posterior::Posterior;
 use nalgebra::{DMatrix, DVector};
 
@@ -32,6 +32,12 @@ impl ErrorBars {
         Some(Self { layout: posterior.layout, covariance, normal, inflation })
     }
 
+    /// The covariance of the coefficients in this gauge, not inflated.
+    pub fn into_covariance(self) -> DMatrix<f64> {
+        self.covariance
+    }
+
+    /// Variance of a linear function of the unknowns, given by its row.
     fn quadratic(&self, row: &DVector<f64>) -> f64 {
         (&self.covariance * row).dot(row).max(0.0)
     }
@@ -41,13 +47,13 @@ impl ErrorBars {
         (self.inflation * self.quadratic(&self.layout.support_row(theta))).sqrt()
     }
 
-    /// Standard deviations of ψ (radians) and of the centre of mass (metres) at one instant, the palm angles being known to
+    /// Standard deviations of ψ (radians) and of the centre of mass (metres) at one instant, with that of the palm angles,
     /// `angle_sd` (radians).
     pub fn pose_sd(&self, index: usize, instant: &Instant, fit: &Fit, angle_sd: f64) -> (f64, f64) {
         let coefficients = &fit.estimate.coefficients;
         let psi = fit.estimate.psi[index];
         let slope = self.normal.psi_slope(index);
-        let own = 1.0 / (self.normal.psi_information(index) + 1.0);
+        let own = 1.0 / (self.normal.psi_information(index) + PSI_INFORMATION);
         let psi_variance = self.quadratic(&slope) + own;
         let (theta1, theta2) = instant.contact_angles(psi);
         let (basis1, basis2) = (self.layout.support_row(theta1), self.layout.support_row(theta2));
@@ -73,8 +79,8 @@ impl ErrorBars {
     }
 }
 
-/// By how much errors of the two palm angles move the pose of one sample, the shape being known: sums of squares of the
-/// derivatives of ψ and of the centre of mass (m²/rad²).
+/// Sensitivity of the pose of one sample to errors of the two palm angles, given the shape: sums of squares of the derivatives of
+/// ψ and of the centre of mass (m²/rad²).
 fn angle_sensitivity(instant: &Instant, fit: &Fit, psi: f64) -> (f64, f64) {
     let coefficients = &fit.estimate.coefficients;
     let weights = fit.noise.weights(instant);
@@ -84,9 +90,9 @@ fn angle_sensitivity(instant: &Instant, fit: &Fit, psi: f64) -> (f64, f64) {
     let information: f64 = (0..3).map(|j| (weights[j] * here.by_psi[j]).powi(2)).sum();
     let (mut by_psi, mut by_center) = (0.0, 0.0);
     for (residuals_by_palm, center_by_palm) in by_palms(instant, &at).iter().zip(instant.palms.center_by_palms(&at)) {
-        // ψ gives way so that the squared residuals stay least.
+        // ψ follows so that the squared residuals stay at their minimum.
         let pull: f64 = (0..3).map(|j| weights[j].powi(2) * here.by_psi[j] * residuals_by_palm[j]).sum();
-        let step = -pull / (information + 1.0);
+        let step = -pull / (information + PSI_INFORMATION);
         by_psi += step.powi(2);
         by_center += (0..2).map(|axis| (center_by_palm[axis] + center_by_psi[axis] * step).powi(2)).sum::<f64>();
     }
@@ -107,7 +113,7 @@ mod tests {
     const SIZE_M: f64 = 0.03;
     const NOISE: Noise = Noise { sensor_m: 1e-4, balance_m: 1e-5 };
 
-    /// Posterior of a short log at the truth, with the normal angles that were felt.
+    /// A short log, its fit at the truth, and the normal angles that were felt.
     fn setting() -> (Measurements, Fit, Vec<f64>) {
         let shape = SupportFunction::new(SIZE_M, vec![[2e-3, -1e-3], [1.8e-3, 6e-4], [-5e-4, 7e-4]]);
         let points = [(0.0, 0.5, 1.9), (3.0, 0.9, 1.2), (6.0, 0.4, 1.5), (9.0, 1.2, 1.4), (12.0, 0.8, 1.9)];
@@ -130,21 +136,21 @@ mod tests {
         (measurements, fit, felt)
     }
 
-    /// What a shape error amounts to as a rotation over the felt boundary: ∫ r' δr.
+    /// The component of a shape error that is a rotation over the felt boundary: ∫ r' δr.
     fn as_rotation(fit: &Fit, felt: &[f64]) -> DVector<f64> {
         let slope = |theta: f64| -support(&fit.estimate.coefficients, theta).d;
         felt.iter().fold(DVector::zeros(7), |sum, &theta| sum + slope(theta) * Layout::of_shape(3).support_row(theta))
     }
 
     #[test]
-    fn a_common_rotation_is_no_error() {
+    fn a_common_rotation_has_no_variance() {
         let (measurements, fit, felt) = setting();
         let posterior = ErrorBars::new(&measurements, &fit, &felt, 1.0).expect("determined");
         let rotation = as_rotation(&fit, &felt);
         let smoother = Smoother::new(&measurements, 3, NOISE, fit.prior).strictly_convex();
         let normal = smoother.linearise(&fit.estimate.coefficients, &fit.estimate.psi);
         let raw = smoother.factor(&normal).expect("determined").inverse();
-        // Before: nearly all of the uncertainty. After: nothing.
+        // Before the projection most of the variance, after it none.
         let before = (&raw * &rotation).dot(&rotation);
         let after = posterior.quadratic(&rotation);
         assert!(after < 1e-9 * before, "{after} {before}");
@@ -197,7 +203,7 @@ mod tests {
     }
 
     #[test]
-    fn palm_angles_move_the_pose_as_a_new_fit_of_it_says() {
+    fn the_sensitivity_to_palm_angles_is_that_of_a_refitted_pose() {
         let (measurements, fit, _) = setting();
         let (index, step) = (30, 1e-5);
         let instant = measurements.instants[index];

@@ -1,11 +1,13 @@
-//! Maximum likelihood over all samples at once (`docs/theory.md`, maximum likelihood; none of it is in the paper).
+//! Maximum likelihood over all samples at once by Gauss-Newton with variable projection (`docs/theory.md`, maximum likelihood;
+//! not in the paper).
 //!
-//! Unknown are the coefficients a of the support function and one orientation ψ per sample. Each ψ stands in the three
-//! residuals of its own sample only, so a Gauss-Newton step eliminates it exactly: the rows of a sample are projected on the
-//! complement of their derivative by ψ, which leaves two rows in a alone. The cost is O(N M²) with M = 2K + 1, and the
-//! inverse of the reduced matrix is the posterior covariance of the shape.
+//! Unknown are the coefficients a of the support function and one orientation ψ per sample. Each ψ occurs only in the three
+//! residuals of its own sample, so that a step eliminates it exactly (Schur complement): the rows of a sample are projected on
+//! the complement of their derivative by ψ, which leaves two rows in a alone. A step costs O(N M²) with M = 2K + 1, and the
+//! inverse of the reduced matrix is the posterior covariance of the shape. Levenberg-Marquardt damping makes every step a
+//! descent.
 //!
-//! The whole problem in one line:
+//! The problem in one line:
 //! minimise Σᵢ [(ŝ1 − s1)² + (ŝ2 − s2)²]/σ² + g²/σ_b² + Σₖ k⁴(aₖ² + bₖ²)/c² + Σⱼ max(0, ε − v(θⱼ))²/σ_v².
 
 use crate::estimate::measurements::{Instant, Measurements};
@@ -16,8 +18,7 @@ use crate::estimate::model::prior::{Convexity, Prior};
 use crate::estimate::solver::normal_equations::{Linearising, Normal, SHARE};
 use crate::estimate::solver::outer_products::OuterProducts;
 use crate::estimate::solver::posterior::Posterior;
-use crate::math::lanes::Number;
-use crate::math::lanes::{LANES, Lanes};
+use crate::math::lanes::{LANES, Lanes, Number};
 use crate::mechanics::Forces;
 use crate::mechanics::force_model::ForceModel;
 use nalgebra::{Cholesky, DVector, Dyn};
@@ -45,7 +46,7 @@ pub(crate) struct Fit {
     pub log_evidence: f64,
 }
 
-/// When to stop.
+/// When an iteration ends.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct StoppingCriteria {
     pub iterations: usize,
@@ -53,11 +54,33 @@ pub(crate) struct StoppingCriteria {
     pub tolerance: f64,
 }
 
-/// A step that was taken: with these equations, and this factor of their matrix, damped.
+/// An accepted step: its normal equations, and the Cholesky factor of their damped matrix.
 pub(crate) struct Taken {
     pub normal: Normal,
     pub factor: Cholesky<f64, Dyn>,
 }
+
+/// Levenberg-Marquardt damping: at first; divided by 5 after a step that lowers the cost and multiplied by 5 after one that does
+/// not; never below the least, at which a step is a plain Gauss-Newton step; and given up above the largest where the cost is not
+/// finite. Where the matrix cannot be factored the damping is raised tenfold, from at least [`SINGULAR_DAMPING`].
+pub(crate) const FIRST_DAMPING: f64 = 1e-4;
+const RELAXED: f64 = 0.2;
+const TIGHTENED: f64 = 5.0;
+const LEAST_DAMPING: f64 = 1e-12;
+const LARGEST_DAMPING: f64 = 1e8;
+const RAISED: f64 = 10.0;
+const SINGULAR_DAMPING: f64 = 1e-8;
+
+/// Damped steps that are tried before a point counts as a minimum.
+const MOST_TRIALS: usize = 12;
+
+/// Newton steps that bring each ψ to the minimum of its own sample after a step of the shape: it is that near already.
+pub(crate) const PROJECTIONS: usize = 2;
+
+/// Nodes at which convexity is enforced: a factor of the number of harmonics K, and a constant. With 6K + 12, v may dip a little
+/// between nodes, which a search tolerates; with 24K + 24 nothing that matters dips between them.
+const NODES: [usize; 2] = [6, 12];
+const STRICT_NODES: [usize; 2] = [24, 24];
 
 /// Everything that defines the cost, for one number of harmonics.
 pub(crate) struct Smoother<'a, F = Forces> {
@@ -69,6 +92,7 @@ pub(crate) struct Smoother<'a, F = Forces> {
     pub convexity: Convexity,
     /// 1/(prior standard deviation)² of each coefficient.
     pub precision: Vec<f64>,
+    /// The posterior given other samples, in place of the prior.
     pub belief: Option<&'a Posterior>,
 }
 
@@ -77,7 +101,7 @@ impl<'a> Smoother<'a> {
         Self::with_forces(Forces::default(), measurements, order, noise, prior)
     }
 
-    /// The same over further samples, with the belief that others left of the shape (of the same order).
+    /// The same with the posterior given other samples as the prior of the shape (of the same order).
     pub fn with_belief(
         measurements: &'a Measurements,
         order: usize,
@@ -90,7 +114,7 @@ impl<'a> Smoother<'a> {
 }
 
 impl<'a, F: ForceModel> Smoother<'a, F> {
-    /// With a model of the forces of one's own, one that reads its own instant only.
+    /// With a given force model, whose residual depends on its own instant only.
     pub fn with_forces(
         force_model: F,
         measurements: &'a Measurements,
@@ -105,29 +129,30 @@ impl<'a, F: ForceModel> Smoother<'a, F> {
             order,
             noise,
             prior,
-            convexity: Convexity::new(order, prior.size_m, 6 * order + 12),
+            convexity: Convexity::new(order, prior.size_m, NODES[0] * order + NODES[1]),
             precision: prior.standard_deviations(order).iter().map(|sd| 1.0 / (sd * sd)).collect(),
             belief: None,
         }
     }
 
-    /// The same with convexity watched so closely that nothing dips between the nodes.
+    /// The same with convexity enforced at so many nodes that v does not dip between them.
     pub fn strictly_convex(mut self) -> Self {
-        self.convexity = Convexity::new(self.order, self.prior.size_m, 24 * self.order + 24);
+        self.convexity = Convexity::new(self.order, self.prior.size_m, STRICT_NODES[0] * self.order + STRICT_NODES[1]);
         self
     }
 
-    /// The same with convexity left out, for a first look.
+    /// The same without convexity, for ranking many trials.
     pub fn without_convexity(mut self) -> Self {
         self.convexity = Convexity::none();
         self
     }
 
-    /// Whether convexity keeps the shape from going where the samples would have it.
+    /// Whether the convexity constraint is active.
     pub fn holds_convex(&self, coefficients: &[f64]) -> bool {
         self.convexity.violations(coefficients).next().is_some()
     }
 
+    /// The terms of the cost in the shape alone: prior and convexity.
     pub fn shape_cost(&self, coefficients: &[f64]) -> f64 {
         let prior: f64 = match self.belief {
             Some(belief) => belief.squared_distance(coefficients),
@@ -137,8 +162,8 @@ impl<'a, F: ForceModel> Smoother<'a, F> {
         prior + convexity
     }
 
-    /// What the samples tell of the shape: the Gaussian at an estimate, with its rotation held fast (turning the shape would
-    /// turn the samples with it). `None` when they tell nothing.
+    /// The posterior of the shape given the samples: the Gaussian at an estimate, its rotation fixed (turning the shape would
+    /// turn the samples with it). `None` when it is not finite.
     pub fn belief(&self, estimate: &Estimate) -> Option<Posterior> {
         let information = self.linearise(&estimate.coefficients, &estimate.psi).matrix;
         let mut coefficients = estimate.coefficients.clone();
@@ -147,12 +172,12 @@ impl<'a, F: ForceModel> Smoother<'a, F> {
         posterior.holding_rotation()
     }
 
-    /// Where the unknowns stand.
+    /// The order of the unknowns in their vector.
     pub fn layout(&self) -> Layout {
         Layout { order: self.order, shared: F::PARAMETERS.len() }
     }
 
-    /// An estimate after a step of the shape, with every ψ turned along.
+    /// An estimate after a step of the shape, with every ψ adjusted to first order.
     pub fn moved(&self, estimate: &Estimate, step: &DVector<f64>) -> Estimate {
         let normal = self.linearise(&estimate.coefficients, &estimate.psi);
         let psi = normal.turned(&estimate.psi, &vec![0.0; estimate.psi.len()], step);
@@ -227,9 +252,9 @@ impl<'a, F: ForceModel> Smoother<'a, F> {
     /// Runs Gauss-Newton with Levenberg-Marquardt damping down to a minimum.
     pub fn run(&self, mut coefficients: Vec<f64>, mut psi: Vec<f64>, effort: StoppingCriteria) -> Estimate {
         coefficients_to_order(&mut coefficients, self.order);
-        let cost = self.project_orientations(&coefficients, &mut psi, 2);
+        let cost = self.project_orientations(&coefficients, &mut psi, PROJECTIONS);
         let mut estimate = Estimate { coefficients, psi, cost };
-        let mut damping = 1e-4;
+        let mut damping = FIRST_DAMPING;
         for _ in 0..effort.iterations {
             let before = estimate.cost;
             if self.step(&mut estimate, &mut damping).is_none()
@@ -241,29 +266,29 @@ impl<'a, F: ForceModel> Smoother<'a, F> {
         estimate
     }
 
-    /// One step, damped until it lowers the cost. `None` when nothing lowers it.
+    /// One step, damped until it lowers the cost. `None` when no damping lowers it.
     pub fn step(&self, estimate: &mut Estimate, damping: &mut f64) -> Option<Taken> {
         let normal = self.linearise(&estimate.coefficients, &estimate.psi);
-        for _ in 0..12 {
+        for _ in 0..MOST_TRIALS {
             let mut damped = normal.matrix.clone();
             for i in 0..damped.nrows() {
                 damped[(i, i)] *= 1.0 + *damping;
             }
             let Some(factor) = Cholesky::new(damped) else {
-                *damping = (*damping * 10.0).max(1e-8);
+                *damping = (*damping * RAISED).max(SINGULAR_DAMPING);
                 continue;
             };
             let step = -factor.solve(&normal.gradient);
             let coefficients = moved(&estimate.coefficients, &step);
             let mut psi = normal.turned(&estimate.psi, &normal.psi_offset, &step);
-            let cost = self.project_orientations(&coefficients, &mut psi, 2);
+            let cost = self.project_orientations(&coefficients, &mut psi, PROJECTIONS);
             if cost < estimate.cost {
                 *estimate = Estimate { coefficients, psi, cost };
-                *damping = (*damping * 0.2).max(1e-12);
+                *damping = (*damping * RELAXED).max(LEAST_DAMPING);
                 return Some(Taken { normal, factor });
             }
-            *damping *= 5.0;
-            if !cost.is_finite() && *damping > 1e8 {
+            *damping *= TIGHTENED;
+            if !cost.is_finite() && *damping > LARGEST_DAMPING {
                 break;
             }
         }
@@ -276,7 +301,7 @@ impl<'a, F: ForceModel> Smoother<'a, F> {
     }
 }
 
-/// [`Smoother::settle`] for the samples alone, compiled for several processors.
+/// [`Smoother::project_orientations`] for the samples alone, compiled for several instruction sets.
 struct Projecting<'a, F> {
     force_model: F,
     instants: &'a [Instant],
@@ -295,13 +320,14 @@ impl<F: ForceModel> WithSimd for Projecting<'_, F> {
         let mut cost = 0.0;
         for (instants, psi) in instants.chunks(LANES).zip(psi.chunks_mut(LANES)) {
             let block = Block::new(force_model, instants, noise);
-            let settled = block.project_orientations(coefficients, psi, rounds, None);
-            cost += settled.sums().0.sum();
+            let projected = block.project_orientations(coefficients, psi, rounds, None);
+            cost += projected.sums().0.sum();
         }
         cost
     }
 }
 
+/// Coefficients after a step.
 pub(crate) fn moved(coefficients: &[f64], step: &DVector<f64>) -> Vec<f64> {
     coefficients.iter().zip(step.iter()).map(|(a, b)| a + b).collect()
 }

@@ -1,4 +1,5 @@
-//! Maximum likelihood over all samples at once.
+//! Maximum likelihood over all samples at once (`docs/theory.md`, maximum likelihood): Gauss-Newton with variable projection, its
+//! normal equations, chord steps, and the posterior at the optimum.
 
 pub(crate) mod chord;
 pub(crate) mod error_bars;

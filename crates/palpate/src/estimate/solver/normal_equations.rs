@@ -1,4 +1,5 @@
-//! The normal equations in what all instants share, with every orientation eliminated.
+//! The normal equations in the unknowns that all instants share, every orientation eliminated: the Schur complement A − B C⁻¹ Bᵀ
+//! of `docs/theory.md`, maximum likelihood, formed by an orthogonal projection of each sample's three rows.
 
 use crate::estimate::measurements::Instant;
 use crate::estimate::model::contact_lanes::{Block, Waves, dots, turned_frames};
@@ -10,11 +11,12 @@ use nalgebra::{DMatrix, DVector};
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
-/// Information on the change of ψ in one step, from nowhere: one radian. Matters only where a sample says nothing of ψ.
+/// Prior information on the change of ψ in one step, rad⁻²: a standard deviation of one radian. Matters only where a sample does
+/// not determine ψ.
 pub(crate) const PSI_INFORMATION: f64 = 1.0;
 
-/// Samples that one thread takes at a time. The sums over each share are added in order, so that nothing depends on how many threads
-/// there are.
+/// Samples that one thread takes at a time. The sums over each share are added in order, so that no result depends on the number
+/// of threads.
 pub(crate) const SHARE: usize = 512 * LANES;
 
 /// The normal equations in the shape alone, at one estimate.
@@ -23,7 +25,7 @@ pub(crate) struct Normal {
     pub gradient: DVector<f64>,
     /// dψᵢ = offsetᵢ + slopeᵢ · da.
     pub psi_offset: Vec<f64>,
-    /// For eight instants after eight, element by element.
+    /// In blocks of eight instants, element by element.
     pub psi_slope: Vec<Lanes>,
     /// Squared norm of the weighted derivative of each sample's residuals by ψ.
     pub psi_information: Vec<f64>,
@@ -36,7 +38,7 @@ impl Normal {
         DVector::from_fn(self.gradient.len(), |element, _| self.psi_slope[block + element][lane])
     }
 
-    /// Orientations after a step of the coefficients, given what each would turn by without one.
+    /// Orientations after a step of the coefficients, given the turn of each without one.
     pub fn turned(&self, psi: &[f64], offset: &[f64], step: &DVector<f64>) -> Vec<f64> {
         let mut turned = psi.to_vec();
         let slopes = self.psi_slope.par_chunks(SHARE / LANES * step.len());
@@ -46,13 +48,16 @@ impl Normal {
         turned
     }
 
-    /// Information on ψ of one instant from its own sample, the shape being known.
+    /// Information on ψ of one instant from its own sample, given the shape.
     pub fn psi_information(&self, instant: usize) -> f64 {
         self.psi_information[instant]
     }
 }
 
-/// [`Normal::turned`], compiled for several processors.
+/// Largest turn of an orientation in one step, radians: beyond it the linearisation does not hold.
+const LARGEST_TURN: f64 = 0.3;
+
+/// [`Normal::turned`], compiled for several instruction sets.
 struct Turning<'a> {
     psi: &'a mut [f64],
     offset: &'a [f64],
@@ -72,12 +77,12 @@ impl WithSimd for Turning<'_> {
             for (slopes, step) in slopes.iter().zip(step) {
                 turn = turn + *slopes * *step;
             }
-            psi.iter_mut().zip(turn.0).for_each(|(psi, turn)| *psi += turn.clamp(-0.3, 0.3));
+            psi.iter_mut().zip(turn.0).for_each(|(psi, turn)| *psi += turn.clamp(-LARGEST_TURN, LARGEST_TURN));
         }
     }
 }
 
-/// [`Smoother::linearise`] for the samples alone, compiled for several processors.
+/// [`super::gauss_newton::Smoother::linearise`] for the samples alone, compiled for several instruction sets.
 pub(crate) struct Linearising<'a, F> {
     pub force_model: F,
     pub instants: &'a [Instant],
@@ -109,7 +114,7 @@ impl<F: ForceModel> WithSimd for Linearising<'_, F> {
                 let mixture = block.mixture(&share);
                 sums.push_block(unknowns, dots(&share, &at.value), |index| mixture.element(&waves, index));
             }
-            // Along its own derivative ψ takes up all but the share that one radian of freedom leaves.
+            // Along its own derivative ψ absorbs the residual but for the share that its prior information keeps.
             let mixture = block.mixture(&along);
             let value = dots(&along, &at.value);
             let left = information.map(|information| (PSI_INFORMATION / (information + PSI_INFORMATION)).sqrt());

@@ -1,4 +1,4 @@
-//! The normal matrix as a sum of outer products of rows.
+//! The normal matrix as a sum of outer products of rows (a symmetric rank-k update), in tiles that the registers hold.
 
 use crate::math::lanes::{LANES, Lanes};
 use nalgebra::{DMatrix, DVector};
@@ -9,29 +9,29 @@ use pulp::{Arch, Simd, WithSimd};
 pub(crate) struct OuterProducts {
     /// Length of a row with its residual, filled up to whole tiles.
     width: usize,
-    /// Rows that wait to be taken in, element by element: first the first elements of all rows, then the second ones.
+    /// Rows not yet added, element by element: first the first elements of all rows, then the second ones.
     waiting: Vec<f64>,
-    /// Room for so many.
+    /// Capacity in rows.
     room: usize,
     filled: usize,
     columns: Vec<f64>,
 }
 
-/// Rows that are taken in at a time, at the most, so that each element of the sum is touched once for all of them.
+/// Rows that are added at a time at most: each element of the sum is read and written once for all of them.
 const BATCH: usize = 24 * LANES;
 
-/// Elements of the sum that are made together, along a column.
+/// Elements of the sum that are computed together, along a column.
 const TILE: usize = 4;
 
 impl OuterProducts {
-    /// Of about so many rows (none is refused) of so many elements, the residuals not counted.
+    /// For about `rows` rows (more may be added) of `unknowns` elements and a residual each.
     pub fn new(unknowns: usize, rows: usize) -> Self {
         let width = (unknowns + 1).next_multiple_of(TILE);
         let room = rows.next_multiple_of(LANES).clamp(LANES, BATCH);
         Self { width, waiting: vec![0.0; room * width], room, filled: 0, columns: vec![0.0; width * width] }
     }
 
-    /// Takes in the rows of eight samples: `element` tells one element of all of them, the residuals come last.
+    /// Adds the rows of eight samples: `element` gives one element of all of them; the residuals come last.
     #[inline(always)]
     pub fn push_block(&mut self, unknowns: usize, residuals: Lanes, mut element: impl FnMut(usize) -> Lanes) {
         let (filled, room) = (self.filled, self.room);
@@ -45,13 +45,13 @@ impl OuterProducts {
         }
     }
 
-    /// Takes in one row and its residual.
+    /// Adds one row and its residual.
     pub fn push(&mut self, row: &[f64], residual: f64) {
         let alone = |value: f64| Lanes::from_fn(|lane| if lane == 0 { value } else { 0.0 });
         self.push_block(row.len(), alone(residual), |index| alone(row[index]));
     }
 
-    /// Takes in all that another sum of rows as long took in.
+    /// Adds another sum over rows of the same length.
     pub fn add(&mut self, mut other: Self) {
         other.flush();
         self.columns.iter_mut().zip(other.columns).for_each(|(sum, other)| *sum += other);

@@ -1,8 +1,9 @@
-//! What samples leave of everything that all instants share: a Gaussian.
+//! The Gaussian posterior of the unknowns that all instants share (`docs/theory.md`, error bars).
 //!
-//! A common rotation of shape and motion cannot be known and is no error. It is either held fast, where one Gaussian serves as the prior
-//! of further samples, or taken out (in geodesy: inner constraints): what is left after the best rotation over the felt boundary is the
-//! projection P = 1 − ρ(ρᵀG)/(ρᵀGρ), where ρ are the coefficients of r' and G is the Gram matrix of the basis over the felt boundary.
+//! A common rotation of shape and motion is not observable and is no error. It is either held fixed, where one Gaussian serves as
+//! the prior of further samples, or taken out by inner constraints, as in geodesy: what is left after the best rotation over the
+//! felt boundary is the projection P = 1 − ρ(ρᵀG)/(ρᵀGρ), where ρ are the coefficients of r' and G is the Gram matrix of the
+//! basis over the felt boundary.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -16,11 +17,11 @@ pub(crate) struct Posterior {
     pub information: DMatrix<f64>,
 }
 
-/// Information on the rotation of a shape that is held fast, over the squared length of its generator.
+/// Information on a rotation that is held fixed, rad⁻²: a standard deviation of a thousandth of a radian.
 const HELD: f64 = 1e6;
 
 impl Posterior {
-    /// The same, the rotation of the shape held where it is. `None` where something is not finite.
+    /// The same with the rotation of the shape held fixed. `None` where something is not finite.
     pub fn holding_rotation(mut self) -> Option<Self> {
         let rotation = self.layout.rotation(self.mean.as_slice());
         let length = rotation.norm_squared();
@@ -30,7 +31,7 @@ impl Posterior {
         self.information.iter().all(|value| value.is_finite()).then_some(self)
     }
 
-    /// −2 ln of the density at some coefficients, but for a constant.
+    /// −2 ln of the density at some coefficients, up to a constant.
     pub fn squared_distance(&self, coefficients: &[f64]) -> f64 {
         let off = DVector::from_row_slice(coefficients) - &self.mean;
         (&self.information * &off).dot(&off)
@@ -64,7 +65,8 @@ impl Posterior {
         Some(&projection * inverse * projection.transpose())
     }
 
-    /// The direction of which least is known, of unit length, with the standard deviation along it. `None` without a finite one.
+    /// The direction with the largest variance, of unit length, and the standard deviation along it. `None` when that is not
+    /// finite.
     pub fn weakest_direction(&self) -> Option<(f64, DVector<f64>)> {
         let eigen = self.information.clone().symmetric_eigen();
         let (index, least) = eigen.eigenvalues.iter().copied().enumerate().min_by(|a, b| a.1.total_cmp(&b.1))?;
@@ -113,7 +115,7 @@ mod tests {
     }
 
     #[test]
-    fn a_rotation_is_known_once_it_is_held_and_no_error_once_it_is_taken_out() {
+    fn a_rotation_has_little_variance_when_held_and_none_when_projected_out() {
         let free = posterior();
         let rotation = free.layout.rotation(free.mean.as_slice());
         let unit = &rotation / rotation.norm();

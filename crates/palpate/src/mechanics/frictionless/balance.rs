@@ -1,12 +1,13 @@
-//! Force/torque balance without friction (eq. 10 to 18 of Moll & Erdmann 2001) in one equation: the lines of both contact forces and of
-//! gravity meet in one point where
+//! Force/torque balance without friction: the lines of both contact forces and of gravity meet in one point (eq. 10 of Moll & Erdmann 2001).
+//! With d̃₂ = −r₁ sin φ₂ − d₁ cos φ₂ − d₂ from the contact constraint (eq. 3 and 8) it becomes one short equation,
 //!
 //! g = d₁ sin φ₁₂ + d₂ sin φ₁ = 0.
 //!
 //! g is sin φ₂ times the derivative of the height of the centre of mass by ψ, so that a pose is stable where
-//! g' = (v₁ − r₁) sin φ₁₂ + (v₂ − r₂) sin φ₁ > 0 (' by ψ).
+//! g' = (v₁ − r₁) sin φ₁₂ + (v₂ − r₂) sin φ₁ > 0 (' by ψ). Its derivative by time, eq. 13 to 18 of the paper, ends in eq. 21 for ψ'
+//! (`reconstruct/paper/equations.rs`).
 
-use super::branch::followed;
+use super::fold::followed;
 use crate::math::lanes::Number;
 use crate::mechanics::force_model::{ForceModel, ForceResidual, MotionState, SharedParameter};
 use crate::mechanics::jump::Jump;

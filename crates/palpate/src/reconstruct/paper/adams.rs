@@ -4,7 +4,7 @@
 //!
 //! E. Hairer, S. P. Nørsett and G. Wanner, *Solving Ordinary Differential Equations I*, section III.1, 1993.
 
-/// Steps that Runge-Kutta takes before four slopes are there.
+/// Runge-Kutta steps at the start: with the first node they give the four slopes that the predictor needs.
 pub(crate) const STARTING_STEPS: usize = 3;
 
 /// State and slope at one node of the grid.
@@ -83,7 +83,7 @@ mod tests {
     }
 
     #[test]
-    fn without_a_step_there_is_the_start() {
+    fn zero_steps_return_the_start() {
         assert_eq!(integrate([2.0], 0, 1.0, |_, y| [-y[0]]), [([2.0], [-2.0])]);
     }
 }

@@ -8,25 +8,29 @@
 //!
 //! ψ' = [r̃₂' cos φ₁ − d̃₂' sin φ₁ + d̃₂ φ₂' sin φ₁₂ / sin φ₂] / [r₁ sin φ₁₂ + (r₂ + r̃₂) sin φ₁ + d̃₂ cos φ₁].
 //!
-//! Sensor values and their rates come from [`super::smoothing`], the steps from [`adams`]. The denominator of ψ' is 0 where
-//! the lines of force meet in the centre of mass, and noise in the numerator is without bound there. So the quotient n/q is
-//! damped towards the last rate, (n q + λ² ψ'₋)/(q² + λ²), with a λ that grows with the noise; exact readings are not damped.
+//! Sensor values and their rates come from local polynomials (Savitzky-Golay, [`crate::math::local_polynomial`]), the steps from
+//! [`adams`]. The denominator of ψ' is 0 where the lines of force meet in the centre of mass, where noise in the numerator is
+//! amplified without bound. The quotient n/q is therefore damped towards the last rate, (n q + λ² ψ'₋)/(q² + λ²), with a λ that
+//! grows with the noise; exact readings are not damped.
 
 use super::adams::{self, STARTING_STEPS};
+use crate::estimate::closed_form::Contact;
 use crate::estimate::measurements::Instant;
 use crate::math::local_polynomial::Smoothing;
 use crate::palms::PalmAngles;
-use crate::reconstruct::search::closed_form::Contact;
 
-/// Where the denominator of ψ' is smaller than this share of the size of the object, ψ' keeps its last value.
+/// Where the denominator of ψ' is smaller than this share of the size of the object, ψ' keeps its last value: errors of the
+/// integral are as large there.
 const SINGULAR: f64 = 0.02;
 
-/// Damping λ of very noisy readings, as a share of the size of the object; the value that served best in
-/// `cargo xtask methods`.
+/// Damping λ for very noisy readings, as a share of the size of the object; the best value in `cargo xtask methods`.
 const DAMPING: f64 = 0.1;
 
-/// Noise, as a share of the size of the object, that calls for half of that.
-const NOISY: f64 = 1e-3;
+/// Noise, as a share of the size of the object, at which λ is half of [`DAMPING`].
+const HALF_DAMPING_NOISE: f64 = 1e-3;
+
+/// A sample this close to a node, as a share of the step, is taken to be at it.
+const AT_NODE: f64 = 1e-6;
 
 /// Palms and readings at one time, with their rates per second.
 #[derive(Clone, Copy, Debug)]
@@ -41,28 +45,30 @@ struct Felt {
     s2_rate: f64,
 }
 
-/// A piece of a log made ready for integration: smoothed, on a grid of even steps.
+/// A piece of a log prepared for integration: smoothed, on a grid of even steps.
 #[derive(Clone, Debug)]
 pub(crate) struct Signals {
     times_s: Vec<f64>,
     step_s: f64,
     /// At the nodes of the grid.
     nodes: Vec<Felt>,
-    /// In the middle of the first few steps.
+    /// In the middle of the first few steps, for Runge-Kutta.
     middles: Vec<Felt>,
     guard: Guard,
 }
 
-/// What is done about the places where the denominator of ψ' is next to nothing, metres.
+/// Treatment of the singularities, where the denominator of ψ' vanishes, metres.
 #[derive(Clone, Copy, Debug)]
 struct Guard {
+    /// Denominators below this keep the last rate.
     singular_m: f64,
+    /// λ.
     damping_m: f64,
 }
 
 impl Signals {
-    /// From the instants of a piece, their times (which increase), the size of the object and the noise of the contacts in metres. `None`
-    /// when there are too few.
+    /// From the instants of a piece, their times (which increase), the size of the object and the noise of the contacts in
+    /// metres. `None` when there are too few.
     pub fn new(instants: &[Instant], times_s: &[f64], size_m: f64, noise_m: f64) -> Option<Self> {
         let channel = |value: fn(&Instant) -> f64| -> Vec<f64> { instants.iter().map(value).collect() };
         let channels = [channel(|i| i.phi1), channel(|i| i.phi2), channel(|i| i.s1), channel(|i| i.s2)];
@@ -83,7 +89,7 @@ impl Signals {
             middles: (0..STARTING_STEPS.min(steps)).map(|step| felt(first + step_s * (step as f64 + 0.5))).collect(),
             guard: Guard {
                 singular_m: SINGULAR * size_m,
-                damping_m: DAMPING * size_m * noise_m / (noise_m + NOISY * size_m).max(f64::MIN_POSITIVE),
+                damping_m: DAMPING * size_m * noise_m / (noise_m + HALF_DAMPING_NOISE * size_m).max(f64::MIN_POSITIVE),
             },
         })
     }
@@ -96,7 +102,7 @@ impl Signals {
         palms.supports_of_center([palms.balance_x(felt.s1, felt.s2), height_m]).into()
     }
 
-    /// Integrates from (r₁, r₂) at the first instant, where ψ = 0, and returns what the contacts are then at every sample.
+    /// Integrates from (r₁, r₂) at the first instant, where ψ = 0; returns the contacts at every sample.
     pub fn integrate(&self, start: (f64, f64)) -> Vec<Contact> {
         let mut last_rate = 0.0;
         let steps = self.nodes.len() - 1;
@@ -111,7 +117,7 @@ impl Signals {
             .iter()
             .map(|time_s| {
                 let place = ((time_s - first) / self.step_s).clamp(0.0, steps as f64);
-                let (node, part) = if place.fract() < 1e-6 || place.fract() > 1.0 - 1e-6 {
+                let (node, part) = if place.fract() < AT_NODE || place.fract() > 1.0 - AT_NODE {
                     (place.round() as usize, 0.0)
                 } else {
                     (place as usize, place.fract())

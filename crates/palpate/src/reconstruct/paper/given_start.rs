@@ -1,4 +1,4 @@
-//! Equations 19 to 21 of the paper from given initial values, without the search for them.
+//! Equations 19 to 21 of Moll & Erdmann 2001 integrated from given initial values, without the search for them.
 
 use crate::estimate::measurements::Measurements;
 use crate::estimate::model::noise_from_log::contact_scatter_m;
@@ -10,7 +10,10 @@ use crate::reconstruct::method::Method;
 use crate::reconstruct::options::ReconstructOptions;
 use crate::reconstruct::paper::piece::Piece;
 
-/// The differential equations of Moll & Erdmann 2001 (19 to 21) over a log without jumps, smoothed and ready to be integrated.
+/// Least noise, as a share of the size of the object: exact readings are not damped.
+pub(crate) const LEAST_NOISE: f64 = 1e-9;
+
+/// The differential equations of Moll & Erdmann 2001 (19 to 21) over a log without jumps, smoothed and prepared for integration.
 ///
 /// This is the inner part of [`Method::Ode`], which searches for the initial values and puts the pieces between jumps
 /// together. Take it to compare integrators, or where the object is known at one instant.
@@ -20,7 +23,7 @@ pub struct PaperEquations {
     times_s: Vec<f64>,
 }
 
-/// What the integration says of one sample.
+/// The integrated state at one sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Integrated {
     /// When, seconds.
@@ -41,7 +44,7 @@ impl PaperEquations {
     pub fn new(log: &Log) -> Result<Self, ReconstructError> {
         check_log(log, &ReconstructOptions { method: Method::Ode, ..ReconstructOptions::default() })?;
         let measurements = Measurements::new(log, None);
-        let sd_m = contact_scatter_m(&measurements).max(1e-9 * measurements.size_m());
+        let sd_m = contact_scatter_m(&measurements).max(LEAST_NOISE * measurements.size_m());
         let seen = measurements.instants.iter().filter(|instant| instant.both_seen()).count();
         let piece = Piece::new(log, &measurements, 0..measurements.len(), Method::Ode, sd_m)
             .ok_or(ReconstructError::TooFewSamples { seen, needed: FEWEST })?;
@@ -49,11 +52,11 @@ impl PaperEquations {
         Ok(Self { piece, times_s })
     }
 
-    /// Integrates from r₁ and r₂ at the first sample, metres, by the fourth-order Adams-Bashforth-Moulton method with one step per
-    /// sample.
+    /// Integrates from r₁ and r₂ at the first sample, metres, by the fourth-order Adams-Bashforth-Moulton method with one step
+    /// per sample.
     ///
     /// # Errors
-    /// When the integral runs away.
+    /// When the integral diverges.
     pub fn integrate(&self, r1_m: f64, r2_m: f64) -> Result<Vec<Integrated>, ReconstructError> {
         let contacts = self.piece.integrate((r1_m, r2_m)).ok_or(ReconstructError::NotSolvable)?;
         let both = self.times_s.iter().zip(contacts);
@@ -76,7 +79,7 @@ mod tests {
         let motion = PalmMotion::random(2, 90.0, 1.0).expect("a motion");
         let (start_s, end_s) = (5.0, 16.0);
         let part = (0..samples).map(|sample| start_s + (end_s - start_s) * sample as f64 / (samples - 1) as f64);
-        // From the start, so that the pose is the right one.
+        // From the start of the motion, which determines the pose.
         let before = (0..50).map(|step| 0.1 * f64::from(step));
         let motion: Vec<_> = before.chain(part).map(|time_s| (time_s, motion.at(time_s))).collect();
         let mut simulated = simulate(&shape, &motion, &SimulateOptions::default()).expect("the scene is sound");
@@ -86,7 +89,7 @@ mod tests {
         let (theta1, theta2) = log.samples[0].palms.contact_angles(truth[0].psi_rad);
         let integrated = PaperEquations::new(&log)
             .and_then(|equations| equations.integrate(shape.at(theta1).r, shape.at(theta2).r))
-            .expect("nothing runs away");
+            .expect("the integral stays finite");
         let off = integrated.iter().zip(&truth).map(|(found, pose)| {
             assert_eq!(found.time_s, pose.time_s);
             (found.psi_rad - (pose.psi_rad - truth[0].psi_rad)).abs()

@@ -1,16 +1,18 @@
-//! The methods that integrate: [`Method::Ode`], the paper's equations 19 to 21 ([`super::ode`]), and [`Method::Quadrature`],
-//! the closed forms ([`super::quadrature`]).
+//! The methods that integrate, with the search for their initial conditions (section 3 of Moll & Erdmann 2001): [`Method::Ode`],
+//! the paper's equations 19 to 21 ([`super::equations`]), and [`Method::Quadrature`], the closed forms
+//! ([`crate::estimate::closed_form`]).
 //!
 //! Each piece between two jumps has initial conditions of its own: the height of its centre of mass (balance leaves one
-//! unknown of r₁ and r₂) and its orientation, of which one is free. They are searched for as in section 3 of Moll & Erdmann 2001: those
-//! are best that minimise the sum of the errors that can be seen in the log itself,
+//! unknown of r₁ and r₂) and its orientation, of which one is free. As in the paper, those are
+//! taken that minimise the sum of the errors that can be seen in the log itself,
 //!
 //! 1. the X coordinate of the centre of mass: where the integrated r₁ and r₂ put it, against where the sensors do;
 //! 2. the contact points: where the integration puts them on the object, against the one outline that all of them describe.
 //!
-//! The most telling piece comes first; each further piece is laid against the outline that the ones before it describe.
-//! An error that has entered an integral stays there, so nothing is certified.
+//! The piece with the longest path comes first; each further piece is aligned with the outline of the ones before it. An error
+//! that has entered an integral stays there, so that no result is certified.
 
+use crate::estimate::closed_form::{Contact, feasible_heights};
 use crate::estimate::coverage::{NODES, touches};
 use crate::estimate::measurements::Measurements;
 use crate::estimate::model::contact::residuals;
@@ -22,12 +24,11 @@ use crate::log::{Log, Sample};
 use crate::mechanics::{EnergyLandscape, Jump};
 use crate::reconstruct::error::ReconstructError;
 use crate::reconstruct::method::Method;
-use crate::reconstruct::options::MOST_HARMONICS;
-use crate::reconstruct::options::ReconstructOptions;
-use crate::reconstruct::paper::arrangement::Segment;
+use crate::reconstruct::options::{MOST_HARMONICS, ReconstructOptions};
+use crate::reconstruct::paper::given_start::LEAST_NOISE;
+use crate::reconstruct::paper::outline_equations::OutlineEquations;
 use crate::reconstruct::paper::piece::Piece;
 use crate::reconstruct::reconstruction::{Pose, Reconstruction};
-use crate::reconstruct::search::closed_form::{Contact, feasible_heights};
 use crate::reconstruct::search::segments::segments;
 use crate::reconstruct::verdict::assemble::{outline, pose};
 use crate::reconstruct::verdict::doubt::{Doubt, Verdict};
@@ -38,28 +39,40 @@ use std::f64::consts::TAU;
 /// Harmonics of the outline where the user does not choose.
 const ORDER: usize = 12;
 
-/// Trial heights of the first piece, and of the others.
+/// Trial heights of the first piece, and of the others: an outline that is already known has wider minima.
 const HEIGHTS: [usize; 2] = [160, 48];
 
-/// Trial orientations of a piece.
+/// Trial orientations of a piece: 5 degrees apart.
 const TURNS: usize = 72;
 
-/// Steps of a golden section search.
+/// Steps of a golden section search: they shrink the interval 100 000 times.
 const REFINEMENTS: usize = 24;
 
-/// Best trials that are refined.
+/// Trials that are refined, the best ones: the best on the grid need not stay the best.
 const REFINED: usize = 3;
 
-/// Times that each piece is laid anew against all others.
+/// Times that each piece is aligned again with all others: the first ones were aligned with a partial outline.
 const SWEEPS: usize = 2;
 
-/// Most pieces that are integrated; the samples of the others are placed one by one.
+/// Pieces that are integrated at most, those with the longest paths; the samples of the others are placed one by one.
 const MOST_PIECES: usize = 48;
 
-/// Integration is not trusted to better than this share of the size of the object.
-const TRUST: f64 = 2e-3;
+/// Least standard deviation of integrated r and d, as a share of the size of the object: integrals drift.
+const INTEGRATION_SD: f64 = 2e-3;
 
-/// Reconstructs by integration with initial conditions that are searched for; tells the share of the work that is done.
+/// Least size of an object, metres.
+const LEAST_SIZE_M: f64 = 1e-9;
+
+/// Scale of the prior of the harmonics, as a share of the size of the object.
+const PRIOR_SCALE: f64 = 0.5;
+
+/// Largest trial height where none is feasible, as a multiple of the size of the object.
+const LARGEST_HEIGHT: f64 = 8.0;
+
+/// Trial orientations of a sample that is placed alone: 2 degrees apart.
+const TRIALS_ALONE: u32 = 180;
+
+/// Reconstructs by integration with initial conditions that are searched for; `done` is given the share of the work done.
 pub(crate) fn reconstruct(
     log: &Log,
     options: &ReconstructOptions,
@@ -71,20 +84,20 @@ pub(crate) fn reconstruct(
         for index in 0..job.pieces.len() {
             let searched = (sweep * job.pieces.len() + index) as f64;
             done(searched / ((SWEEPS + 1) * job.pieces.len()) as f64);
-            // A piece alone has nobody to be laid against.
+            // A single piece has no others to be aligned with.
             if sweep > 0 && job.pieces.len() == 1 {
                 continue;
             }
             let others = placed.iter().enumerate().filter(|(other, _)| *other != index);
-            let mut known = job.prior.clone();
+            let mut outline = job.prior.clone();
             let mut alone = true;
             for (_, other) in others {
                 if let Some(other) = other {
-                    known = known.and(&other.segment);
+                    outline = outline.and(&other.equations);
                     alone = false;
                 }
             }
-            let found = job.search(&job.pieces[index], &known, alone);
+            let found = job.search(&job.pieces[index], &outline, alone);
             if found.is_some() {
                 placed[index] = found;
             }
@@ -119,8 +132,8 @@ pub(crate) fn reconstruct_from(
 #[derive(Clone)]
 struct Placed {
     contacts: Vec<Contact>,
-    /// What it says of the shape, at that orientation.
-    segment: Segment,
+    /// Its normal equations of the shape, at that orientation.
+    equations: OutlineEquations,
 }
 
 struct Job<'a> {
@@ -130,10 +143,10 @@ struct Job<'a> {
     pieces: Vec<Piece>,
     order: usize,
     size_m: f64,
-    /// Standard deviation that r and d are trusted with.
-    trust_m: f64,
+    /// Standard deviation of integrated r and d.
+    integration_sd_m: f64,
     expected_m: f64,
-    prior: Segment,
+    prior: OutlineEquations,
 }
 
 impl<'a> Job<'a> {
@@ -141,8 +154,8 @@ impl<'a> Job<'a> {
         let stated_m = options.sensor_sd_m.or_else(|| stated_noise_m(log));
         let measurements = Measurements::new(log, stated_m);
         let scatter_m = contact_scatter_m(&measurements);
-        let size_m = measurements.size_m().max(1e-9);
-        let expected_m = stated_m.unwrap_or(scatter_m).max(1e-9 * size_m);
+        let size_m = measurements.size_m().max(LEAST_SIZE_M);
+        let expected_m = stated_m.unwrap_or(scatter_m).max(LEAST_NOISE * size_m);
         let mut found: Vec<Piece> = segments(&measurements, scatter_m)
             .into_iter()
             .filter_map(|range| Piece::new(log, &measurements, range, options.method, expected_m))
@@ -157,32 +170,33 @@ impl<'a> Job<'a> {
             pieces: found,
             order,
             size_m,
-            trust_m: expected_m.hypot(TRUST * size_m),
+            integration_sd_m: expected_m.hypot(INTEGRATION_SD * size_m),
             expected_m,
-            prior: Segment::prior(order, Prior { size_m, scale_m: 0.5 * size_m }),
+            prior: OutlineEquations::prior(order, Prior { size_m, scale_m: PRIOR_SCALE * size_m }),
         }
     }
 
     /// The piece at the orientation `turn` more than it was integrated with.
     fn place(&self, piece: &Piece, mut contacts: Vec<Contact>, turn: f64) -> Placed {
         contacts.iter_mut().for_each(|contact| contact.psi += turn);
-        let segment = Segment::new(&piece.measurements, &contacts, self.order, self.trust_m);
-        Placed { contacts, segment }
+        let equations = OutlineEquations::new(&piece.measurements, &contacts, self.order, self.integration_sd_m);
+        Placed { contacts, equations }
     }
 
-    /// The initial conditions of a piece with the smallest errors, laid against what is `known` of the outline.
-    fn search(&self, piece: &Piece, known: &Segment, alone: bool) -> Option<Placed> {
-        let (low, high) =
-            feasible_heights(&piece.measurements, &piece.relative, self.size_m).unwrap_or((0.0, 8.0 * self.size_m));
+    /// The piece with the initial conditions that have the smallest errors against an outline.
+    fn search(&self, piece: &Piece, outline: &OutlineEquations, alone: bool) -> Option<Placed> {
+        let (low, high) = feasible_heights(&piece.measurements, &piece.relative, self.size_m)
+            .unwrap_or((0.0, LARGEST_HEIGHT * self.size_m));
         let count = if alone { HEIGHTS[0] } else { HEIGHTS[1] };
         let cell = (high - low) / count as f64;
         let height = |index: usize| low + cell * (index as f64 + 0.5);
         // Errors and orientation for a trial height, near an orientation or anywhere.
         let trial = |height_m: f64, near: Option<f64>| -> (f64, f64) {
             let Some(contacts) = piece.integrate(piece.start(height_m)) else { return (f64::INFINITY, 0.0) };
-            let drift = piece.x_error_m2(&contacts) * contacts.len() as f64 / (self.trust_m * self.trust_m);
-            let segment = Segment::new(&piece.measurements, &contacts, self.order, self.trust_m);
-            let misfit = |turn: f64| known.and(&segment.turned(turn)).misfit();
+            let drift =
+                piece.x_error_m2(&contacts) * contacts.len() as f64 / (self.integration_sd_m * self.integration_sd_m);
+            let equations = OutlineEquations::new(&piece.measurements, &contacts, self.order, self.integration_sd_m);
+            let misfit = |turn: f64| outline.and(&equations.turned(turn)).misfit();
             if alone {
                 return (drift + misfit(0.0), 0.0);
             }
@@ -214,15 +228,15 @@ impl<'a> Job<'a> {
         Some(self.place(piece, contacts, turn))
     }
 
-    /// The result that people see.
+    /// The reported result.
     fn finish(&self, placed: Vec<Option<Placed>>) -> Result<Reconstruction, ReconstructError> {
         let mut all = self.prior.clone();
         let mut psi: Vec<Option<f64>> = vec![None; self.measurements.len()];
         let mut starts: Vec<usize> = Vec::new();
-        let mut tracks = Vec::new();
+        let mut paths = Vec::new();
         for (piece, placed) in self.pieces.iter().zip(&placed) {
             let Some(placed) = placed else { continue };
-            all = all.and(&placed.segment);
+            all = all.and(&placed.equations);
             starts.extend(piece.samples.first());
             for (&sample, contact) in piece.samples.iter().zip(&placed.contacts) {
                 psi[sample] = Some(contact.psi);
@@ -247,16 +261,16 @@ impl<'a> Job<'a> {
             let angles =
                 piece.measurements.instants.iter().zip(contacts).map(|(i, c)| i.contact_angles(c.psi - turned));
             let (one, two): (Vec<f64>, Vec<f64>) = angles.unzip();
-            tracks.extend([one, two]);
+            paths.extend([one, two]);
         }
-        let counts = touches(&tracks);
+        let counts = touches(&paths);
         starts.sort_unstable();
-        let leaps: Vec<usize> =
+        let jumps: Vec<usize> =
             starts[1..].iter().copied().filter(|&at| (psi[at] - psi[at - 1]).abs() > SMALLEST_JUMP_RAD).collect();
         let motion: Vec<Pose> = (0..self.measurements.len())
             .map(|index| {
                 let (sample, instant) = (&self.log.samples[index], &self.measurements.instants[index]);
-                let piece = leaps.iter().filter(|leap| **leap <= index).count() as u32;
+                let piece = jumps.iter().filter(|jump| **jump <= index).count() as u32;
                 Pose { piece, ..pose(sample, instant, &shape, &coefficients, psi[index]) }
             })
             .collect();
@@ -265,10 +279,13 @@ impl<'a> Job<'a> {
             .iter()
             .zip(&self.measurements.instants)
             .flat_map(|(pose, i)| {
-                [pose.residual1_m.map(|left| left * i.weight1), pose.residual2_m.map(|left| left * i.weight2)]
+                [
+                    pose.residual1_m.map(|residual| residual * i.weight1),
+                    pose.residual2_m.map(|residual| residual * i.weight2),
+                ]
             })
             .flatten()
-            .map(|left| (left / self.expected_m).powi(2))
+            .map(|residual| (residual / self.expected_m).powi(2))
             .collect();
         let dof = squares.len().saturating_sub(Layout::of_shape(self.order).unknowns()).max(1) as f64;
         let balance: Vec<f64> = self
@@ -280,7 +297,7 @@ impl<'a> Job<'a> {
             .map(|(instant, psi)| residuals(instant, &coefficients, *psi).value[2].powi(2))
             .collect();
         Ok(Reconstruction {
-            jumps: leaps.into_iter().map(|at| jump(&shape, &self.log.samples[at], [psi[at - 1], psi[at]])).collect(),
+            jumps: jumps.into_iter().map(|at| jump(&shape, &self.log.samples[at], [psi[at - 1], psi[at]])).collect(),
             shape,
             coverage: counts.iter().filter(|count| **count > 0).count() as f64 / NODES as f64,
             outline,
@@ -306,8 +323,8 @@ impl<'a> Job<'a> {
                     if !instant.both_seen() {
                         return last;
                     }
-                    let step = TAU / 180.0;
-                    let trials = (0..180).map(|index| last + step * f64::from(index));
+                    let step = TAU / f64::from(TRIALS_ALONE);
+                    let trials = (0..TRIALS_ALONE).map(|index| last + step * f64::from(index));
                     let best = trials.map(|psi| (misfit(psi), psi)).min_by(|a, b| a.0.total_cmp(&b.0));
                     best.map_or(last, |(_, psi)| golden_section(psi - step, psi + step, misfit).0)
                 });
@@ -317,7 +334,7 @@ impl<'a> Job<'a> {
     }
 }
 
-/// A turn by less than this between two pieces is no jump: the log was cut once too often. Radians.
+/// A turn by less than this between two pieces, in radians, is a false cut and no jump.
 const SMALLEST_JUMP_RAD: f64 = 0.05;
 
 /// The jump before a sample.
@@ -336,6 +353,7 @@ fn jump(shape: &SupportFunction, sample: &Sample, [before, after]: [f64; 2]) -> 
 
 /// The place of a minimum between `low` and `high`, and the value there.
 fn golden_section(mut low: f64, mut high: f64, value: impl Fn(f64) -> f64) -> (f64, f64) {
+    // (√5 − 1)/2.
     const GOLDEN: f64 = 0.618_033_988_749_894_9;
     let (mut left, mut right) = (high - GOLDEN * (high - low), low + GOLDEN * (high - low));
     let (mut at_left, mut at_right) = (value(left), value(right));

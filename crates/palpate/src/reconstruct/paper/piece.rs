@@ -1,22 +1,22 @@
-//! A piece of a log between two jumps, ready to be integrated.
+//! A piece of a log between two jumps, prepared for integration by equations 19 to 21 of Moll & Erdmann 2001 or by the closed
+//! forms.
 
-use crate::estimate::measurements::Instant;
-use crate::estimate::measurements::Measurements;
+use crate::estimate::closed_form;
+use crate::estimate::closed_form::{Contact, relative_height};
+use crate::estimate::measurements::{Instant, Measurements};
 use crate::log::Log;
 use crate::math::local_polynomial::FEWEST;
 use crate::reconstruct::method::Method;
 use crate::reconstruct::paper::equations::Signals;
-use crate::reconstruct::search::closed_form;
-use crate::reconstruct::search::closed_form::{Contact, relative_height};
 use std::ops::Range;
 
-/// A piece made ready for integration.
+/// A piece prepared for integration.
 #[derive(Clone, Debug)]
 pub(crate) struct Piece {
     /// Samples of the log.
     pub samples: Vec<usize>,
     pub measurements: Measurements,
-    /// Height over that at the first sample.
+    /// Height of the centre of mass over that at the first sample, metres.
     pub relative: Vec<f64>,
     /// For the differential equations.
     pub signals: Option<Signals>,
@@ -45,7 +45,7 @@ impl Piece {
         Some(Self { relative: relative_height(&own), measurements: own, samples, signals, sd_m })
     }
 
-    /// How far its contacts go: what there is to learn from it.
+    /// Diagonal of the range of its contacts: a measure of the information in it.
     pub fn path_length_m(&self) -> f64 {
         let (first, last) = (&self.measurements.instants[0], &self.measurements.instants[self.measurements.len() - 1]);
         let (mut low, mut high) = ([first.s1, first.s2], [last.s1, last.s2]);
@@ -68,7 +68,7 @@ impl Piece {
         first.palms.supports_of_center([x, height_m]).into()
     }
 
-    /// The contacts from (r₁, r₂) at the first instant, ψ = 0 there. `None` when the integral runs away.
+    /// The contacts from (r₁, r₂) at the first instant, ψ = 0 there. `None` when the integral diverges.
     pub fn integrate(&self, (r1, r2): (f64, f64)) -> Option<Vec<Contact>> {
         let contacts = match &self.signals {
             Some(signals) => signals.integrate((r1, r2)),
@@ -79,8 +79,8 @@ impl Piece {
                     .contacts
             }
         };
-        let sane = |c: &Contact| [c.psi, c.r1, c.d1, c.r2, c.d2].iter().all(|value| value.abs() < 1e6);
-        contacts.iter().all(sane).then_some(contacts)
+        let bounded = |c: &Contact| [c.psi, c.r1, c.d1, c.r2, c.d2].iter().all(|value| value.abs() < DIVERGED);
+        contacts.iter().all(bounded).then_some(contacts)
     }
 
     /// Mean square error of the X coordinate of the centre of mass, square metres.
@@ -92,6 +92,9 @@ impl Piece {
         self.measurements.instants.iter().zip(contacts).map(error).sum::<f64>() / contacts.len() as f64
     }
 }
+
+/// Value, in metres or radians, from which on an integral counts as diverged.
+const DIVERGED: f64 = 1e6;
 
 /// Standard deviation of the change of the rotation from one step to the next that the quadrature expects, radians.
 const QUADRATURE_RATE_SD: f64 = 0.01;

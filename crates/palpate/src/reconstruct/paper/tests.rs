@@ -2,13 +2,13 @@
 
 use super::piece::Piece;
 use crate::compare::compare;
+use crate::estimate::closed_form::Contact;
 use crate::estimate::measurements::Measurements;
 use crate::palms::{Palm, PalmMotion, PalmMove, PalmPair};
 use crate::reconstruct::error::ReconstructError;
 use crate::reconstruct::method::Method;
 use crate::reconstruct::reconstruction::Reconstruction;
 use crate::reconstruct::reconstructor::Reconstructor;
-use crate::reconstruct::search::closed_form::Contact;
 use crate::reconstruct::start::Start;
 use crate::sensor::Touchpad;
 use crate::shape::{NamedShape, SupportFunction};
@@ -58,7 +58,7 @@ fn each_method_converges_to_the_truth_at_its_order() {
     let runs = [200, 400, 800].map(run);
     let true_psi: Vec<f64> = runs[0].truth.motion.iter().map(|pose| pose.psi_rad).collect();
     let turned = true_psi.iter().fold(0.0, |most, psi| f64::max(most, (psi - true_psi[0]).abs()));
-    assert!(turned > 0.5, "a motion that tells something: {turned}");
+    assert!(turned > 0.5, "the object must turn enough: {turned}");
     for (method, order) in [(Method::Ode, 4.0), (Method::Quadrature, 2.0)] {
         let errors = [0, 1, 2].map(|index| worst(&runs[index], &integrated(&runs[index], method)));
         for pair in errors.windows(2) {
@@ -169,7 +169,7 @@ fn two_fingers_integrate_as_well_as_two_palms() {
 }
 
 #[test]
-fn noise_is_survived_and_a_log_without_a_piece_is_refused() {
+fn noisy_logs_are_reconstructed_and_a_log_without_a_piece_is_refused() {
     let touchpad = Touchpad { noise_sd_m: 1e-4, ..Touchpad::ideal() };
     let motion = PalmMotion::random(8, 20.0, 0.8).and_then(|motion| motion.sample(40.0)).expect("possible");
     let mut run =

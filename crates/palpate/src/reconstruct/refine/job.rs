@@ -1,9 +1,11 @@
-//! One arrangement of the search taken to the optimum over all samples, and what came of it put together.
+//! Refinement of one arrangement of the search to the optimum over all samples (`docs/theory.md`, the search): Gauss-Newton fits
+//! with variance components and a number of harmonics chosen by the evidence alternate with Viterbi decoding of the motion, to a
+//! fixed point; then ambiguous samples are compared by the evidence, and restarts along the weakest direction of the shape are
+//! tried.
 
 use super::resample::{carry_over, thinned_in_ranges};
 use super::restarts::along_weakest_direction;
-use crate::estimate::association::alternatives::Ambiguity;
-use crate::estimate::association::alternatives::compare_evidence;
+use crate::estimate::association::alternatives::{Ambiguity, compare_evidence};
 use crate::estimate::association::decode::{Aside, Decoded, decode};
 use crate::estimate::association::predictive::PredictiveShape;
 use crate::estimate::association::short_segments::reassociated;
@@ -12,15 +14,13 @@ use crate::estimate::evidence::order::choose_order;
 use crate::estimate::evidence::variance_components::VarianceComponents;
 use crate::estimate::jumps::detect_jumps;
 use crate::estimate::measurements::Measurements;
-use crate::estimate::model::force::balance_is_missed;
-use crate::estimate::model::force::balance_limit_m;
+use crate::estimate::model::balance_tolerance::{balance_is_missed, balance_limit_m};
 use crate::estimate::model::layout::Layout;
 use crate::estimate::model::noise::Noise;
 use crate::estimate::model::noise_from_log::{contact_scatter_m, stated_noise_m, with_noisy_angles};
 use crate::estimate::model::prior::Prior;
 use crate::estimate::motion::{moved, unwrap};
-use crate::estimate::solver::gauss_newton::Estimate;
-use crate::estimate::solver::gauss_newton::Fit;
+use crate::estimate::solver::gauss_newton::{Estimate, Fit};
 use crate::log::Log;
 use crate::palms::PalmPair;
 use crate::reconstruct::error::ReconstructError;
@@ -29,37 +29,62 @@ use crate::reconstruct::search::schedule::Found;
 use crate::shape::SupportFunction;
 use std::ops::Range;
 
-/// Times that badly placed samples are placed anew.
+/// Times that a motion is decoded and fitted again: what does not settle by then is a wrong arrangement, or a matter of a few
+/// samples.
 const REPAIRS: usize = 3;
 
-/// Standard deviation of the balance that a fit begins with, as shares of that of the contacts.
+/// A decoding converges when it relocates at most one in this many of the samples that the one before relocated; as that of the
+/// first counts one in [`FIRST_SHARE`] of all samples.
+const CONTRACTION: usize = 2;
+const FIRST_SHARE: usize = 4;
+
+/// Standard deviations of the balance that a fit begins with, as shares of that of the contacts: spoilt by friction or pace, and
+/// as exact as statics has it.
 const BALANCE_SHARES: [f64; 2] = [1.0, 0.1];
 
-/// An estimate elsewhere whose log evidence on the thinned log is larger by this is taken to its optimum.
-const WORTH_A_LOOK: f64 = 1.0;
+/// A restart whose log evidence on the thinned log is larger by this, in nats, is taken to its optimum over all samples: less is
+/// within the differences between two runs.
+const PROMISING: f64 = 1.0;
 
-/// Samples beside a doubtful one that are set aside with it, and how many at the most.
-const BESIDE: usize = 5;
+/// Samples on each side of an ambiguous one that are set aside with it: a wrong pose bends the shape at its neighbours too.
+const NEIGHBOURS_SET_ASIDE: usize = 5;
 
-const MOST_ASIDE: usize = 240;
+/// Samples that are set aside at most: with more, the others no longer predict the shape.
+const MOST_SET_ASIDE: usize = 240;
 
-/// Samples at each end of the log that are set aside when the balance is missed by more than this share of the sensor noise.
+/// Samples at each end of the log that are set aside when noisy contacts miss the balance: more would leave too
+/// little of a short log to fit, fewer may miss a whole segment at a wrong pose.
 const END: usize = 60;
 
-/// Samples that the choice of the number of harmonics works on.
+/// Samples that the choice of the number of harmonics works on: enough for 48 harmonics, a fraction of the work of the whole log.
 const ORDER_SAMPLES: usize = 450;
 
-/// A log made ready, with what is known of its noise.
+/// Scale c of the prior of the harmonics that a fit begins with, as a share of the size of the object.
+const PRIOR_SCALE: f64 = 0.5;
+
+/// Least standard deviation of the contacts that a first fit believes in, as a share of the size: it keeps the fit of an exact
+/// log well conditioned.
+const LEAST_FIRST_SD: f64 = 1e-3;
+
+/// Least sensor noise that may be estimated, as a share of the size: far below any sensor.
+const SENSOR_FLOOR: f64 = 1e-6;
+
+/// In decoding, no contact is taken to be more exact than this share of the scatter of neighbouring samples.
+const DECODING_FLOOR: f64 = 0.3;
+
+/// A log prepared for estimation, with what is known of its noise.
 pub(crate) struct Job<'a> {
     pub log: &'a Log,
     pub options: &'a ReconstructOptions,
     pub measurements: Measurements,
+    /// Standard deviation of a contact position that options or log state, metres.
     pub stated_m: Option<f64>,
+    /// The same, estimated from the scatter of neighbouring samples.
     pub scatter_m: f64,
     pub prior: Prior,
 }
 
-/// An arrangement smoothed to the end.
+/// An arrangement at its optimum.
 pub(crate) struct Refined {
     /// On the thinned log, where the number of harmonics was chosen.
     pub coarse: Fit,
@@ -67,7 +92,7 @@ pub(crate) struct Refined {
     pub fine: Fit,
     /// All samples, with the weight that the balance has at each.
     pub measurements: Measurements,
-    /// For each sample, how far from its pose another is that explains it about as well, radians.
+    /// For each sample, the distance of another pose that explains it about as well, radians; 0 where there is none.
     pub ambiguity_rad: Vec<f64>,
 }
 
@@ -77,7 +102,7 @@ impl<'a> Job<'a> {
         let measurements = Measurements::new(log, stated_m);
         let scatter_m = contact_scatter_m(&measurements);
         let size_m = measurements.size_m();
-        Self { log, options, measurements, stated_m, scatter_m, prior: Prior { size_m, scale_m: 0.5 * size_m } }
+        Self { log, options, measurements, stated_m, scatter_m, prior: Prior { size_m, scale_m: PRIOR_SCALE * size_m } }
     }
 
     /// Takes one arrangement of the search to the optimum over all samples.
@@ -93,15 +118,15 @@ impl<'a> Job<'a> {
         Ok(self.with_restarts(&medium, &found.ranges, settled))
     }
 
-    /// The best of an optimum and of those that lie along the valley of its cost.
+    /// The best of an optimum and of those reached from the restarts along the valley of its cost.
     fn with_restarts(&self, medium: &Measurements, ranges: &[Range<usize>], mut best: Refined) -> Refined {
         for start in along_weakest_direction(medium, &best.coarse).into_iter().flatten() {
             let Fit { order, noise, prior, log_evidence, .. } = best.coarse;
-            // As exact as statics has the balance: what is missed tells on which side the centre of mass is.
+            // The balance as exact as statics has it: its residuals show on which side the centre of mass is.
             let noise = Noise { balance_m: BALANCE_SHARES[1] * noise.sensor_m, ..noise };
             let there = fit(medium, order, start, noise, prior, self.variance_components(), ROUNDS);
             let Some(Fitted { fit: there, .. }) =
-                there.filter(|there| there.fit.log_evidence > log_evidence + WORTH_A_LOOK)
+                there.filter(|there| there.fit.log_evidence > log_evidence + PROMISING)
             else {
                 continue;
             };
@@ -113,10 +138,10 @@ impl<'a> Job<'a> {
         best
     }
 
-    /// A few samples at a wrong pose would ask for harmonics that the object has not, so the first fit has none to give. Balance
-    /// as exact as statics has it is tried, and balance that friction or pace spoil.
+    /// The first fit, with the number of harmonics of the search: a few samples at a wrong pose would make the evidence prefer
+    /// harmonics that the object does not have. Of both standard deviations of the balance the one with more evidence is taken.
     fn rough(&self, medium: &Measurements, start: Estimate) -> Option<Fit> {
-        let sd = self.scatter_m.max(1e-3 * self.prior.size_m);
+        let sd = self.scatter_m.max(LEAST_FIRST_SD * self.prior.size_m);
         let order = Layout::of_coefficients(&start.coefficients).order;
         let with_share = |share: f64| {
             let noise = Noise { sensor_m: sd, balance_m: share * sd };
@@ -126,8 +151,8 @@ impl<'a> Job<'a> {
         BALANCE_SHARES.into_iter().filter_map(with_share).max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence))
     }
 
-    /// Chooses the number of harmonics and fits all samples, until the way of the shape through the log leaves every sample where
-    /// it is. `rough` is a fit to the thinned log.
+    /// Chooses the number of harmonics, fits all samples and decodes the motion, until the decoding relocates no sample. `rough`
+    /// is a fit to the thinned log.
     fn to_fixed_point(
         &self,
         medium: &Measurements,
@@ -137,7 +162,7 @@ impl<'a> Job<'a> {
         let Fit { estimate: mut start, noise, prior, .. } = rough;
         let mut decoded: Option<Vec<f64>> = None;
         let mut medium = medium.clone();
-        let (mut attempt, mut unsettled) = (0, self.measurements.len() / 4);
+        let (mut attempt, mut relocated) = (0, self.measurements.len() / FIRST_SHARE);
         loop {
             let fitted = match self.options.harmonics {
                 Some(order) => fit(&medium, order, start, noise, prior, self.variance_components(), ROUNDS),
@@ -165,28 +190,28 @@ impl<'a> Job<'a> {
             let Estimate { coefficients, psi, .. } = &fine.estimate;
             let with_noisy_angles = with_noisy_angles(&self.measurements, coefficients, psi, self.scatter_m);
             let of_all = decode(&with_noisy_angles, &fine, self.floor_m(), None);
-            let (mut decoded_now, passed_over) = match self.without_doubtful(&with_noisy_angles, &fine, &of_all) {
+            let (mut decoded_now, superseded) = match self.without_ambiguous(&with_noisy_angles, &fine, &of_all) {
                 Some(again) => (again, Some(of_all.psi)),
                 None => (of_all, None),
             };
-            // Where the way does not settle, the arrangement is wrong, or it is a matter of a few samples.
-            let last = attempt == REPAIRS || 2 * decoded_now.moved > unsettled;
-            if decoded_now.moved == 0 || last {
-                let mut doubts = Ambiguity::new(std::mem::take(&mut decoded_now.margin));
+            // Where the motion does not settle, the arrangement is wrong, or it is a matter of a few samples.
+            let last = attempt == REPAIRS || CONTRACTION * decoded_now.relocated > relocated;
+            if decoded_now.relocated == 0 || last {
+                let mut ambiguity = Ambiguity::new(std::mem::take(&mut decoded_now.margin));
                 let mut alternatives = std::mem::take(&mut decoded_now.alternatives);
-                let ways = passed_over.iter().chain([&decoded_now.psi]);
-                alternatives.extend(ways.filter_map(|way| doubts.unsettled(&fine.estimate.psi, way)));
-                alternatives.extend(reassociated(&measurements, &fine, &self.starts(&fine), &mut doubts));
-                match compare_evidence(&measurements, &fine, &alternatives, &mut doubts) {
+                let motions = superseded.iter().chain([&decoded_now.psi]);
+                alternatives.extend(motions.filter_map(|motion| ambiguity.unsettled(&fine.estimate.psi, motion)));
+                alternatives.extend(reassociated(&measurements, &fine, &self.starts(&fine), &mut ambiguity));
+                match compare_evidence(&measurements, &fine, &alternatives, &mut ambiguity) {
                     Some(better) if !last => {
-                        decoded_now.moved = moved(&fine.estimate.psi, &better.psi);
+                        decoded_now.relocated = moved(&fine.estimate.psi, &better.psi);
                         decoded_now.psi = better.psi;
                     }
-                    _ => return Ok(Refined { coarse, fine, measurements, ambiguity_rad: doubts.ambiguity_rad() }),
+                    _ => return Ok(Refined { coarse, fine, measurements, ambiguity_rad: ambiguity.ambiguity_rad() }),
                 }
             }
             attempt += 1;
-            unsettled = decoded_now.moved;
+            relocated = decoded_now.relocated;
             let coefficients = fine.estimate.coefficients;
             let psi = carry_over(&self.measurements, &decoded_now.psi, &coefficients, &medium, ranges);
             start = Estimate { coefficients, psi, cost: f64::INFINITY };
@@ -194,28 +219,29 @@ impl<'a> Job<'a> {
         }
     }
 
-    /// What may be learnt of the noise from the thinned log.
+    /// The standard deviations that a fit to the thinned log may estimate.
     fn variance_components(&self) -> VarianceComponents {
-        VarianceComponents { sensor: true, floor_m: 1e-6 * self.prior.size_m }
+        VarianceComponents { sensor: true, floor_m: SENSOR_FLOOR * self.prior.size_m }
     }
 
-    /// The same from all samples.
+    /// The same for all samples.
     fn variance_components_of_all(&self) -> VarianceComponents {
         VarianceComponents { sensor: self.stated_m.is_none(), ..self.variance_components() }
     }
 
-    /// No contact is believed to be more exact than this on the way through the log, metres.
+    /// In decoding, no contact is taken to be more exact than this, metres.
     pub(crate) fn floor_m(&self) -> f64 {
-        0.3 * self.scatter_m
+        DECODING_FLOOR * self.scatter_m
     }
 
-    /// The way through the log of the shape that the samples have without some of them. `None` when too little is left.
-    fn with_aside(
+    /// The decoding with the shape fitted without the samples `aside`. Transitions to the samples `blind` do not consult statics.
+    /// `None` when too little is left.
+    fn decoded_without(
         &self,
         weighted: &Measurements,
         fine: &Fit,
         aside: &[usize],
-        doubtful: &(dyn Fn(usize) -> bool + Sync),
+        blind: &(dyn Fn(usize) -> bool + Sync),
     ) -> Option<Decoded> {
         let mut measurements = self.measurements.clone();
         aside.iter().for_each(|&index| measurements.instants[index].set_aside());
@@ -229,37 +255,37 @@ impl<'a> Job<'a> {
             self.variance_components_of_all(),
             ROUNDS,
         )?;
-        let known = PredictiveShape::from(&measurements, &others)?;
-        let aside = Aside { samples: aside, doubtful, known: &known };
+        let predictive = PredictiveShape::from(&measurements, &others)?;
+        let aside = Aside { samples: aside, blind, predictive: &predictive };
         Some(decode(weighted, &others, self.floor_m(), Some(aside)))
     }
 
-    /// The way through the log of the shape that the samples beyond doubt have without the others, which bend the shape towards
-    /// the poses that they were given. `None` when there are none, or too many.
-    fn without_doubtful(&self, weighted: &Measurements, fine: &Fit, of_all: &Decoded) -> Option<Decoded> {
+    /// The decoding with the shape fitted without the ambiguous samples, which bend the shape towards the poses that they were
+    /// given. `None` when there are none, or too many.
+    fn without_ambiguous(&self, weighted: &Measurements, fine: &Fit, of_all: &Decoded) -> Option<Decoded> {
         let count = of_all.psi.len();
-        let doubtful: Vec<usize> = (0..count).filter(|&sample| of_all.doubts(sample)).collect();
+        let ambiguous: Vec<usize> = (0..count).filter(|&sample| of_all.is_ambiguous(sample)).collect();
         let beside = |index: usize| {
-            let first = doubtful.partition_point(|&other| other + BESIDE < index);
-            doubtful.get(first).is_some_and(|&other| other <= index + BESIDE)
+            let first = ambiguous.partition_point(|&other| other + NEIGHBOURS_SET_ASIDE < index);
+            ambiguous.get(first).is_some_and(|&other| other <= index + NEIGHBOURS_SET_ASIDE)
         };
-        // A pose at an end of the log hangs on one side only; that it is wrong may show in nothing but the balance, when the
-        // contacts are noisy.
+        // A pose at an end of the log has neighbours on one side only; with noisy contacts, that it is wrong may show in nothing
+        // but the balance.
         let Noise { sensor_m, balance_m } = fine.noise;
         let mean_radius_m = fine.estimate.coefficients[0].abs();
         let inexact = balance_is_missed(sensor_m, balance_m, mean_radius_m)
             && balance_m < balance_limit_m(sensor_m, mean_radius_m);
         let end = |index: usize| inexact && (index < END || index + END >= count);
         let aside: Vec<usize> = (0..count).filter(|&index| beside(index) || end(index)).collect();
-        if aside.is_empty() || aside.len() > MOST_ASIDE {
+        if aside.is_empty() || aside.len() > MOST_SET_ASIDE {
             return None;
         }
-        let mut again = self.with_aside(weighted, fine, &aside, &beside)?;
-        again.moved = moved(&fine.estimate.psi, &again.psi);
+        let mut again = self.decoded_without(weighted, fine, &aside, &beside)?;
+        again.relocated = moved(&fine.estimate.psi, &again.psi);
         Some(again)
     }
 
-    /// The samples at which the object of a fit has just jumped.
+    /// The first sample after each jump in a fit.
     fn starts(&self, fine: &Fit) -> Vec<usize> {
         let mut psi = fine.estimate.psi.clone();
         unwrap(&mut psi);

@@ -1,4 +1,4 @@
-//! One arrangement taken to the optimum over all samples.
+//! Refinement of one arrangement to the optimum over all samples (`docs/theory.md`, the search).
 
 pub(crate) mod job;
 pub(crate) mod resample;

@@ -1,23 +1,27 @@
-//! An arrangement of a thinned log carried over to more of its samples.
+//! Resampling of an arrangement between thinnings of the log: orientations by linear interpolation inside the arranged ranges,
+//! and by the misfit of the contacts elsewhere.
 
 use crate::estimate::association::candidates::best_orientation;
 use crate::estimate::measurements::Measurements;
 use crate::math::angle::wrapped;
 use std::ops::Range;
 
-/// The instants of a problem thinned to about `count`, never over the edge of a range.
+/// The instants in these ranges thinned to about `count`, never across the edge of a range.
 pub(crate) fn thinned_in_ranges(measurements: &Measurements, ranges: &[Range<usize>], count: usize) -> Measurements {
     let total: usize = ranges.iter().map(|range| range.len()).sum();
     let run = (total / count.max(1)).max(1);
     let mut instants = Vec::new();
     for range in ranges {
-        let piece = Measurements { instants: measurements.instants[range.clone()].to_vec() };
-        instants.extend(piece.thinned_by(run).instants);
+        let part = Measurements { instants: measurements.instants[range.clone()].to_vec() };
+        instants.extend(part.thinned_by(run).instants);
     }
     Measurements { instants }
 }
 
-/// Orientations at the instants of `to`, from those known at the instants `from` (in order of time): interpolated inside the
+/// Error of a contact position within which orientations explain it equally well, as a share of the mean radius.
+const USUAL_ERROR: f64 = 1e-3;
+
+/// Orientations at the instants of `to`, given those at the instants `from` (in order of time): interpolated inside the
 /// arranged ranges, searched for everywhere else.
 pub(crate) fn carry_over(
     from: &Measurements,
@@ -27,22 +31,22 @@ pub(crate) fn carry_over(
     ranges: &[Range<usize>],
 ) -> Vec<f64> {
     let places: Vec<f64> = from.instants.iter().map(|instant| instant.position).collect();
-    let tolerance = (1e-3 * coefficients[0]).powi(2);
+    let tolerance = (USUAL_ERROR * coefficients[0]).powi(2);
     let mut carried = Vec::with_capacity(to.len());
     for instant in &to.instants {
         let range = ranges.iter().find(|range| range.contains(&(instant.position.round() as usize)));
-        let known = range.and_then(|range| {
+        let interpolated = range.and_then(|range| {
             let low = places.partition_point(|place| *place < range.start as f64 - 0.5);
             let high = places.partition_point(|place| *place < range.end as f64 - 0.5);
             (high > low).then(|| between(&places[low..high], &psi[low..high], instant.position))
         });
         let nearest = carried.last().copied().unwrap_or_else(|| psi.first().copied().unwrap_or(0.0));
-        carried.push(known.unwrap_or_else(|| best_orientation(instant, coefficients, nearest, tolerance)));
+        carried.push(interpolated.unwrap_or_else(|| best_orientation(instant, coefficients, nearest, tolerance)));
     }
     carried
 }
 
-/// Linear interpolation, level beyond the ends.
+/// Linear interpolation, constant beyond the ends.
 fn between(places: &[f64], psi: &[f64], place: f64) -> f64 {
     let after = places.partition_point(|other| *other < place);
     if after == 0 {

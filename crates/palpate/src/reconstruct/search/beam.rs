@@ -1,19 +1,19 @@
-//! From a seed to the whole log: a start from nothing that goes through jumps.
+//! Beam search from a seed over the whole log, through jumps (`docs/theory.md`, the search).
 //!
-//! A seed is a run of windows that the search over h0 explained alone. From there, windows are placed one by one against the
-//! belief that the placed ones leave of the shape (a Gaussian: the information matrix of the smoother):
+//! A seed is a run of windows that the search over h0 explained alone. From there, windows are placed one by one, with the
+//! posterior of the shape given the placed ones as the prior (a Gaussian: the information matrix of the smoother):
 //!
 //! * a window joined to a placed one is *followed*: height and orientation carry over, the closed forms give its motion;
-//! * a window behind a jump is *searched*: every (h0, ψ0) of a grid is tried, the two unknowns of a piece.
+//! * a window after a jump is *searched*: every (h0, ψ0) of a grid is tried, the two unknowns of a segment.
 //!
 //! After each window every hypothesis is smoothed over everything it has placed, and ranked by the evidence, so that errors of
-//! linearisation cannot kill the right one. A window that none can explain (a jump hidden inside) is put off. A seed that is wrong
-//! goes on for long, but under strain: with more squared residuals than the noise of the contacts would make. The search lets
-//! those wait that are.
+//! linearisation do not discard the right one. A window that none can explain (a jump hidden inside) is deferred. A wrong seed
+//! may grow far, but with a normalized misfit well above 1: more squared residuals than the noise of the contacts explains. The
+//! schedule defers such seeds.
 
+use crate::estimate::closed_form::{RATE_SD, integrate, relative_height};
 use crate::estimate::evidence::laplace::log_evidence;
-use crate::estimate::measurements::Instant;
-use crate::estimate::measurements::Measurements;
+use crate::estimate::measurements::{Instant, Measurements};
 use crate::estimate::model::contact::{contacts, residuals};
 use crate::estimate::model::layout::Layout;
 use crate::estimate::model::noise::Noise;
@@ -21,61 +21,91 @@ use crate::estimate::model::prior::Prior;
 use crate::estimate::motion::same_motion;
 use crate::estimate::solver::gauss_newton::{Estimate, Smoother, StoppingCriteria};
 use crate::estimate::solver::posterior::Posterior;
-use crate::reconstruct::search::closed_form::{integrate, relative_height};
 use crate::reconstruct::search::windows::{Window, heights};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 use std::ops::Range;
 
-/// Trial heights for a window that is searched.
+/// Trial heights of a window that is searched: with the orientations a grid as coarse as the smoother's convergence allows.
 const HEIGHTS: usize = 20;
 
-/// Trial orientations for a window that is searched.
+/// Trial orientations of a window that is searched: 7.5 degrees apart.
 const ORIENTATIONS: usize = 48;
 
-/// Instants of a window on which the whole grid is tried.
+/// Instants of a window on which the whole grid is tried: few, since there are 960 trials.
 const SPARSEST: usize = 5;
 
-/// Trials that are looked at on more instants, and on how many.
+/// Trials that are kept for a second round, on more instants.
 const SEMIFINALISTS: usize = 120;
 
+/// Instants of the second round.
 const SPARSE: usize = 12;
 
-/// Trials that are smoothed over the whole window.
+/// Trials that are kept for smoothing over the whole window.
 const FINALISTS: usize = 24;
 
-/// Placements of one window that each hypothesis may propose.
+/// Placements of one window that each hypothesis may propose: with the beam they bound the work of a window.
 const BRANCHES: usize = 4;
 
-/// Hypotheses kept.
+/// Hypotheses kept, the width of the beam: each is smoothed after every window.
 const BEAM: usize = 8;
 
-/// Hypotheses further than this from the best (−2 log evidence) are given up.
-const HOPELESS: f64 = 150.0;
+/// Hypotheses further than this behind the best (−2 ln of the ratio of evidences) are dropped: windows placed later do not make
+/// up for more.
+const MOST_BEHIND: f64 = 150.0;
 
-/// Times that windows which nothing explains are cut in two and tried again.
+/// Times that deferred windows are cut in two and tried again: to an eighth of their length.
 const SPLITS: usize = 3;
 
-/// An arrangement is plain when its misfit is at most so many times what noise would make it (two squares for each instant), or this.
+/// A misfit is that of the noise when it is at most this many times its expectation (two squares for each instant).
 const NOISE_MISFIT: f64 = 2.0;
 
+/// Least misfit per instant that counts as that of the noise: an exact log leaves the errors of few harmonics.
 const LEAST_NOISE_MISFIT: f64 = 0.5;
 
-/// A window of a few instants may have so many times the strain of the whole.
+/// Least noise of the search, as a share of the size of the object: loose, so that no start is trapped in the narrow valley of
+/// the exact problem; and sharp, at which arrangements are judged.
+const LOOSE: f64 = 0.01;
+const SHARP: f64 = 0.003;
+
+/// Instants of a placed window that are followed again with the window beside it, so that the rotation carries over.
+const OVERLAP: usize = 6;
+
+/// Standard deviations of the change of the rotation from one step to the next that are tried when a window is followed, radians:
+/// from an even motion to one that passes a singularity of eq. 21.
+const RATE_SDS: [f64; 3] = [0.003, 0.01, 0.04];
+
+/// Effort of the smoother for target a window, and for a hypothesis at one noise: both are ranked, not yet final.
+const PLACING: StoppingCriteria = StoppingCriteria { iterations: 8, tolerance: 1e-3 };
+const RANKING: StoppingCriteria = StoppingCriteria { iterations: 12, tolerance: 1e-3 };
+
+/// Relative fall of the cost at which a trial on few instants ends.
+const TRIAL_TOLERANCE: f64 = 1e-2;
+
+/// Mean of 1 − cos of the differences up to which two placements of a window are the same: that of 5 degrees.
+const SAME_PLACEMENT: f64 = 4e-3;
+
+/// Work of one search over the log, in searches of a window with 8 harmonics, and the number of unknowns of those.
+const BUDGET: f64 = 300.0;
+const BUDGET_UNKNOWNS: f64 = 17.0;
+
+/// A single window may have this many times the normalized misfit of the whole, since its few instants scatter more; and at most
+/// this many times [`EXPLAINED`].
 const WINDOW: f64 = 3.0;
+const WINDOW_EXPLAINED: f64 = 2.0;
 
 /// Squared residuals per instant (at the noise of the search) that still count as explained.
 pub(crate) const EXPLAINED: f64 = 3.0;
 
-/// One way to arrange the windows placed so far.
+/// One arrangement of the windows placed so far.
 #[derive(Clone)]
 pub(crate) struct Hypothesis {
     pub estimate: Estimate,
-    /// −2 log evidence but for constants, over the windows placed so far.
+    /// −2 ln of the evidence up to a constant, over the windows placed so far.
     pub score: f64,
 }
 
-/// What growing came to.
+/// The result of growing a seed.
 pub(crate) struct Arranged {
     /// Placed windows, in order of time.
     pub windows: Vec<Window>,
@@ -85,14 +115,14 @@ pub(crate) struct Arranged {
     pub hypotheses: Vec<Hypothesis>,
 }
 
-/// The noise that the search believes in.
+/// The noise that the search assumes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Tolerance {
     /// Scatter of the contact positions, metres.
     pub scatter_m: f64,
     /// Size of the object, metres.
     pub size_m: f64,
-    /// How many times less the balance is trusted than the contacts, at first and when arrangements are judged.
+    /// Standard deviation of the balance as a multiple of that of the contacts, for growing and for judging arrangements.
     pub balance: [f64; 2],
 }
 
@@ -103,17 +133,17 @@ impl Tolerance {
         Noise { sensor_m: sd, balance_m: balance * sd }
     }
 
-    /// So loose that no start is trapped by the sharp valley of the exact problem.
+    /// The noise at which windows are placed.
     pub fn loose(&self) -> Noise {
-        self.at(0.01, self.balance[0])
+        self.at(LOOSE, self.balance[0])
     }
 
     /// The noise at which arrangements are judged.
     pub fn sharp(&self) -> Noise {
-        self.at(0.003, self.balance[1])
+        self.at(SHARP, self.balance[1])
     }
 
-    /// The largest misfit per instant that is laid to the noise of samples thinned to so many instants.
+    /// The largest misfit per instant that is attributed to the noise of samples thinned to so many instants.
     pub fn noise_misfit(&self, instants: usize, samples: usize) -> f64 {
         let noise = self.scatter_m / self.sharp().sensor_m;
         (NOISE_MISFIT * 2.0 * noise * noise * instants as f64 / samples.max(1) as f64)
@@ -121,21 +151,21 @@ impl Tolerance {
     }
 }
 
-/// Work that may still be done: searches of a window, counted in those with 8 harmonics. (Not seconds: the result must not
-/// depend on the machine.)
+/// Work that may still be done, in searches of a window with 8 harmonics (not in seconds: the result must not depend on the
+/// machine).
 pub(crate) struct Budget {
     left: f64,
 }
 
 impl Default for Budget {
     fn default() -> Self {
-        Self { left: 300.0 }
+        Self { left: BUDGET }
     }
 }
 
 impl Budget {
     fn charge(&mut self, searches: usize, order: usize) {
-        self.left -= searches as f64 * (Layout::of_shape(order).unknowns() as f64 / 17.0).powi(2);
+        self.left -= searches as f64 * (Layout::of_shape(order).unknowns() as f64 / BUDGET_UNKNOWNS).powi(2);
     }
 
     pub fn is_spent(&self) -> bool {
@@ -143,7 +173,7 @@ impl Budget {
     }
 }
 
-/// A seed on its way over the whole log.
+/// A seed growing over the whole log.
 pub(crate) struct BeamSearch<'a> {
     measurements: &'a Measurements,
     windows: Vec<Window>,
@@ -152,12 +182,15 @@ pub(crate) struct BeamSearch<'a> {
     prior: Prior,
     /// Where the instants of each window begin in `thin`.
     offset: Vec<Option<usize>>,
-    put_off: Vec<bool>,
-    /// How often windows were cut in two so far.
+    /// Windows that no hypothesis explained.
+    deferred: Vec<bool>,
+    /// Times that windows were cut in two so far.
     splits: usize,
-    /// See [`BeamSearch::grow`].
+    /// The limit given to [`BeamSearch::grow`].
     largest_misfit: f64,
+    /// Instants of the placed windows, in order of placing.
     thin: Measurements,
+    /// Hypotheses, best first.
     beam: Vec<Hypothesis>,
 }
 
@@ -177,7 +210,7 @@ impl<'a> BeamSearch<'a> {
             tolerance,
             prior,
             offset: vec![None; windows.len()],
-            put_off: vec![false; windows.len()],
+            deferred: vec![false; windows.len()],
             splits: 0,
             largest_misfit: 0.0,
             thin: Measurements { instants: Vec::new() },
@@ -204,12 +237,12 @@ impl<'a> BeamSearch<'a> {
         }
     }
 
-    /// Goes on until nothing is left to place or the budget is spent (true), or for as long as the strain is at most this. What was
-    /// put off before, when less was allowed, is tried again.
+    /// Grows until nothing is left to place or the budget is spent (true), or the normalized misfit exceeds `largest_misfit`
+    /// (false). Windows deferred at a lower limit are tried again.
     pub fn grow(&mut self, budget: &mut Budget, largest_misfit: f64) -> bool {
         if self.largest_misfit < largest_misfit {
             self.largest_misfit = largest_misfit;
-            self.put_off.fill(false);
+            self.deferred.fill(false);
         }
         while self.normalized_misfit() <= largest_misfit {
             if !self.advance(budget) || budget.is_spent() {
@@ -219,8 +252,8 @@ impl<'a> BeamSearch<'a> {
         false
     }
 
-    /// Squared residuals of the best hypothesis per instant placed, at the noise at which arrangements are judged, as a share of
-    /// what noise alone would make them at the most.
+    /// Squared residuals of the best hypothesis per placed instant, at the noise at which arrangements are judged, over the
+    /// largest value that is attributed to noise.
     pub fn normalized_misfit(&self) -> f64 {
         let Some(best) = self.beam.first() else { return f64::INFINITY };
         let placed = self.windows.iter().zip(&self.offset).filter(|(_, offset)| offset.is_some());
@@ -229,6 +262,7 @@ impl<'a> BeamSearch<'a> {
         misfit / self.tolerance.noise_misfit(self.thin.len(), samples)
     }
 
+    /// Adds a window to those placed.
     fn admit(&mut self, window: usize) {
         self.offset[window] = Some(self.thin.len());
         self.thin.instants.extend(&self.windows[window].thin.instants);
@@ -236,7 +270,7 @@ impl<'a> BeamSearch<'a> {
 
     /// The window to place next, with the placed one that it is joined to, if any.
     fn next(&self) -> Option<(usize, Option<usize>)> {
-        let open = |window: usize| self.offset[window].is_none() && !self.put_off[window];
+        let open = |window: usize| self.offset[window].is_none() && !self.deferred[window];
         let count = self.windows.len();
         let after = (1..count).find(|&w| open(w) && self.windows[w].joined && self.offset[w - 1].is_some());
         if let Some(window) = after {
@@ -250,22 +284,23 @@ impl<'a> BeamSearch<'a> {
         (0..count).filter(|&w| open(w)).max_by(|a, b| path_length(a).total_cmp(&path_length(b))).map(|w| (w, None))
     }
 
-    /// Cuts the windows that were put off in two, so that what is hidden in them ends between them; false when there are none.
+    /// Cuts the deferred windows in two, in case a jump is hidden inside; false when there are none.
     fn split(&mut self) -> bool {
         let mut any = false;
-        for window in (0..self.windows.len()).rev().filter(|&window| self.put_off[window]).collect::<Vec<_>>() {
+        for window in (0..self.windows.len()).rev().filter(|&window| self.deferred[window]).collect::<Vec<_>>() {
             let halves = self.windows[window].halves(self.measurements);
             any |= !halves.is_empty();
             self.offset.splice(window..=window, halves.iter().map(|_| None));
-            self.put_off.splice(window..=window, halves.iter().map(|_| false));
+            self.deferred.splice(window..=window, halves.iter().map(|_| false));
             self.windows.splice(window..=window, halves);
         }
         any
     }
 
+    /// Extends all hypotheses by a window, or defers it.
     fn place(&mut self, window: usize, neighbour: Option<usize>, budget: &mut Budget) {
-        let piece = &self.windows[window];
-        let judged_at = self.tolerance.sharp();
+        let target = &self.windows[window];
+        let sharp = self.tolerance.sharp();
         let proposals: Vec<(bool, Vec<Estimate>)> = self
             .beam
             .par_iter()
@@ -273,11 +308,11 @@ impl<'a> BeamSearch<'a> {
                 let Some(belief) = self.belief(&hypothesis.estimate) else { return (false, Vec::new()) };
                 let followed = neighbour.and_then(|other| self.follow(window, other, &hypothesis.estimate, &belief));
                 let explained = followed.as_ref().is_some_and(|estimate| {
-                    misfit(&piece.thin, estimate, judged_at) < EXPLAINED * piece.thin.len() as f64
+                    misfit(&target.thin, estimate, sharp) < EXPLAINED * target.thin.len() as f64
                 });
                 let mut placements: Vec<Estimate> = followed.into_iter().collect();
                 if !explained {
-                    placements.extend(self.search(piece, &hypothesis.estimate, &belief));
+                    placements.extend(self.search(target, &hypothesis.estimate, &belief));
                 }
                 let extended = placements
                     .into_iter()
@@ -294,32 +329,31 @@ impl<'a> BeamSearch<'a> {
         budget.charge(proposals.iter().filter(|(searched, _)| *searched).count(), self.order);
         let proposals: Vec<Estimate> = proposals.into_iter().flat_map(|(_, extended)| extended).collect();
         let mut together = self.thin.clone();
-        together.instants.extend(&piece.thin.instants);
+        together.instants.extend(&target.thin.instants);
         let beam = self.ranked(&together, proposals);
         let explained = beam.first().is_some_and(|best| {
             let psi = best.estimate.psi[self.thin.len()..].to_vec();
             let estimate = Estimate { coefficients: best.estimate.coefficients.clone(), psi, cost: 0.0 };
-            let noise_misfit = self.tolerance.noise_misfit(piece.thin.len(), piece.range.len());
-            let most = (WINDOW * self.largest_misfit * noise_misfit).min(2.0 * EXPLAINED);
-            misfit(&piece.thin, &estimate, judged_at) < most * piece.thin.len() as f64
+            let noise_misfit = self.tolerance.noise_misfit(target.thin.len(), target.range.len());
+            let most = (WINDOW * self.largest_misfit * noise_misfit).min(WINDOW_EXPLAINED * EXPLAINED);
+            misfit(&target.thin, &estimate, sharp) < most * target.thin.len() as f64
         });
         if explained {
             self.beam = beam;
             self.admit(window);
         } else {
-            self.put_off[window] = true;
+            self.deferred[window] = true;
         }
     }
 
-    /// What the placed windows tell of the shape.
-    fn belief(&self, known: &Estimate) -> Option<Posterior> {
-        Smoother::new(&self.thin, self.order, self.tolerance.loose(), self.prior).belief(known)
+    /// The posterior of the shape given the placed windows.
+    fn belief(&self, hypothesis: &Estimate) -> Option<Posterior> {
+        Smoother::new(&self.thin, self.order, self.tolerance.loose(), self.prior).belief(hypothesis)
     }
 
     /// Carries a hypothesis on from a placed window to the one before or after it.
-    fn follow(&self, window: usize, neighbour: usize, known: &Estimate, belief: &Posterior) -> Option<Estimate> {
-        const OVERLAP: usize = 6;
-        let piece = &self.windows[window];
+    fn follow(&self, window: usize, neighbour: usize, hypothesis: &Estimate, belief: &Posterior) -> Option<Estimate> {
+        let target = &self.windows[window];
         let offset = self.offset[neighbour]?;
         let beside = &self.windows[neighbour].thin;
         let overlap = OVERLAP.min(beside.len());
@@ -327,58 +361,58 @@ impl<'a> BeamSearch<'a> {
         let (run, anchor, keep) = if forward {
             let first = beside.len() - overlap;
             let mut run = beside.instants[first..].to_vec();
-            run.extend(&piece.thin.instants);
+            run.extend(&target.thin.instants);
             (
                 Measurements { instants: run },
                 (overlap - 1, offset + beside.len() - 1),
-                overlap..overlap + piece.thin.len(),
+                overlap..overlap + target.thin.len(),
             )
         } else {
-            let mut run = piece.thin.instants.clone();
+            let mut run = target.thin.instants.clone();
             run.extend(&beside.instants[..overlap]);
-            (Measurements { instants: run }, (piece.thin.len(), offset), 0..piece.thin.len())
+            (Measurements { instants: run }, (target.thin.len(), offset), 0..target.thin.len())
         };
         let (anchor, placed) = anchor;
         let relative = relative_height(&run);
         let at = &run.instants[anchor];
-        let [_, height] = at.palms.center(contacts(at, &known.coefficients, known.psi[placed]).r);
+        let [_, height] = at.palms.center(contacts(at, &hypothesis.coefficients, hypothesis.psi[placed]).r);
         let h0 = height - relative[anchor];
         let noise = self.tolerance.loose();
-        let smoother = Smoother::with_belief(&piece.thin, self.order, noise, self.prior, belief);
-        [0.003, 0.01, 0.04]
+        let smoother = Smoother::with_belief(&target.thin, self.order, noise, self.prior, belief);
+        RATE_SDS
             .into_iter()
             .map(|rate_sd| {
-                let track = integrate(&run, &relative, h0, noise.sensor_m, rate_sd).psi;
-                let turn = known.psi[placed] - track[anchor];
-                let psi = track[keep.clone()].iter().map(|psi| psi + turn).collect();
-                smoother.run(known.coefficients.clone(), psi, StoppingCriteria { iterations: 8, tolerance: 1e-3 })
+                let path = integrate(&run, &relative, h0, noise.sensor_m, rate_sd).psi;
+                let turn = hypothesis.psi[placed] - path[anchor];
+                let psi = path[keep.clone()].iter().map(|psi| psi + turn).collect();
+                smoother.run(hypothesis.coefficients.clone(), psi, PLACING)
             })
             .filter(|estimate| estimate.cost.is_finite())
             .min_by(|a, b| a.cost.total_cmp(&b.cost))
     }
 
-    /// Ways to place a window that hangs on nothing, best first.
-    fn search(&self, piece: &Window, known: &Estimate, belief: &Posterior) -> Vec<Estimate> {
+    /// Placements of a window that is joined to no placed one, best first.
+    fn search(&self, target: &Window, hypothesis: &Estimate, belief: &Posterior) -> Vec<Estimate> {
         let noise = self.tolerance.loose();
-        let Some((relative, (low, high))) = heights(&piece.thin, self.prior.size_m) else { return Vec::new() };
-        let whole = Smoother::with_belief(&piece.thin, self.order, noise, self.prior, belief);
-        let tracks: Vec<Vec<f64>> = (0..HEIGHTS)
+        let Some((relative, (low, high))) = heights(&target.thin, self.prior.size_m) else { return Vec::new() };
+        let whole = Smoother::with_belief(&target.thin, self.order, noise, self.prior, belief);
+        let paths: Vec<Vec<f64>> = (0..HEIGHTS)
             .map(|height| {
                 let h0 = low + (high - low) * (height as f64 + 0.5) / HEIGHTS as f64;
-                integrate(&piece.thin, &relative, h0, noise.sensor_m, 0.01).psi
+                integrate(&target.thin, &relative, h0, noise.sensor_m, RATE_SD).psi
             })
             .collect();
         let mut trials: Vec<(f64, usize, f64)> = (0..HEIGHTS * ORIENTATIONS)
             .map(|trial| (0.0, trial / ORIENTATIONS, TAU * (trial % ORIENTATIONS) as f64 / ORIENTATIONS as f64))
             .collect();
         for (instants, iterations, kept) in [(SPARSEST, 1, SEMIFINALISTS), (SPARSE, 2, FINALISTS)] {
-            let every = piece.thin.len().div_ceil(instants);
-            let few = Measurements { instants: piece.thin.instants.iter().step_by(every).copied().collect() };
+            let every = target.thin.len().div_ceil(instants);
+            let few = Measurements { instants: target.thin.instants.iter().step_by(every).copied().collect() };
             let sparse = Smoother::with_belief(&few, self.order, noise, self.prior, belief).without_convexity();
             for (cost, height, psi0) in &mut trials {
-                let psi = tracks[*height].iter().step_by(every).map(|psi| psi + *psi0).collect();
-                let effort = StoppingCriteria { iterations, tolerance: 1e-2 };
-                *cost = sparse.run(known.coefficients.clone(), psi, effort).cost;
+                let psi = paths[*height].iter().step_by(every).map(|psi| psi + *psi0).collect();
+                let effort = StoppingCriteria { iterations, tolerance: TRIAL_TOLERANCE };
+                *cost = sparse.run(hypothesis.coefficients.clone(), psi, effort).cost;
             }
             trials.retain(|(cost, _, _)| cost.is_finite());
             trials.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -387,8 +421,8 @@ impl<'a> BeamSearch<'a> {
         let mut placements: Vec<Estimate> = trials
             .into_iter()
             .map(|(_, height, psi0)| {
-                let psi = tracks[height].iter().map(|psi| psi + psi0).collect();
-                whole.run(known.coefficients.clone(), psi, StoppingCriteria { iterations: 8, tolerance: 1e-3 })
+                let psi = paths[height].iter().map(|psi| psi + psi0).collect();
+                whole.run(hypothesis.coefficients.clone(), psi, PLACING)
             })
             .filter(|estimate| estimate.cost.is_finite())
             .collect();
@@ -397,7 +431,8 @@ impl<'a> BeamSearch<'a> {
         for placement in placements {
             let near = |other: &Estimate| {
                 let apart = |(a, b): (&f64, &f64)| 1.0 - (a - b).cos();
-                other.psi.iter().zip(&placement.psi).map(apart).sum::<f64>() < 4e-3 * placement.psi.len() as f64
+                other.psi.iter().zip(&placement.psi).map(apart).sum::<f64>()
+                    < SAME_PLACEMENT * placement.psi.len() as f64
             };
             if kept.len() < BRANCHES && !kept.iter().any(near) {
                 kept.push(placement);
@@ -408,13 +443,12 @@ impl<'a> BeamSearch<'a> {
 
     /// Smooths every proposal over everything placed, ranks them by evidence and keeps the best distinct ones.
     fn ranked(&self, placed: &Measurements, proposals: Vec<Estimate>) -> Vec<Hypothesis> {
-        let mut polished: Vec<Hypothesis> = proposals
+        let mut ranked: Vec<Hypothesis> = proposals
             .into_par_iter()
             .filter_map(|mut estimate| {
                 for noise in [self.tolerance.loose(), self.tolerance.sharp()] {
                     let smoother = Smoother::new(placed, self.order, noise, self.prior);
-                    let effort = StoppingCriteria { iterations: 12, tolerance: 1e-3 };
-                    estimate = smoother.run(estimate.coefficients, estimate.psi, effort);
+                    estimate = smoother.run(estimate.coefficients, estimate.psi, RANKING);
                 }
                 let smoother = Smoother::new(placed, self.order, self.tolerance.sharp(), self.prior);
                 let normal = smoother.linearise(&estimate.coefficients, &estimate.psi);
@@ -423,19 +457,19 @@ impl<'a> BeamSearch<'a> {
                 score.is_finite().then_some(Hypothesis { estimate, score })
             })
             .collect();
-        polished.sort_by(|a, b| a.score.total_cmp(&b.score));
+        ranked.sort_by(|a, b| a.score.total_cmp(&b.score));
         let mut kept: Vec<Hypothesis> = Vec::new();
-        for hypothesis in polished {
-            let hopeless = kept.first().is_some_and(|best| hypothesis.score > best.score + HOPELESS);
-            let known = || kept.iter().any(|other| same_motion(&other.estimate.psi, &hypothesis.estimate.psi));
-            if kept.len() < BEAM && !hopeless && !known() {
+        for hypothesis in ranked {
+            let far_behind = kept.first().is_some_and(|best| hypothesis.score > best.score + MOST_BEHIND);
+            let duplicate = || kept.iter().any(|other| same_motion(&other.estimate.psi, &hypothesis.estimate.psi));
+            if kept.len() < BEAM && !far_behind && !duplicate() {
                 kept.push(hypothesis);
             }
         }
         kept
     }
 
-    /// What was placed.
+    /// The placed windows and the hypotheses, in order of time.
     pub fn in_order_of_time(self) -> Arranged {
         let mut by_time: Vec<usize> = (0..self.thin.len()).collect();
         let place = |index: &usize| self.thin.instants[*index].position;
@@ -456,7 +490,7 @@ impl<'a> BeamSearch<'a> {
     }
 }
 
-/// Squared residuals of an estimate at a given noise, the shape's own terms left out.
+/// Squared residuals of an estimate at a given noise, without the terms in the shape alone.
 pub(crate) fn misfit(measurements: &Measurements, estimate: &Estimate, noise: Noise) -> f64 {
     let sds = [noise.sensor_m, noise.sensor_m, noise.balance_m];
     let square = |(instant, psi): (&Instant, &f64)| {

@@ -1,15 +1,18 @@
-//! Starts for the smoother where nothing is known but the log: a search over the height of the centre of mass at the first
-//! sample, the one unknown that the closed forms of [`super::quadrature`] leave.
+//! Starts for the smoother from the log alone: a search over the height h0 of the centre of mass at the first sample, the one
+//! unknown that the closed forms leave ([`super::closed_form`]).
 
+use crate::estimate::closed_form::{RATE_SD, feasible_heights, integrate, relative_height};
 use crate::estimate::measurements::Measurements;
 use crate::estimate::model::noise::Noise;
 use crate::estimate::model::prior::Prior;
 use crate::estimate::solver::gauss_newton::{Estimate, Smoother, StoppingCriteria};
-use crate::reconstruct::search::closed_form::{feasible_heights, integrate, relative_height};
 use rayon::prelude::*;
 
-/// Trial heights of the centre of mass at the first sample.
+/// Trial heights of the centre of mass at the first sample: fine enough that the minimum next to the truth is among the trials.
 const HEIGHTS: usize = 160;
+
+/// Effort of the smoother at each trial height: trials are only ranked, and refined later.
+const TRIAL: StoppingCriteria = StoppingCriteria { iterations: 8, tolerance: 1e-3 };
 
 /// Candidates from the search over h0, best first: the local minima of the cost along h0, on a thinned log.
 pub(crate) fn from_initial_heights(thin: &Measurements, noise: Noise, prior: Prior, order: usize) -> Vec<Estimate> {
@@ -20,9 +23,8 @@ pub(crate) fn from_initial_heights(thin: &Measurements, noise: Noise, prior: Pri
         .map(|index| {
             let h0 = low + (high - low) * (index as f64 + 0.5) / HEIGHTS as f64;
             let smoother = Smoother::new(thin, order, noise, prior);
-            let guess = integrate(thin, &relative, h0, noise.sensor_m, 0.01);
-            let estimate =
-                smoother.run(vec![guess.mean_r_m], guess.psi, StoppingCriteria { iterations: 8, tolerance: 1e-3 });
+            let guess = integrate(thin, &relative, h0, noise.sensor_m, RATE_SD);
+            let estimate = smoother.run(vec![guess.mean_r_m], guess.psi, TRIAL);
             estimate.cost.is_finite().then_some(estimate)
         })
         .collect();

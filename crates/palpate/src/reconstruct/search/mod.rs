@@ -1,7 +1,7 @@
-//! Arrangements of a log, with no start given.
+//! The search for a start from nothing but the log (`docs/theory.md`, the search): segments between jumps, windows, seeds from
+//! the closed forms, and a beam search over the whole log, scheduled by the normalized misfit.
 
 pub(crate) mod beam;
-pub(crate) mod closed_form;
 pub(crate) mod initial_height;
 pub(crate) mod schedule;
 pub(crate) mod seed;

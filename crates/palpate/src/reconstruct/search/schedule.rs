@@ -1,5 +1,6 @@
-//! From a log to arrangements of its pieces, with no start given: seeds from the longest stretches that the search over the
-//! height of the centre of mass explains alone, grown over the whole log until one arrangement explains all of it.
+//! The schedule of the search (`docs/theory.md`, the search): which seeds are grown over the whole log by beam search, in which
+//! order and with how much trust in the balance, until one arrangement explains all of the log. A wrong seed may grow far, but
+//! with a normalized misfit well above 1; such seeds are deferred.
 
 use crate::estimate::measurements::Measurements;
 use crate::estimate::model::prior::Prior;
@@ -10,38 +11,42 @@ use crate::reconstruct::search::segments::segments;
 use crate::reconstruct::search::windows::{Window, spans, windows};
 use std::ops::Range;
 
-/// Samples that the search works on; a longer log is thinned to about this many.
+/// Thinned instants that the search works on, about: its cost is proportional to their number.
 const SAMPLES: usize = 250;
 
-/// How much less the balance is trusted than the contacts, in turn (at first, and when arrangements are judged): both alike;
-/// then as exact as statics has it, for near-circular objects differ in little else; where that explains nothing
-/// (friction, fast palms), hardly at all.
+/// Standard deviations of the balance as multiples of those of the contacts, in turn (for growing, and for judging arrangements):
+/// equal; then as exact as statics has it, since near-circular objects differ in little else; and, where that explains nothing
+/// (friction, fast palms), large.
 const BALANCES: [[f64; 2]; 3] = [[1.0, 1.0], [1.0, 0.3], [15.0, 15.0]];
 
-/// What a log that is not arranged at all would cost per instant.
+/// Cost per instant of the part of a log that is not arranged: well above [`EXPLAINED`].
 const MISSING: f64 = 10.0;
 
-/// Strain that a growth may come to, in turn: with more it waits until the others had their turn.
+/// Largest normalized misfit of a growing seed, in turn: one above it is deferred until the others have been grown.
 const MISFIT_LIMITS: [f64; 3] = [1.0, 2.0, f64::INFINITY];
 
-/// Stretches that are searched for a seed.
+/// Spans that are searched for a seed, those with the longest contact paths: more cost time, fewer may all contain a hidden jump.
 const SPANS: usize = 16;
 
-/// Seeds that are grown before the search gives up.
+/// Seeds that are grown to the end before the search gives up: more cost time, fewer may all be wrong.
 const SEEDS: usize = 6;
+
+/// Shares of the work that are reported as done: up to this while seeds with few harmonics are grown, and from that on with more.
+const FEW_HARMONICS_DONE: f64 = 0.4;
+const MORE_HARMONICS_DONE: f64 = 0.5;
 
 /// Arrangements found.
 pub(crate) struct Found {
     /// The thinned instants that were arranged, in order of time.
     pub thin: Measurements,
-    /// Index ranges (of the whole problem) of the stretches that were arranged.
+    /// Index ranges (of all samples) that were arranged.
     pub ranges: Vec<Range<usize>>,
     /// Best first, over the instants of `thin`.
     pub estimates: Vec<Estimate>,
 }
 
-/// Searches, and hands each arrangement of the log that it finds to `accept` until that says enough. Most promising
-/// first as far as can be known; an arrangement that does not explain the log only if there is no other.
+/// Passes each arrangement of the log that the search finds to `accept` until that returns true, most promising first; an
+/// arrangement that does not explain the log only if there is no other. `tell` is given the share of the work done.
 pub(crate) fn search(
     measurements: &Measurements,
     scatter_m: f64,
@@ -51,16 +56,16 @@ pub(crate) fn search(
 ) {
     let windows = windows(measurements, &segments(measurements, scatter_m), SAMPLES);
     let mut poor: Option<(f64, Found)> = None;
-    let mut any = false;
+    let mut any_explained = false;
     for (number, balance) in BALANCES.into_iter().enumerate() {
         let tolerance = Tolerance { scatter_m, size_m: prior.size_m, balance };
         let tell = |share: f64| tell((number as f64 + share) / BALANCES.len() as f64);
         let enough = arrange(measurements, &windows, tolerance, prior, &tell, &mut |cost, found| {
             if cost < EXPLAINED {
-                any = true;
+                any_explained = true;
                 return accept(found);
             }
-            if poor.as_ref().is_none_or(|(champion, _)| cost < *champion) {
+            if poor.as_ref().is_none_or(|(least, _)| cost < *least) {
                 poor = Some((cost, found));
             }
             false
@@ -68,8 +73,8 @@ pub(crate) fn search(
         if enough {
             return;
         }
-        // Where arrangements that hold the balance were found, leaving the balance out makes none better.
-        if any && number > 0 {
+        // Where arrangements with the balance explain the log, those without it are no better.
+        if any_explained && number > 0 {
             return;
         }
     }
@@ -78,7 +83,7 @@ pub(crate) fn search(
     }
 }
 
-/// Hands arrangements with their cost per instant to `consider` until that says enough (true), or nothing is left to try.
+/// Passes arrangements with their cost per instant to `consider` until that returns true, or none is left to try.
 fn arrange(
     measurements: &Measurements,
     windows: &[Window],
@@ -88,32 +93,31 @@ fn arrange(
     consider: &mut dyn FnMut(f64, Found) -> bool,
 ) -> bool {
     let whole: usize = windows.iter().map(|window| window.range.len()).sum();
-    let mut hand_over = |beam_search: BeamSearch| {
+    let mut submit = |beam_search: BeamSearch| {
         let arranged = beam_search.in_order_of_time();
         let Some(top) = arranged.hypotheses.first() else { return false };
-        // What is not arranged counts as not explained.
+        // Samples that are not arranged are not explained.
         let covered: usize = arranged.windows.iter().map(|window| window.range.len()).sum();
         let missing = 1.0 - covered as f64 / whole as f64;
         let cost =
             misfit(&arranged.thin, &top.estimate, tolerance.sharp()) / arranged.thin.len() as f64 + MISSING * missing;
-        let ranges = stretches(&arranged.windows);
+        let ranges = covered_ranges(&arranged.windows);
         let estimates = arranged.hypotheses.into_iter().map(|hypothesis| hypothesis.estimate).collect();
         consider(cost, Found { thin: arranged.thin, ranges, estimates })
     };
-    // Few harmonics first, over every stretch: many explain a short stretch with a jump in it as well. And first those stretches
-    // that are explained as well as their noise allows, for as long as they are: with a little more to explain, a few harmonics
-    // may hide a jump too.
+    // Few harmonics first, over every span: many can explain a short span with a jump in it. And first the seeds whose misfit is
+    // that of the noise, for as long as it is: above it, even few harmonics may hide a jump.
     let mut seeds: Vec<Seed> = Vec::new();
     let mut deferred: Vec<BeamSearch> = Vec::new();
     let (mut budget, mut grown) = (Budget::default(), 0);
     for (number, span) in spans(windows).into_iter().take(SPANS).enumerate() {
-        tell(0.4 * number as f64 / SPANS as f64);
+        tell(FEW_HARMONICS_DONE * number as f64 / SPANS as f64);
         let Some(seed) = Seed::with_few_harmonics(windows, span, tolerance, prior) else { continue };
         if seed.misfit < EXPLAINED && grown < SEEDS && !budget.is_spent() {
             let mut beam_search = seed.beam_search(measurements, windows, tolerance, prior);
             if beam_search.grow(&mut budget, MISFIT_LIMITS[0]) {
                 grown += 1;
-                if hand_over(beam_search) {
+                if submit(beam_search) {
                     return true;
                 }
             } else {
@@ -122,23 +126,23 @@ fn arrange(
         }
         seeds.push(seed);
     }
-    for most in MISFIT_LIMITS.into_iter().skip(1) {
-        let mut still = Vec::new();
+    for largest_misfit in MISFIT_LIMITS.into_iter().skip(1) {
+        let mut still_deferred = Vec::new();
         deferred.sort_by(|a, b| a.normalized_misfit().total_cmp(&b.normalized_misfit()));
         for mut beam_search in std::mem::take(&mut deferred) {
             if grown >= SEEDS || budget.is_spent() {
                 break;
             }
-            if beam_search.grow(&mut budget, most) {
+            if beam_search.grow(&mut budget, largest_misfit) {
                 grown += 1;
-                if hand_over(beam_search) {
+                if submit(beam_search) {
                     return true;
                 }
             } else {
-                still.push(beam_search);
+                still_deferred.push(beam_search);
             }
         }
-        deferred = still;
+        deferred = still_deferred;
     }
     let grown_to_the_end = |seed: &Seed, budget: &mut Budget| {
         let mut beam_search = seed.beam_search(measurements, windows, tolerance, prior);
@@ -147,12 +151,12 @@ fn arrange(
     };
     let (mut budget, mut richer) = (Budget::default(), 0);
     for (number, seed) in seeds.iter_mut().enumerate() {
-        tell(0.5 + 0.5 * number as f64 / SPANS as f64);
+        tell(MORE_HARMONICS_DONE + (1.0 - MORE_HARMONICS_DONE) * number as f64 / SPANS as f64);
         if seed.misfit < EXPLAINED || !seed.add_harmonics(windows, tolerance, prior) {
             continue;
         }
         richer += 1;
-        if hand_over(grown_to_the_end(seed, &mut budget)) {
+        if submit(grown_to_the_end(seed, &mut budget)) {
             return true;
         }
         if richer == SEEDS || budget.is_spent() {
@@ -160,11 +164,11 @@ fn arrange(
         }
     }
     let best = seeds.iter().min_by(|a, b| a.misfit.total_cmp(&b.misfit));
-    best.filter(|_| grown + richer == 0).is_some_and(|seed| hand_over(grown_to_the_end(seed, &mut budget)))
+    best.filter(|_| grown + richer == 0).is_some_and(|seed| submit(grown_to_the_end(seed, &mut budget)))
 }
 
 /// The index ranges that placed windows cover; windows that are joined make one range.
-fn stretches(placed: &[Window]) -> Vec<Range<usize>> {
+fn covered_ranges(placed: &[Window]) -> Vec<Range<usize>> {
     let mut ranges: Vec<Range<usize>> = Vec::new();
     for Window { range, joined, .. } in placed {
         match ranges.last_mut() {

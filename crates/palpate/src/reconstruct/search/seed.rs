@@ -1,4 +1,5 @@
-//! Candidates over a run of windows, from nothing: what a search over the whole log begins with.
+//! Seeds: candidates over a run of windows from the search over h0, refined at decreasing noise, with which the beam search
+//! begins (`docs/theory.md`, the search).
 
 use super::initial_height::from_initial_heights;
 use crate::estimate::measurements::Measurements;
@@ -9,17 +10,24 @@ use crate::reconstruct::search::windows::{Window, joined};
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Harmonics of the search, in turn.
+/// Numbers of harmonics of the search, in turn: few first, since many can explain a jump.
 pub(crate) const ORDERS: [usize; 4] = [8, 12, 18, 28];
 
-/// Candidates that each seed starts with.
+/// Candidates of each seed at most: each is refined with every number of harmonics.
 pub(crate) const CANDIDATES: usize = 8;
 
-/// With a misfit above this few harmonics are not nearly right, and more are not tried.
-const NEARLY: f64 = 1000.0;
+/// Misfit above which a seed with few harmonics is not nearly right, and more harmonics are not tried.
+const NEARLY_RIGHT: f64 = 1000.0;
 
-/// Candidates over a run of windows, best first, with the number of harmonics that they took.
+/// Candidates of a seed that are refined with more harmonics.
+const REFINED: usize = 3;
+
+/// Effort of the smoother for a candidate at one noise: candidates are ranked, not yet final.
+const EFFORT: StoppingCriteria = StoppingCriteria { iterations: 15, tolerance: 1e-3 };
+
+/// Candidates over a run of windows, best first, with their number of harmonics.
 pub(crate) struct Seed {
+    /// The windows.
     pub span: Range<usize>,
     pub candidates: Vec<Estimate>,
     pub order: usize,
@@ -38,10 +46,11 @@ impl Seed {
         let thin = joined(&windows[span.clone()]);
         let mut candidates = from_initial_heights(&thin, tolerance.loose(), prior, ORDERS[0]);
         candidates.truncate(CANDIDATES);
-        let (misfit, candidates) = polished(&thin, &candidates, ORDERS[0], tolerance, prior)?;
+        let (misfit, candidates) = refined(&thin, &candidates, ORDERS[0], tolerance, prior)?;
         Some(Self { span, candidates, order: ORDERS[0], misfit })
     }
 
+    /// A beam search that begins with this seed.
     pub fn beam_search<'a>(
         &self,
         measurements: &'a Measurements,
@@ -52,18 +61,18 @@ impl Seed {
         BeamSearch::new(measurements, windows, (self.span.clone(), &self.candidates, self.order), tolerance, prior)
     }
 
-    /// Tries more harmonics where a few explain nothing (nearly flat sides, corners); whether they explain the run.
+    /// Tries more harmonics where few do not explain the run (nearly flat sides, corners); whether the run is explained then.
     pub fn add_harmonics(&mut self, windows: &[Window], tolerance: Tolerance, prior: Prior) -> bool {
         let thin = joined(&windows[self.span.clone()]);
         let mut candidates = self.candidates.clone();
         let mut last = self.misfit;
         for &order in &ORDERS[1..] {
             // Only what is nearly right with few harmonics can be right with more.
-            if !(EXPLAINED..NEARLY).contains(&last) {
+            if !(EXPLAINED..NEARLY_RIGHT).contains(&last) {
                 break;
             }
-            candidates.truncate(3);
-            let Some((misfit, better)) = polished(&thin, &candidates, order, tolerance, prior) else { break };
+            candidates.truncate(REFINED);
+            let Some((misfit, better)) = refined(&thin, &candidates, order, tolerance, prior) else { break };
             if misfit < self.misfit {
                 (self.misfit, self.order, self.candidates) = (misfit, order, better.clone());
             }
@@ -73,29 +82,28 @@ impl Seed {
     }
 }
 
-/// Candidates smoothed at less and less noise with a given number of harmonics, best first, and the misfit of the best.
-fn polished(
+/// Candidates refined at decreasing noise with a given number of harmonics, best first, and the misfit of the best.
+fn refined(
     thin: &Measurements,
     candidates: &[Estimate],
     order: usize,
     tolerance: Tolerance,
     prior: Prior,
 ) -> Option<(f64, Vec<Estimate>)> {
-    let judged_at = tolerance.sharp();
-    let mut polished: Vec<(f64, Estimate)> = candidates
+    let sharp = tolerance.sharp();
+    let mut refined: Vec<(f64, Estimate)> = candidates
         .par_iter()
         .map(|estimate| {
             let mut estimate = estimate.clone();
-            for noise in [tolerance.loose(), judged_at] {
+            for noise in [tolerance.loose(), sharp] {
                 let smoother = Smoother::new(thin, order, noise, prior);
-                let effort = StoppingCriteria { iterations: 15, tolerance: 1e-3 };
-                estimate = smoother.run(estimate.coefficients, estimate.psi, effort);
+                estimate = smoother.run(estimate.coefficients, estimate.psi, EFFORT);
             }
-            (misfit(thin, &estimate, judged_at) / thin.len() as f64, estimate)
+            (misfit(thin, &estimate, sharp) / thin.len() as f64, estimate)
         })
         .filter(|(misfit, _)| misfit.is_finite())
         .collect();
-    polished.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let least = polished.first()?.0;
-    Some((least, polished.into_iter().map(|(_, estimate)| estimate).collect()))
+    refined.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let least = refined.first()?.0;
+    Some((least, refined.into_iter().map(|(_, estimate)| estimate).collect()))
 }

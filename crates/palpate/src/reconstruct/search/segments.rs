@@ -1,18 +1,26 @@
-//! Where the log falls into pieces: places where a contact leaps further between two samples than the noise, its own pace
-//! and the motion of the palms explain. Nothing of shape or orientation is needed. A cut too many costs a little work, a cut
-//! too few spoils a piece, so the test is a keen one.
+//! The log cut into segments at jumps (`docs/theory.md`, the search): places where a contact moves further between two samples
+//! than the noise, its own pace and the motion of the palms explain. Neither shape nor orientation is needed. A false cut costs a
+//! little work, a missed one spoils a segment, so the test is sensitive.
 
 use crate::estimate::measurements::Measurements;
 use crate::math::statistics::median;
 use std::ops::Range;
 
-/// A contact that leaps by less than this many standard deviations of the noise is not believed to have leapt.
+/// A contact has jumped when its step differs from the median step around it by more than the sum of three terms. The noise: this
+/// many standard deviations of a contact position.
 const NOISE_FACTOR: f64 = 8.0;
 
-/// Leaps are at least this many times longer than the steps around them.
+/// The pace: this many times the median length of the steps around it.
 const PACE_FACTOR: f64 = 4.0;
 
-/// Runs of neighbouring instants (index ranges) that saw both contacts, with no leap inside.
+/// The palms: this many sizes of the object for each radian that they turn, added up. The contact of an object that keeps its
+/// orientation moves by about as much.
+const TURN_FACTOR: f64 = 2.0;
+
+/// Steps on each side that a step is compared with: the pace is taken to be even over them.
+const STEPS_AROUND: usize = 6;
+
+/// Runs of neighbouring instants (index ranges) that saw both contacts, without a jump inside.
 pub(crate) fn segments(measurements: &Measurements, scatter_m: f64) -> Vec<Range<usize>> {
     let seen: Vec<usize> = (0..measurements.len()).filter(|&index| measurements.instants[index].both_seen()).collect();
     let size_m = measurements.size_m();
@@ -26,14 +34,15 @@ pub(crate) fn segments(measurements: &Measurements, scatter_m: f64) -> Vec<Range
     let jumps = |index: usize| {
         let (a, b) = (&measurements.instants[seen[index]], &measurements.instants[seen[index + 1]]);
         let turn = (b.phi1 - a.phi1).abs() + (b.phi1 + b.phi2 - a.phi1 - a.phi2).abs();
-        let around = index.saturating_sub(6)..(index + 7).min(steps.len());
+        let around = index.saturating_sub(STEPS_AROUND)..(index + STEPS_AROUND + 1).min(steps.len());
         (0..2).any(|sensor| {
             let mut others: Vec<f64> =
                 around.clone().filter(|&other| other != index).map(|other| steps[other][sensor]).collect();
             let usual = median(&mut others);
             others.iter_mut().for_each(|step| *step = step.abs());
             let pace = median(&mut others);
-            (steps[index][sensor] - usual).abs() > NOISE_FACTOR * scatter_m + PACE_FACTOR * pace + 2.0 * size_m * turn
+            (steps[index][sensor] - usual).abs()
+                > NOISE_FACTOR * scatter_m + PACE_FACTOR * pace + TURN_FACTOR * size_m * turn
         })
     };
     let mut segments = Vec::new();
@@ -73,19 +82,19 @@ mod tests {
                 let run = run(seed, Touchpad { noise_sd_m, ..Touchpad::ideal() });
                 let measurements = Measurements::new(&run.log, None);
                 let segments = segments(&measurements, contact_scatter_m(&measurements));
-                // Cuts and pieces make up the log.
-                assert_eq!(segments.iter().map(|piece| piece.len()).sum::<usize>(), measurements.len());
+                // The segments cover the log.
+                assert_eq!(segments.iter().map(|segment| segment.len()).sum::<usize>(), measurements.len());
                 assert!(segments.windows(2).all(|pair| pair[0].end == pair[1].start));
-                let cuts: Vec<usize> = segments[1..].iter().map(|piece| piece.start).collect();
+                let cuts: Vec<usize> = segments[1..].iter().map(|segment| segment.start).collect();
                 let after = |time_s: f64| run.log.samples.partition_point(|sample| sample.time_s < time_s);
                 for jump in &run.jumps {
                     let at = after(jump.time_s);
-                    let leap = |s: fn(&crate::Sample) -> Option<f64>| {
+                    let step = |s: fn(&crate::Sample) -> Option<f64>| {
                         let value = |index: usize| s(&run.log.samples[index]).expect("seen");
                         (value(at) - value(at - 1)).abs()
                     };
                     // A jump that moves a contact by 4 mm or more is not overlooked.
-                    if f64::max(leap(|sample| sample.s1_m), leap(|sample| sample.s2_m)) > 4e-3 {
+                    if f64::max(step(|sample| sample.s1_m), step(|sample| sample.s2_m)) > 4e-3 {
                         jumps += 1;
                         assert!(cuts.contains(&at), "seed {seed}: the jump before sample {at}, cuts {cuts:?}");
                     }
@@ -97,7 +106,7 @@ mod tests {
     }
 
     #[test]
-    fn a_piece_ends_with_the_contacts() {
+    fn segments_end_with_the_contacts() {
         let mut log = run(1, Touchpad::ideal()).log;
         log.samples[..5].iter_mut().for_each(|sample| sample.s1_m = None);
         let last = log.samples.len();
@@ -108,7 +117,7 @@ mod tests {
     }
 
     #[test]
-    fn no_contacts_no_pieces() {
+    fn without_contacts_there_are_no_segments() {
         let mut log = run(1, Touchpad::ideal()).log;
         log.samples.iter_mut().for_each(|sample| sample.s1_m = None);
         assert!(segments(&Measurements::new(&log, None), 1e-6).is_empty());

@@ -1,25 +1,26 @@
-//! The log cut into windows short enough that a trial shape can follow the object through each of them.
+//! The log cut into windows: short runs of thinned instants without a jump, over each of which a trial shape can be followed
+//! (`docs/theory.md`, the search).
 
+use crate::estimate::closed_form::{feasible_heights, relative_height};
 use crate::estimate::measurements::Measurements;
-use crate::reconstruct::search::closed_form::{feasible_heights, relative_height};
 use std::ops::Range;
 
-/// Thinned instants of one window, about.
+/// Thinned instants of one window, about: fewer do not determine its pose, more hide more jumps and cost more.
 const LENGTH: usize = 24;
 
-/// Fewest thinned instants of a window; shorter pieces wait until the shape is known.
+/// Fewest thinned instants of a window; shorter segments are placed when the shape is known.
 const SHORTEST: usize = 6;
 
-/// A short run of thinned instants with no leap of a contact inside.
+/// A short run of thinned instants without a jump of a contact inside.
 #[derive(Clone)]
 pub(crate) struct Window {
     /// Instants of the whole problem that it covers.
     pub range: Range<usize>,
     /// Means over neighbouring instants.
     pub thin: Measurements,
-    /// Nothing leaps between the window before and this one.
+    /// No contact jumps between the window before and this one.
     pub joined: bool,
-    /// Path length of the contacts in metres: how much there is to learn from the window.
+    /// Path length of the contacts in metres: a measure of the information in the window.
     pub path_length_m: f64,
     /// Samples per thinned instant.
     run: usize,
@@ -34,7 +35,7 @@ impl Window {
         (thin.len() >= SHORTEST).then_some(Self { range, thin, joined, path_length_m, run })
     }
 
-    /// The window cut in two, each looked at more closely; fewer where there is too little to look at.
+    /// The window cut in two halves, each thinned half as much; halves that are too short are dropped.
     pub fn halves(&self, measurements: &Measurements) -> Vec<Self> {
         let Range { start, end } = self.range;
         let middle = start + (end - start) / 2;
@@ -44,23 +45,27 @@ impl Window {
     }
 }
 
-/// Windows of all pieces, in order of time; about `count` thinned instants in all.
+/// Windows of all segments, in order of time; about `count` thinned instants in all.
 pub(crate) fn windows(measurements: &Measurements, segments: &[Range<usize>], count: usize) -> Vec<Window> {
     let total: usize = segments.iter().map(|range| range.len()).sum();
     let run = (total / count.max(1)).max(1);
     let mut windows = Vec::new();
-    for piece in segments {
-        let run = run.min((piece.len() / SHORTEST).max(1));
-        let share = (piece.len() / run).div_ceil(LENGTH).max(1);
+    for segment in segments {
+        let run = run.min((segment.len() / SHORTEST).max(1));
+        let share = (segment.len() / run).div_ceil(LENGTH).max(1);
         for part in 0..share {
-            let range = piece.start + piece.len() * part / share..piece.start + piece.len() * (part + 1) / share;
+            let range =
+                segment.start + segment.len() * part / share..segment.start + segment.len() * (part + 1) / share;
             windows.extend(Window::new(measurements, range, run, part > 0));
         }
     }
     windows
 }
 
-/// A run of joined windows that a start may begin with: whole pieces, their halves, quarters and so on.
+/// A segment is divided into at most so many spans.
+const MOST_PARTS: usize = 16;
+
+/// Runs of joined windows that may become seeds, longest contact path first: whole segments, their halves, quarters and so on.
 pub(crate) fn spans(windows: &[Window]) -> Vec<Range<usize>> {
     let mut whole = Vec::new();
     let mut start = 0;
@@ -72,13 +77,11 @@ pub(crate) fn spans(windows: &[Window]) -> Vec<Range<usize>> {
     }
     let mut spans = whole.clone();
     let mut parts = 2;
-    while whole.iter().any(|piece| piece.len() >= parts) && parts <= 16 {
-        for piece in whole.iter().filter(|piece| piece.len() >= parts) {
-            spans.extend(
-                (0..parts).map(|part| {
-                    piece.start + piece.len() * part / parts..piece.start + piece.len() * (part + 1) / parts
-                }),
-            );
+    while whole.iter().any(|segment| segment.len() >= parts) && parts <= MOST_PARTS {
+        for segment in whole.iter().filter(|segment| segment.len() >= parts) {
+            spans.extend((0..parts).map(|part| {
+                segment.start + segment.len() * part / parts..segment.start + segment.len() * (part + 1) / parts
+            }));
         }
         parts *= 2;
     }
@@ -92,7 +95,7 @@ pub(crate) fn joined(windows: &[Window]) -> Measurements {
     Measurements { instants: windows.iter().flat_map(|window| window.thin.instants.iter().copied()).collect() }
 }
 
-/// Rise of the centre of mass along a run of instants and the heights at its first that are possible.
+/// Rise of the centre of mass along a run of instants, and the feasible heights at its first.
 pub(crate) fn heights(thin: &Measurements, size_m: f64) -> Option<(Vec<f64>, (f64, f64))> {
     let relative = relative_height(thin);
     let range = feasible_heights(thin, &relative, size_m)?;
@@ -114,16 +117,16 @@ mod tests {
     }
 
     #[test]
-    fn windows_cover_their_pieces_and_never_cross_a_leap() {
+    fn windows_cover_their_segments_and_never_cross_a_jump() {
         let measurements = measurements();
         let segments = [0..400, 400..430, 430..measurements.len()];
         let windows = windows(&measurements, &segments, 250);
-        for piece in segments {
+        for segment in segments {
             let of: Vec<&Window> =
-                windows.iter().filter(|w| piece.start <= w.range.start && w.range.end <= piece.end).collect();
-            assert_eq!((of[0].range.start, of[of.len() - 1].range.end), (piece.start, piece.end));
+                windows.iter().filter(|w| segment.start <= w.range.start && w.range.end <= segment.end).collect();
+            assert_eq!((of[0].range.start, of[of.len() - 1].range.end), (segment.start, segment.end));
             assert!(of.windows(2).all(|pair| pair[0].range.end == pair[1].range.start));
-            // The first of a piece stands behind a leap; the others carry on.
+            // The first window of a segment comes after a jump; the others continue it.
             assert!(!of[0].joined && of[1..].iter().all(|window| window.joined));
         }
         let crossing =
@@ -143,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn halves_are_looked_at_more_closely() {
+    fn halves_are_thinned_less() {
         let measurements = measurements();
         let window = Window::new(&measurements, 100..196, 4, false).expect("long enough");
         let halves = window.halves(&measurements);
@@ -156,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn spans_begin_with_what_tells_most_and_stay_within_pieces() {
+    fn spans_are_ordered_by_path_length_and_stay_within_segments() {
         let measurements = measurements();
         let windows = windows(&measurements, &[0..300, 300..measurements.len()], 250);
         let spans = spans(&windows);
@@ -166,8 +169,8 @@ mod tests {
             assert!(!span.is_empty());
             assert!(windows[span.start + 1..span.end].iter().all(|window| window.joined));
         }
-        // Both pieces as wholes are among them.
-        let second = windows.iter().position(|window| window.range.start == 300).expect("a second piece");
+        // Both whole segments are among them.
+        let second = windows.iter().position(|window| window.range.start == 300).expect("a second segment");
         assert!(spans.contains(&(0..second)) && spans.contains(&(second..windows.len())));
     }
 }

@@ -4,7 +4,7 @@ use crate::shape::SupportFunction;
 
 const RADIUS_M: f64 = 0.03;
 
-/// A result of a circle with nothing in it but what the comparison of results reads.
+/// A result of a circle with the fields that the comparison of results reads.
 fn candidate(explained: bool, log_evidence: f64, chi2_per_dof: f64, physical: &[bool]) -> Candidate {
     let jump = |&physical: &bool| Jump { physical, ..Jump::default() };
     let result = Reconstruction {
@@ -42,12 +42,12 @@ fn of_two_explained_results_the_one_with_more_evidence_is_likelier() {
 }
 
 #[test]
-fn of_two_unexplained_results_the_one_with_fewer_impossible_jumps_is_likelier_and_then_the_better_fit() {
-    let one_impossible = candidate(false, 0.0, 900.0, &[true, false]);
-    let two_impossible = candidate(false, 10.0, 1.0, &[false, false]);
-    assert!(one_impossible.is_likelier_than(&two_impossible));
-    assert!(!two_impossible.is_likelier_than(&one_impossible));
-    // Jumps that statics foretells do not count; then the smaller chi squared decides, not the evidence.
+fn of_two_contradicted_results_the_one_with_fewer_unphysical_jumps_is_likelier_and_then_the_better_fit() {
+    let one_unphysical = candidate(false, 0.0, 900.0, &[true, false]);
+    let two_unphysical = candidate(false, 10.0, 1.0, &[false, false]);
+    assert!(one_unphysical.is_likelier_than(&two_unphysical));
+    assert!(!two_unphysical.is_likelier_than(&one_unphysical));
+    // Jumps that statics predicts do not count; then the smaller chi squared decides, not the evidence.
     let better = candidate(false, 0.0, 5.0, &[true, true, true, false]);
     let worse = candidate(false, 10.0, 6.0, &[false]);
     assert!(better.is_likelier_than(&worse));
@@ -55,11 +55,11 @@ fn of_two_unexplained_results_the_one_with_fewer_impossible_jumps_is_likelier_an
 }
 
 #[test]
-fn no_chi_squared_outweighs_an_impossible_jump() {
-    let possible = candidate(false, 0.0, f64::INFINITY, &[]);
-    let impossible = candidate(false, 0.0, 0.0, &[false]);
-    assert!(possible.is_likelier_than(&impossible));
-    assert!(!impossible.is_likelier_than(&possible));
+fn no_chi_squared_outweighs_an_unphysical_jump() {
+    let physical = candidate(false, 0.0, f64::INFINITY, &[]);
+    let unphysical = candidate(false, 0.0, 0.0, &[false]);
+    assert!(physical.is_likelier_than(&unphysical));
+    assert!(!unphysical.is_likelier_than(&physical));
 }
 
 #[test]
@@ -70,11 +70,11 @@ fn one_explanation_is_enough_where_the_balance_holds() {
 }
 
 #[test]
-fn second_thoughts_are_required_where_noisy_contacts_miss_the_balance() {
-    let mut doubtful = candidate(true, 0.0, 1.0, &[]);
-    doubtful.result.sensor_sd_m = 0.01 * RADIUS_M;
-    doubtful.result.balance_sd_m = doubtful.result.sensor_sd_m;
-    assert!(balance_is_missed(doubtful.result.sensor_sd_m, doubtful.result.balance_sd_m, RADIUS_M));
-    assert!(!doubtful.is_enough(SECOND_THOUGHTS));
-    assert!(doubtful.is_enough(SECOND_THOUGHTS + 1));
+fn further_explanations_are_required_where_noisy_contacts_miss_the_balance() {
+    let mut unbalanced = candidate(true, 0.0, 1.0, &[]);
+    unbalanced.result.sensor_sd_m = 0.01 * RADIUS_M;
+    unbalanced.result.balance_sd_m = unbalanced.result.sensor_sd_m;
+    assert!(balance_is_missed(unbalanced.result.sensor_sd_m, unbalanced.result.balance_sd_m, RADIUS_M));
+    assert!(!unbalanced.is_enough(FURTHER_EXPLANATIONS));
+    assert!(unbalanced.is_enough(FURTHER_EXPLANATIONS + 1));
 }

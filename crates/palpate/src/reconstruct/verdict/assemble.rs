@@ -1,17 +1,15 @@
-//! From an optimum to the result that people see: gauge, outline, motion, error bars and verdict.
+//! From an optimum to the reported result: gauge (ψ = 0 at the first sample), outline, motion, error bars, χ² and verdict
+//! (`docs/theory.md`, error bars).
 
 use super::certificate::Findings;
 use super::limits::CertificateLimits;
-use crate::estimate::coverage::{NODES, touches, tracks};
+use crate::estimate::coverage::{NODES, contact_paths, touches};
 use crate::estimate::jumps::{detect_jumps, jump_reversals};
-use crate::estimate::measurements::Instant;
-use crate::estimate::measurements::Measurements;
+use crate::estimate::measurements::{Instant, Measurements};
+use crate::estimate::model::balance_tolerance::unstable_samples;
 use crate::estimate::model::contact::residuals;
-use crate::estimate::model::force::unstable_samples;
-use crate::estimate::model::layout::Layout;
-use crate::estimate::model::layout::rotate;
-use crate::estimate::model::noise_from_log::angle_scatter_rad;
-use crate::estimate::model::noise_from_log::angle_sensitivity_m;
+use crate::estimate::model::layout::{Layout, rotate};
+use crate::estimate::model::noise_from_log::{angle_scatter_rad, angle_sensitivity_m};
 use crate::estimate::motion::unwrap;
 use crate::estimate::solver::error_bars::ErrorBars;
 use crate::estimate::solver::gauss_newton::Fit;
@@ -39,8 +37,9 @@ pub(crate) struct Candidate {
     pub log_evidence: f64,
 }
 
-/// Puts the result together. `None` when the information matrix cannot be factored (nothing was learnt).
-/// `ambiguity_rad` says of each sample how far from its pose another is that explains it about as well (radians, 0 where there is none).
+/// Assembles the result. `None` when the information matrix cannot be factored (the log does not determine the shape).
+/// `ambiguity_rad` is, for each sample, the distance of another pose that explains it about as well (radians, 0 where there is
+/// none).
 pub(crate) fn assemble(
     log: &Log,
     measurements: &Measurements,
@@ -61,18 +60,22 @@ pub(crate) fn assemble(
 
     let angles: Vec<(f64, f64)> =
         measurements.instants.iter().zip(psi).map(|(instant, psi)| instant.contact_angles(*psi)).collect();
-    let counts = touches(&tracks(measurements, &angles, &starts));
+    let counts = touches(&contact_paths(measurements, &angles, &starts));
     let node_angle = |node: usize| TAU * node as f64 / NODES as f64;
     let felt: Vec<f64> = (0..NODES).filter(|&node| counts[node] > 0).map(node_angle).collect();
 
-    let left: Vec<(Option<f64>, Option<f64>)> =
-        measurements.instants.iter().zip(psi).map(|(instant, psi)| left_of(instant, coefficients, *psi)).collect();
-    let of_sensor1: Vec<f64> = left.iter().filter_map(|both| both.0).collect();
-    let of_sensor2: Vec<f64> = left.iter().filter_map(|both| both.1).collect();
+    let residuals_m: Vec<(Option<f64>, Option<f64>)> = measurements
+        .instants
+        .iter()
+        .zip(psi)
+        .map(|(instant, psi)| contact_residuals_m(instant, coefficients, *psi))
+        .collect();
+    let of_sensor1: Vec<f64> = residuals_m.iter().filter_map(|both| both.0).collect();
+    let of_sensor2: Vec<f64> = residuals_m.iter().filter_map(|both| both.1).collect();
     let inflation = 0.5 * (correlation_time(&of_sensor1) + correlation_time(&of_sensor2));
-    let posterior = ErrorBars::new(measurements, &fit, &felt, inflation)?;
+    let error_bars = ErrorBars::new(measurements, &fit, &felt, inflation)?;
 
-    let outline = outline(&shape, &counts, |theta| posterior.r_sd_m(theta));
+    let outline = outline(&shape, &counts, |theta| error_bars.r_sd_m(theta));
     let angle_sd = angle_scatter_rad(measurements);
     let motion: Vec<Pose> = log
         .samples
@@ -80,7 +83,7 @@ pub(crate) fn assemble(
         .enumerate()
         .map(|(index, sample)| {
             let instant = &measurements.instants[index];
-            let (psi_sd, com_sd) = posterior.pose_sd(index, instant, &fit, angle_sd);
+            let (psi_sd, com_sd) = error_bars.pose_sd(index, instant, &fit, angle_sd);
             let pose = pose(sample, instant, &shape, coefficients, psi[index]);
             let psi_sd_rad = psi_sd.max(ambiguity_rad[index]);
             Pose { psi_sd_rad, com_sd_m: com_sd, piece: piece_of(index), ..pose }
@@ -90,12 +93,12 @@ pub(crate) fn assemble(
     let angle_error = angle_sd * angle_sensitivity_m(measurements, coefficients, psi);
     let allowance = limits.model_allowance * coefficients[0].abs();
     let expected_m = expected.stated_m.unwrap_or(expected.scatter_m.hypot(angle_error).max(allowance));
-    let (chi2_per_dof, dof) = chi2(measurements, &left, expected_m, Layout::of_shape(fit.order).unknowns());
+    let (chi2_per_dof, dof) = chi2(measurements, &residuals_m, expected_m, Layout::of_shape(fit.order).unknowns());
     let times_s: Vec<f64> = log.samples.iter().map(|sample| sample.time_s).collect();
-    let placed =
+    let unambiguous =
         || motion.iter().zip(ambiguity_rad).filter(|(_, ambiguity_rad)| **ambiguity_rad == 0.0).map(|(pose, _)| pose);
-    let squares = placed().map(|pose| pose.psi_sd_rad.powi(2));
-    let mean_square = squares.sum::<f64>() / placed().count().max(1) as f64;
+    let squares = unambiguous().map(|pose| pose.psi_sd_rad.powi(2));
+    let mean_square = squares.sum::<f64>() / unambiguous().count().max(1) as f64;
     let slack_m = limits.stability_slack * coefficients[0].abs();
     let findings = Findings {
         mean_radius_m: coefficients[0],
@@ -118,7 +121,7 @@ pub(crate) fn assemble(
             / ambiguity_rad.len().max(1) as f64)
             .sqrt(),
         psi_sd_rad: mean_square.sqrt(),
-        largest_psi_sd_rad: placed().map(|pose| pose.psi_sd_rad).fold(0.0, f64::max),
+        largest_psi_sd_rad: unambiguous().map(|pose| pose.psi_sd_rad).fold(0.0, f64::max),
         largest_felt_r_sd_m: outline.iter().filter(|p| p.touches > 0).map(|p| p.r_sd_m).fold(0.0, f64::max),
     };
     let verdict = findings.verdict(limits);
@@ -167,7 +170,7 @@ pub(crate) fn outline(shape: &SupportFunction, counts: &[u32], r_sd_m: impl Fn(f
     counts.iter().enumerate().map(point).collect()
 }
 
-/// The pose of one sample, with what is left of its measurements; without error bars and as of the first piece.
+/// The pose of one sample, with the residuals of its contacts; without error bars, and with piece 0.
 pub(crate) fn pose(
     sample: &Sample,
     instant: &Instant,
@@ -177,7 +180,7 @@ pub(crate) fn pose(
 ) -> Pose {
     let (theta1_rad, theta2_rad) = instant.contact_angles(psi_rad);
     let [com_x_m, com_y_m] = sample.palms.center_of_mass_m(shape.at(theta1_rad), shape.at(theta2_rad));
-    let (residual1_m, residual2_m) = left_of(instant, coefficients, psi_rad);
+    let (residual1_m, residual2_m) = contact_residuals_m(instant, coefficients, psi_rad);
     Pose {
         time_s: sample.time_s,
         psi_rad,
@@ -194,7 +197,7 @@ pub(crate) fn pose(
 }
 
 /// Measured minus predicted contact positions of one sample, metres; `None` where a contact was not seen.
-fn left_of(instant: &Instant, coefficients: &[f64], psi: f64) -> (Option<f64>, Option<f64>) {
+fn contact_residuals_m(instant: &Instant, coefficients: &[f64], psi: f64) -> (Option<f64>, Option<f64>) {
     let value = residuals(instant, coefficients, psi).value;
     ((instant.weight1 > 0.0).then_some(-value[0]), (instant.weight2 > 0.0).then_some(-value[1]))
 }
@@ -206,9 +209,14 @@ fn turn_frame(fit: &mut Fit, angle: f64) {
 }
 
 /// χ² of the contact positions per degree of freedom, and the degrees of freedom.
-fn chi2(measurements: &Measurements, left: &[(Option<f64>, Option<f64>)], sd_m: f64, unknowns: usize) -> (f64, f64) {
+fn chi2(
+    measurements: &Measurements,
+    residuals_m: &[(Option<f64>, Option<f64>)],
+    sd_m: f64,
+    unknowns: usize,
+) -> (f64, f64) {
     let (mut sum, mut count) = (0.0, 0.0);
-    for (instant, both) in measurements.instants.iter().zip(left) {
+    for (instant, both) in measurements.instants.iter().zip(residuals_m) {
         for (residual, weight) in [(both.0, instant.weight1), (both.1, instant.weight2)] {
             if let Some(residual) = residual {
                 sum += (residual * weight / sd_m).powi(2);
@@ -216,7 +224,7 @@ fn chi2(measurements: &Measurements, left: &[(Option<f64>, Option<f64>)], sd_m: 
             }
         }
     }
-    // Balance fixes ψ, so that both contact positions are left to the shape.
+    // Balance determines ψ, so that both contact positions count for the shape.
     let dof = f64::max(count - unknowns as f64, 1.0);
     (sum / dof, dof)
 }

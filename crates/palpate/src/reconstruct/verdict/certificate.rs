@@ -1,10 +1,11 @@
-//! Is the answer right, and is it the only one? A wrong answer that is certified is the worst failure there is, so every
-//! test that fails is a doubt, in words for the user.
+//! The certificate (`docs/theory.md`, the certificate): tests of consistency, convexity, jumps, stability, ambiguity and
+//! precision against [`CertificateLimits`]. A certified result that is wrong is the worst failure, so that every failed test is a
+//! [`Doubt`].
 
 use super::doubt::{Doubt, Verdict};
 use super::limits::CertificateLimits;
 
-/// What the certificate looks at: plain numbers, so that a verdict by other limits needs no new reconstruction.
+/// The quantities that the certificate tests, as numbers: a verdict by other limits needs no new reconstruction.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
@@ -23,11 +24,11 @@ pub struct Findings {
     pub noise_stated: bool,
     /// Root mean square of what the fit leaves in the contact positions, metres.
     pub sensor_m: f64,
-    /// What their noise explains, metres.
+    /// Root mean square that their noise explains, metres.
     pub expected_sensor_m: f64,
     /// Standard deviation of the balance, metres.
     pub balance_m: f64,
-    /// Jumps that the object found would not make.
+    /// Jumps that statics does not allow the object found.
     pub unphysical_jumps: usize,
     /// Time (seconds) of the first of them, and by how much the object would turn (radians).
     pub first_unphysical_jump: Option<(f64, f64)>,
@@ -39,7 +40,7 @@ pub struct Findings {
     pub unstable: usize,
     /// Share of the boundary that was felt.
     pub coverage: f64,
-    /// Samples whose pose could be another.
+    /// Samples with an ambiguous pose.
     pub ambiguous: usize,
     /// By how much the orientation would be wrong if all of them were elsewhere, radians (root mean square over all samples).
     pub ambiguity_rad: f64,
@@ -63,7 +64,7 @@ impl Findings {
         Verdict::new(doubts)
     }
 
-    /// What contradicts the answer.
+    /// Doubts that contradict the result.
     fn contradictions(&self, limits: &CertificateLimits) -> Vec<Doubt> {
         let mut doubts = Vec::new();
         if !(self.mean_radius_m.is_finite() && self.mean_radius_m > 0.0) {
@@ -85,7 +86,7 @@ impl Findings {
         doubts
     }
 
-    /// What the log does not tell, however it is explained.
+    /// Doubts about what the log does not determine.
     fn gaps(&self, limits: &CertificateLimits) -> Vec<Doubt> {
         let mut doubts = Vec::new();
         if self.coverage < limits.coverage {
@@ -103,7 +104,9 @@ impl Findings {
         }
         let short = self.shortest_jump_rad < limits.short_jump_rad;
         let r_sd = if short { limits.r_sd_with_short_jumps } else { limits.r_sd };
-        if !(self.largest_felt_r_sd_m <= r_sd * self.mean_radius_m) || !self.largest_felt_r_sd_m.is_finite() {
+        // Not a number is not known.
+        let known = self.largest_felt_r_sd_m <= r_sd * self.mean_radius_m;
+        if !known || !self.largest_felt_r_sd_m.is_finite() {
             doubts.push(Doubt::UncertainBoundary { sd_m: self.largest_felt_r_sd_m });
         }
         doubts
@@ -114,7 +117,7 @@ impl Findings {
 mod tests {
     use super::*;
 
-    /// Of a log that leaves no doubt.
+    /// Findings without a doubt.
     fn sound() -> Findings {
         Findings {
             samples: 400,
@@ -147,7 +150,7 @@ mod tests {
     /// `just` is within its limit, `over` beyond it; nothing else is changed.
     fn crosses(just: &Findings, over: &Findings, expected: &Doubt) {
         assert_eq!(verdict(just), Verdict::default());
-        assert_eq!(verdict(over).doubts, [expected.clone()]);
+        assert_eq!(verdict(over).doubts, std::slice::from_ref(expected));
         assert!(!verdict(over).is_certified() && !verdict(over).is_com_certified());
         assert_eq!(verdict(over).is_explained(), !expected.is_contradiction());
     }
@@ -255,13 +258,13 @@ mod tests {
             assert!(missed.is_certified() && !missed.is_com_certified() && missed.is_explained());
             assert_eq!(missed.doubts, [Doubt::Unbalanced { balance_sd_m: limit_m + 1e-9 }]);
         }
-        // A shape in doubt has no centre of mass to speak of.
+        // Where the shape is not certified, the balance raises no doubt of its own.
         let both = verdict(&Findings { convex: false, balance_m: 1.0, ..sound() });
         assert_eq!(both.doubts, [Doubt::NotConvex]);
     }
 
     #[test]
-    fn limits_can_be_set_and_nonsense_is_refused() {
+    fn limits_can_be_set_and_invalid_ones_are_refused() {
         let mut limits = CertificateLimits { r_sd: 1e-4, ..CertificateLimits::default() };
         assert!(!sound().verdict(&limits).is_certified());
         assert!(limits.check().is_ok());

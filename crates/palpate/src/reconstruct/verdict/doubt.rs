@@ -1,4 +1,5 @@
-//! What keeps a result from being certified, as data: every doubt says in words what it is, and which numbers raised it.
+//! Doubts, the reasons why a result is not certified, as data (`docs/theory.md`, the certificate): each with the numbers that
+//! raised it and a sentence for the user.
 
 use std::fmt;
 
@@ -85,7 +86,8 @@ pub enum Doubt {
         /// How many.
         objects: usize,
     },
-    /// Force/torque balance does not hold within the noise: the centre of mass is only a best guess, shape and motion are certified.
+    /// Force/torque balance does not hold within the noise: the centre of mass is only a best guess, shape and motion are
+    /// certified.
     Unbalanced {
         /// Standard deviation of the balance, metres.
         #[cfg_attr(feature = "serde", serde(with = "crate::number_or_null"))]
@@ -201,7 +203,7 @@ impl fmt::Display for Doubt {
     }
 }
 
-/// What a result is worth: certified when there is no doubt.
+/// The verdict on a result: certified when there is no doubt.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
@@ -250,7 +252,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_a_file_reports_of_the_centre_of_mass_leaves_shape_and_motion_certified() {
+    fn a_reported_doubt_about_the_centre_of_mass_leaves_shape_and_motion_certified() {
         let text = "force/torque balance does not hold".to_owned();
         let verdict = Verdict::new(vec![Doubt::ReportedOfCenterOfMass { text: text.clone() }]);
         assert!(verdict.is_certified() && !verdict.is_com_certified() && verdict.is_explained());

@@ -1,7 +1,9 @@
-//! Every number that decides whether a result is certified, in one place (`docs/constants.md` says why each is what it is, and what half
-//! and twice of it do).
+//! Every number that decides whether a result is certified, in one place (`docs/constants.md` says why each is what it is, and
+//! what half and twice of it do).
 
-use crate::estimate::model::force::{BALANCE_ALLOWANCES, BALANCE_SENSOR_SDS, MODEL_ALLOWANCE, STABILITY_SLACK};
+use crate::estimate::model::balance_tolerance::{
+    BALANCE_ALLOWANCES, BALANCE_SENSOR_SDS, MODEL_ALLOWANCE, STABILITY_SLACK,
+};
 use crate::reconstruct::error::ReconstructError;
 
 /// The limits of the certificate. Shares are of the mean radius unless said otherwise.
@@ -9,8 +11,8 @@ use crate::reconstruct::error::ReconstructError;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default))]
 #[non_exhaustive]
 pub struct CertificateLimits {
-    /// Systematic errors that no shape explains (palms that are not quite slow, not quite straight) are forgiven up to this share: 0.002.
-    /// The noise that the fit is held against is never less.
+    /// Systematic errors that no shape explains (palms that are not quite slow, not quite straight) are forgiven up to this
+    /// share: 0.002. The noise that the fit is held against is never less.
     pub model_allowance: f64,
     /// χ² per degree of freedom may exceed 1 by so many of its own standard deviations, √(2/dof): 6 …
     pub chi2_sds: f64,
@@ -20,7 +22,7 @@ pub struct CertificateLimits {
     pub chi2_excess_estimated: f64,
     /// Largest share of samples that may rest at a pose that is no minimum of the energy: 0.01 of all samples.
     pub unstable_share: f64,
-    /// Stiffness that errors of the shape may feign: 0.05.
+    /// Error of the stiffness that errors of the shape cause: 0.05.
     pub stability_slack: f64,
     /// Least fraction of the boundary that tells an object: 0.1. Of less, noise alone could pass for the motion of a still one.
     pub coverage: f64,
@@ -34,8 +36,8 @@ pub struct CertificateLimits {
     pub largest_psi_sd_rad: f64,
     /// Largest standard deviation of the felt boundary: 0.02 …
     pub r_sd: f64,
-    /// … but this (0.005) where the object jumps between neighbouring poses: such poses may be at wrong minima that hold the optimum on
-    /// the slope of a long valley, and the error bars of one optimum know nothing of that.
+    /// … but this (0.005) where the object jumps between neighbouring poses: such poses may be at wrong minima that hold the
+    /// optimum on the slope of a long valley, and the error bars of one optimum know nothing of that.
     pub r_sd_with_short_jumps: f64,
     /// A jump by less than this leads to a neighbouring pose: 0.25 rad.
     pub short_jump_rad: f64,

@@ -1,4 +1,4 @@
-//! What an optimum is worth: error bars, jumps, and whether it is right.
+//! From an optimum to a certified result (`docs/theory.md`, error bars and the certificate).
 
 pub(crate) mod assemble;
 pub(crate) mod certificate;

@@ -8,9 +8,9 @@ use crate::shape::SupportFunction;
 const SIZE_M: f64 = 0.03;
 const COEFFICIENTS: [f64; 7] = [SIZE_M, 2e-3, 3e-3, 1e-3, -1e-3, 1.5e-3, -5e-4];
 
-/// What the search for a minimum leaves uncertain: (2/3)^16 of a step of the grid.
+/// Resolution of the ternary search for a minimum, radians.
 fn resolution() -> f64 {
-    TAU / TRIALS as f64 * (2.0f64 / 3.0).powi(16)
+    TAU / TRIALS as f64 * (2.0f64 / 3.0).powi(REFINEMENTS as i32)
 }
 
 fn palms() -> PalmPair {
@@ -72,7 +72,7 @@ fn minima_of_different_depth_are_all_found() {
 }
 
 #[test]
-fn the_misfit_is_the_squares_of_the_contacts_and_a_slow_growth_of_the_balance() {
+fn the_misfit_is_quadratic_in_the_contacts_and_logarithmic_in_the_balance() {
     let table = SupportTable::new(&COEFFICIENTS);
     let shape = SupportFunction::from_coefficients(&COEFFICIENTS);
     let psi = 0.8;
@@ -90,7 +90,7 @@ fn the_misfit_is_the_squares_of_the_contacts_and_a_slow_growth_of_the_balance() 
 }
 
 #[test]
-fn candidates_come_best_first_and_no_more_than_asked_for() {
+fn candidates_come_best_first_and_are_limited_in_number() {
     let coefficients = regular(8);
     let (table, spread) =
         (SupportTable::new(&coefficients), Spread { contact_m2: 1e-8, balance_m2: 1e-8, balance_memory: 1.0 });
@@ -108,7 +108,7 @@ fn candidates_come_best_first_and_no_more_than_asked_for() {
 }
 
 #[test]
-fn orientations_missed_by_much_more_than_the_best_are_out_of_the_question() {
+fn orientations_missed_by_much_more_than_the_best_are_no_candidates() {
     let (table, instant) = (SupportTable::new(&COEFFICIENTS), sample_of(&COEFFICIENTS, 0.8));
     // Only the contacts count, so that all misfits are inversely proportional to their variance.
     let spread = |contact_m2: f64| Spread { contact_m2, balance_m2: 1e9, balance_memory: 1.0 };
@@ -124,7 +124,7 @@ fn orientations_missed_by_much_more_than_the_best_are_out_of_the_question() {
 }
 
 #[test]
-fn the_contacts_choose_the_orientation_where_they_tell_it() {
+fn the_contacts_choose_the_orientation_where_they_determine_it() {
     let instant = sample_of(&COEFFICIENTS, 0.8);
     for nearest in [0.8, 2.5, 4.0, 5.5] {
         let found = best_orientation(&instant, &COEFFICIENTS, nearest, 1e-12);

@@ -10,8 +10,8 @@ const NOISE: Noise = Noise { sensor_m: 2e-4, balance_m: 5e-5 };
 /// Of the two harmonics (a0, a1, a2, b1, b2).
 const COEFFICIENTS: [f64; 5] = [SIZE_M, 2e-3, 3e-3, -1e-3, 1.5e-3];
 
-/// A shape known to within a Gaussian whose coefficients hang together.
-fn known() -> PredictiveShape {
+/// A predictive shape with correlated coefficients.
+fn predictive() -> PredictiveShape {
     let root = DMatrix::from_fn(5, 5, |i, j| 1e-4 * ((3 * i + 5 * j + i * j) % 7) as f64 - 2e-4);
     let covariance = &root * root.transpose() + DMatrix::identity(5, 5) * 1e-9;
     PredictiveShape { coefficients: COEFFICIENTS.to_vec(), covariance, noise: NOISE }
@@ -34,19 +34,19 @@ fn forward(coefficients: &[f64], psi: f64) -> Vector3<f64> {
     Vector3::new(s1, s2, balance)
 }
 
-/// −2 log of the density of what is seen (which of both contacts, then the balance given these) less that of the noise alone.
-fn dense_surprise(known: &PredictiveShape, seen: [Option<f64>; 2], weights: [f64; 2], psi: f64) -> f64 {
-    let (step, count) = (1e-3, known.coefficients.len());
-    let here = forward(&known.coefficients, psi);
+/// −2 ln of the density of what is seen (the contacts that were, then the balance given these) less that of the noise alone.
+fn dense_neg_log_predictive(predictive: &PredictiveShape, seen: [Option<f64>; 2], weights: [f64; 2], psi: f64) -> f64 {
+    let (step, count) = (1e-3, predictive.coefficients.len());
+    let here = forward(&predictive.coefficients, psi);
     let mut jacobian = DMatrix::zeros(3, count);
     for coefficient in 0..count {
-        let mut moved = known.coefficients.clone();
+        let mut moved = predictive.coefficients.clone();
         moved[coefficient] += step;
         jacobian.set_column(coefficient, &((forward(&moved, psi) - here) / step));
     }
     let sds = [NOISE.sensor_m / weights[0], NOISE.sensor_m / weights[1], NOISE.balance_m];
     let noise = DMatrix::from_fn(3, 3, |i, j| if i == j { sds[i] * sds[i] } else { 0.0 });
-    let all = &jacobian * &known.covariance * jacobian.transpose() + noise;
+    let all = &jacobian * &predictive.covariance * jacobian.transpose() + noise;
     let rows: Vec<usize> = (0..2).filter(|&contact| seen[contact].is_some()).collect();
     let missed = |contact: usize| here[contact] - seen[contact].expect("seen");
     let contacts = DMatrix::from_fn(rows.len(), rows.len(), |i, j| all[(rows[i], rows[j])]);
@@ -62,44 +62,47 @@ fn dense_surprise(known: &PredictiveShape, seen: [Option<f64>; 2], weights: [f64
 }
 
 #[test]
-fn the_surprise_is_that_of_a_gaussian_for_the_contacts_and_of_students_t_for_the_balance() {
-    let known = known();
+fn the_predictive_density_is_gaussian_in_the_contacts_and_students_t_in_the_balance() {
+    let predictive = predictive();
     let (s1, s2) = palms().contact_positions_m(&SupportFunction::from_coefficients(&COEFFICIENTS), 0.7);
     let (s1, s2) = (s1 + 3e-4, s2 - 5e-4);
     let mut instant = instant_of(Sample::new(0.0, palms(), s1, s2));
     (instant.weight1, instant.weight2) = (0.5, 1.5);
     for psi in [0.5, 0.7, 1.1, 4.0] {
-        let expected = dense_surprise(&known, [Some(s1), Some(s2)], [0.5, 1.5], psi);
-        let found = known.neg_log_predictive(&instant, psi);
+        let expected = dense_neg_log_predictive(&predictive, [Some(s1), Some(s2)], [0.5, 1.5], psi);
+        let found = predictive.neg_log_predictive(&instant, psi);
         assert!((found - expected).abs() < 1e-6 * expected.abs().max(1.0), "{found} {expected} at {psi}");
     }
 }
 
 #[test]
-fn a_contact_that_was_not_seen_tells_nothing() {
-    let known = known();
+fn a_contact_that_was_not_seen_contributes_nothing() {
+    let predictive = predictive();
     let (s1, s2) = (0.05, 0.06);
     let one = instant_of(Sample { s2_m: None, ..Sample::new(0.0, palms(), s1, s2) });
     let other = instant_of(Sample { s1_m: None, ..Sample::new(0.0, palms(), s1, s2) });
     for psi in [0.5, 1.1, 4.0] {
         for (instant, seen) in [(one, [Some(s1), None]), (other, [None, Some(s2)])] {
-            let expected = dense_surprise(&known, seen, [1.0, 1.0], psi);
-            let found = known.neg_log_predictive(&instant, psi);
+            let expected = dense_neg_log_predictive(&predictive, seen, [1.0, 1.0], psi);
+            let found = predictive.neg_log_predictive(&instant, psi);
             assert!((found - expected).abs() < 1e-6 * expected.abs().max(1.0), "{found} {expected} at {psi}");
         }
         // Wherever it may have been.
-        assert_eq!(known.neg_log_predictive(&one, psi), known.neg_log_predictive(&Instant { s2: 0.01, ..one }, psi));
+        assert_eq!(
+            predictive.neg_log_predictive(&one, psi),
+            predictive.neg_log_predictive(&Instant { s2: 0.01, ..one }, psi)
+        );
     }
 }
 
 #[test]
-fn the_balance_of_a_sample_that_lost_its_weight_in_the_fit_counts_in_full() {
+fn the_balance_counts_in_full_whatever_its_weight_in_the_fit() {
     let instant = instant_of(Sample::new(0.0, palms(), 0.05, 0.06));
     let without = Instant { balance_weight: 0.0, ..instant };
-    assert_eq!(known().neg_log_predictive(&instant, 0.7), known().neg_log_predictive(&without, 0.7));
+    assert_eq!(predictive().neg_log_predictive(&instant, 0.7), predictive().neg_log_predictive(&without, 0.7));
 }
 
-/// A shape with so many equal sides, known well, and a sample at an orientation where it is at rest.
+/// A regular shape with so many sides and a small covariance, and a sample at rest on it.
 fn regular(sides: usize) -> (PredictiveShape, Instant, f64) {
     let mut harmonics = vec![[0.0; 2]; sides];
     harmonics[sides - 1] = [0.5 * SIZE_M / (sides * sides) as f64, 0.0];
@@ -113,22 +116,22 @@ fn regular(sides: usize) -> (PredictiveShape, Instant, f64) {
 }
 
 #[test]
-fn a_shape_that_looks_the_same_after_half_a_turn_may_as_well_be_turned_around() {
-    let (known, instant, rest) = regular(2);
-    let (margin, others) = known.elsewhere(&instant, rest);
+fn a_symmetric_shape_is_as_likely_after_half_a_turn() {
+    let (predictive, instant, rest) = regular(2);
+    let (margin, others) = predictive.elsewhere(&instant, rest);
     assert!(margin.abs() < 1e-3, "{margin}");
     let turned = others.first().copied().expect("another orientation");
     assert!((0.5 * (turned - rest)).cos().abs() < 1e-4, "{turned} {rest}");
 }
 
 #[test]
-fn the_margin_is_the_surprise_of_the_likeliest_other_orientation_over_that_of_the_nearest() {
-    let (mut known, instant, rest) = regular(3);
-    // Not quite regular any more, so that the three ways to lie differ.
-    (known.coefficients[1], known.coefficients[2]) = (1e-4, 3e-4);
+fn the_margin_is_the_difference_between_the_likeliest_other_orientation_and_the_nearest() {
+    let (mut predictive, instant, rest) = regular(3);
+    // Not quite regular any more, so that the three poses differ.
+    (predictive.coefficients[1], predictive.coefficients[2]) = (1e-4, 3e-4);
     let near_rest = rest + 0.05;
-    let (margin, others) = known.elsewhere(&instant, near_rest);
-    let neg_log_predictive = |psi: f64| known.neg_log_predictive(&instant, psi);
+    let (margin, others) = predictive.elsewhere(&instant, near_rest);
+    let neg_log_predictive = |psi: f64| predictive.neg_log_predictive(&instant, psi);
     let scanned = |from: f64, to: f64| {
         let trials =
             (0..=1000).map(|i| from + (to - from) * f64::from(i) / 1000.0).map(|psi| (neg_log_predictive(psi), psi));
@@ -150,15 +153,15 @@ fn the_margin_is_the_surprise_of_the_likeliest_other_orientation_over_that_of_th
 }
 
 #[test]
-fn of_many_other_orientations_the_four_likeliest_are_told() {
-    let (known, instant, rest) = regular(7);
-    let (margin, others) = known.elsewhere(&instant, rest);
-    assert_eq!(others.len(), 4);
+fn of_many_other_orientations_the_likeliest_few_are_reported() {
+    let (predictive, instant, rest) = regular(7);
+    let (margin, others) = predictive.elsewhere(&instant, rest);
+    assert_eq!(others.len(), OTHER_ORIENTATIONS);
     assert!(margin.abs() < 1e-3, "{margin}");
 }
 
 #[test]
-fn a_shape_is_known_as_the_samples_leave_it() {
+fn the_predictive_shape_is_the_posterior_of_the_samples() {
     let sample = |index: usize| {
         let palms = PalmPair::hinged(0.5 + 0.05 * index as f64, 1.3);
         let (s1, s2) = palms.contact_positions_m(&SupportFunction::from_coefficients(&COEFFICIENTS), 0.7);
@@ -168,10 +171,10 @@ fn a_shape_is_known_as_the_samples_leave_it() {
     let estimate = Estimate { coefficients: COEFFICIENTS.to_vec(), psi: vec![0.7; 12], cost: 0.0 };
     let prior = Prior { size_m: SIZE_M, scale_m: 0.5 * SIZE_M };
     let mut fit = Fit { estimate, order: 2, noise: NOISE, prior, log_evidence: 0.0 };
-    let known = PredictiveShape::from(&measurements, &fit).expect("a shape");
-    assert_eq!(known.coefficients, COEFFICIENTS);
+    let predictive = PredictiveShape::from(&measurements, &fit).expect("a shape");
+    assert_eq!(predictive.coefficients, COEFFICIENTS);
     let information = Smoother::new(&measurements, 2, NOISE, prior).belief(&fit.estimate).expect("finite").information;
-    let unit = &information * &known.covariance;
+    let unit = &information * &predictive.covariance;
     assert!((unit - DMatrix::identity(5, 5)).amax() < 1e-6);
     fit.estimate.coefficients[0] = f64::NAN;
     assert!(PredictiveShape::from(&measurements, &fit).is_none());

@@ -2,9 +2,7 @@ use super::*;
 use crate::estimate::model::noise::Noise;
 use crate::estimate::model::prior::Prior;
 use crate::estimate::motion::SHORT_SEGMENT;
-use crate::estimate::solver::gauss_newton::Estimate;
-use crate::estimate::solver::gauss_newton::Smoother;
-use crate::estimate::solver::gauss_newton::StoppingCriteria;
+use crate::estimate::solver::gauss_newton::{Estimate, Smoother, StoppingCriteria};
 use crate::plan::{PalmLimits, plan_turn};
 use crate::sensor::Touchpad;
 use crate::shape::NamedShape;
@@ -14,10 +12,10 @@ use std::ops::Range;
 const SIZE_M: f64 = 0.03;
 
 #[test]
-fn a_piece_is_brief_below_the_limit_and_not_at_it() {
+fn a_segment_is_short_below_the_limit_and_not_at_it() {
     assert_eq!(short_segments(&[20, 20 + SHORT_SEGMENT], 40), Vec::<Range<usize>>::new());
     assert_eq!(short_segments(&[20, 20 + SHORT_SEGMENT - 1], 40), std::slice::from_ref(&(20..20 + SHORT_SEGMENT - 1)));
-    // The first and the last piece as well.
+    // The first and the last segment as well.
     assert_eq!(
         short_segments(&[SHORT_SEGMENT - 1, 40 - SHORT_SEGMENT], 40),
         std::slice::from_ref(&(0..SHORT_SEGMENT - 1))
@@ -29,13 +27,13 @@ fn a_piece_is_brief_below_the_limit_and_not_at_it() {
 }
 
 #[test]
-fn a_log_without_a_jump_has_no_brief_pieces_however_short_it_is() {
+fn a_log_without_a_jump_has_no_short_segments_however_short_it_is() {
     assert_eq!(short_segments(&[], SHORT_SEGMENT - 1), Vec::<Range<usize>>::new());
     assert_eq!(short_segments(&[], 0), Vec::<Range<usize>>::new());
 }
 
 #[test]
-fn a_start_at_an_end_of_the_log_makes_an_empty_piece() {
+fn a_start_at_an_end_of_the_log_makes_an_empty_segment() {
     assert_eq!(short_segments(&[0], 40), std::slice::from_ref(&(0..0)));
     assert_eq!(short_segments(&[40], 40), std::slice::from_ref(&(40..40)));
 }
@@ -60,20 +58,20 @@ fn setting() -> (Measurements, Fit) {
     (measurements, Fit { estimate: Estimate { coefficients, psi, cost }, order, noise, prior, log_evidence: 0.0 })
 }
 
-fn no_doubts(measurements: &Measurements) -> Ambiguity {
+fn unambiguous(measurements: &Measurements) -> Ambiguity {
     Ambiguity::new(vec![f64::INFINITY; measurements.len()])
 }
 
-/// A brief piece over which the object hardly turns.
-fn calm_piece(fit: &Fit) -> Range<usize> {
+/// A short segment over which the object hardly turns.
+fn slow_segment(fit: &Fit) -> Range<usize> {
     let turned = |start: &usize| (fit.estimate.psi[start + SHORT_SEGMENT - 1] - fit.estimate.psi[*start]).abs();
     let start = (50..150).min_by(|a, b| turned(a).total_cmp(&turned(b))).expect("samples");
     start..start + SHORT_SEGMENT - 1
 }
 
-/// Samples that are doubted.
-fn doubted(doubts: &Ambiguity) -> Vec<usize> {
-    doubts
+/// Samples that are ambiguous.
+fn ambiguous(ambiguity: &Ambiguity) -> Vec<usize> {
+    ambiguity
         .ambiguity_rad()
         .iter()
         .enumerate()
@@ -83,66 +81,66 @@ fn doubted(doubts: &Ambiguity) -> Vec<usize> {
 }
 
 #[test]
-fn a_brief_piece_that_is_placed_well_is_not_doubted() {
+fn a_short_segment_at_its_true_pose_is_unambiguous() {
     let (measurements, fit) = setting();
-    let mut doubts = no_doubts(&measurements);
-    let alternatives = reassociated(&measurements, &fit, &[100, 100 + SHORT_SEGMENT - 1], &mut doubts);
+    let mut ambiguity = unambiguous(&measurements);
+    let alternatives = reassociated(&measurements, &fit, &[100, 100 + SHORT_SEGMENT - 1], &mut ambiguity);
     assert!(alternatives.is_empty());
-    assert_eq!(doubted(&doubts), Vec::<usize>::new());
+    assert_eq!(ambiguous(&ambiguity), Vec::<usize>::new());
 }
 
 #[test]
-fn a_brief_piece_at_a_wrong_pose_is_doubted_and_the_true_pose_is_a_rival() {
+fn a_short_segment_at_a_wrong_pose_is_ambiguous_and_the_true_pose_is_an_alternative() {
     let (measurements, mut fit) = setting();
-    let (truth, piece) = (fit.estimate.psi.clone(), calm_piece(&fit));
-    fit.estimate.psi[piece.clone()].iter_mut().for_each(|psi| *psi += 1.5);
-    let mut doubts = no_doubts(&measurements);
-    let alternatives = reassociated(&measurements, &fit, &[piece.start, piece.end], &mut doubts);
-    assert_eq!(doubted(&doubts), piece.clone().collect::<Vec<_>>());
+    let (truth, segment) = (fit.estimate.psi.clone(), slow_segment(&fit));
+    fit.estimate.psi[segment.clone()].iter_mut().for_each(|psi| *psi += 1.5);
+    let mut ambiguity = unambiguous(&measurements);
+    let alternatives = reassociated(&measurements, &fit, &[segment.start, segment.end], &mut ambiguity);
+    assert_eq!(ambiguous(&ambiguity), segment.clone().collect::<Vec<_>>());
     let first = alternatives.first().expect("another pose");
-    assert_eq!(first.samples, piece.clone().collect::<Vec<_>>());
+    assert_eq!(first.samples, segment.clone().collect::<Vec<_>>());
     for (sample, (psi, truth)) in first.psi.iter().zip(&truth).enumerate() {
-        let close = if piece.contains(&sample) { wrapped(psi - truth).abs() < 0.02 } else { psi == truth };
+        let close = if segment.contains(&sample) { wrapped(psi - truth).abs() < 0.02 } else { psi == truth };
         assert!(close, "{psi} {truth} at {sample}");
     }
     assert!(alternatives.iter().all(|alternative| alternative.motion_cost == 0.0));
 }
 
 #[test]
-fn the_samples_of_a_brief_piece_do_not_vouch_for_their_own_pose() {
+fn the_samples_of_a_short_segment_do_not_support_their_own_pose() {
     let (mut measurements, fit) = setting();
-    let piece = calm_piece(&fit);
-    // All other samples say nothing, so that nothing is known of the shape.
-    let others = (0..measurements.len()).filter(|sample| !piece.contains(sample));
+    let segment = slow_segment(&fit);
+    // All other samples have no weight, so that there is no predictive shape.
+    let others = (0..measurements.len()).filter(|sample| !segment.contains(sample));
     others.for_each(|sample| measurements.instants[sample].set_aside());
-    let mut doubts = no_doubts(&measurements);
-    reassociated(&measurements, &fit, &[piece.start, piece.end], &mut doubts);
-    assert_eq!(doubted(&doubts), piece.collect::<Vec<_>>());
+    let mut ambiguity = unambiguous(&measurements);
+    reassociated(&measurements, &fit, &[segment.start, segment.end], &mut ambiguity);
+    assert_eq!(ambiguous(&ambiguity), segment.collect::<Vec<_>>());
 }
 
 #[test]
-fn a_long_piece_at_a_wrong_pose_is_not_asked_about() {
+fn a_long_segment_at_a_wrong_pose_is_not_tested() {
     let (measurements, mut fit) = setting();
     fit.estimate.psi[100..100 + SHORT_SEGMENT].iter_mut().for_each(|psi| *psi += 1.5);
-    let mut doubts = no_doubts(&measurements);
-    assert!(reassociated(&measurements, &fit, &[100, 100 + SHORT_SEGMENT], &mut doubts).is_empty());
-    assert_eq!(doubted(&doubts), Vec::<usize>::new());
+    let mut ambiguity = unambiguous(&measurements);
+    assert!(reassociated(&measurements, &fit, &[100, 100 + SHORT_SEGMENT], &mut ambiguity).is_empty());
+    assert_eq!(ambiguous(&ambiguity), Vec::<usize>::new());
 }
 
 #[test]
-fn with_too_many_samples_in_brief_pieces_all_of_them_are_doubted_and_none_has_a_rival() {
+fn with_too_many_samples_in_short_segments_all_are_ambiguous_and_none_has_an_alternative() {
     let (measurements, fit) = setting();
     let each = SHORT_SEGMENT - 1;
-    assert_eq!(MOST % each, 0, "brief pieces of the longest kind come to the limit");
-    // All pieces lie side by side, the first at 100.
-    let starts = |pieces: usize| (0..=pieces).map(|piece| 100 + each * piece).collect::<Vec<_>>();
-    let mut doubts = no_doubts(&measurements);
-    reassociated(&measurements, &fit, &starts(MOST / each), &mut doubts);
-    assert!(doubted(&doubts).len() < MOST / 2, "{:?}", doubted(&doubts));
-    let mut starts = starts(MOST / each);
+    assert_eq!(MOST_SAMPLES % each, 0, "short segments of the longest kind reach the limit exactly");
+    // All segments are adjacent, the first at sample 100.
+    let starts = |segments: usize| (0..=segments).map(|segment| 100 + each * segment).collect::<Vec<_>>();
+    let mut ambiguity = unambiguous(&measurements);
+    reassociated(&measurements, &fit, &starts(MOST_SAMPLES / each), &mut ambiguity);
+    assert!(ambiguous(&ambiguity).len() < MOST_SAMPLES / 2, "{:?}", ambiguous(&ambiguity));
+    let mut starts = starts(MOST_SAMPLES / each);
     let end = starts[starts.len() - 1];
     starts.push(end + 1);
-    let mut doubts = no_doubts(&measurements);
-    assert!(reassociated(&measurements, &fit, &starts, &mut doubts).is_empty());
-    assert_eq!(doubted(&doubts), (100..100 + MOST + 1).collect::<Vec<_>>());
+    let mut ambiguity = unambiguous(&measurements);
+    assert!(reassociated(&measurements, &fit, &starts, &mut ambiguity).is_empty());
+    assert_eq!(ambiguous(&ambiguity), (100..100 + MOST_SAMPLES + 1).collect::<Vec<_>>());
 }

@@ -16,6 +16,7 @@ use crate::simulate::{SimulateOptions, Simulation, simulate};
 use nalgebra::{DMatrix, DVector};
 
 use super::*;
+
 const SIZE_M: f64 = 0.03;
 
 const ORDER: usize = 3;
@@ -24,7 +25,7 @@ const UNKNOWNS: usize = 2 * ORDER + 1;
 
 const NOISE: Noise = Noise { sensor_m: 1e-4, balance_m: 5e-5 };
 
-/// So wide that it hardly counts.
+/// Too wide to matter.
 const NO_PRIOR: Prior = Prior { size_m: SIZE_M, scale_m: 1e6 };
 
 const TO_THE_END: StoppingCriteria = StoppingCriteria { iterations: 200, tolerance: 1e-13 };
@@ -54,8 +55,8 @@ fn true_psi(run: &Simulation) -> Vec<f64> {
     run.truth.motion.iter().map(|pose| pose.psi_rad).collect()
 }
 
-/// All weighted residuals at x = (a0, a1 … aK, b1 … bK, ψ1 … ψN) as the head of `smooth.rs` writes them, from the forward
-/// model that the simulator uses: contacts and balance, then the prior, then convexity at 6K + 12 nodes.
+/// All weighted residuals at x = (a0, a1 … aK, b1 … bK, ψ1 … ψN) as the head of `gauss_newton.rs` defines them, from the
+/// forward model that the simulator uses: contacts and balance, then the prior, then convexity at 6K + 12 nodes.
 fn dense_residuals(log: &Log, prior: Prior, x: &DVector<f64>) -> DVector<f64> {
     let a = x.rows(0, UNKNOWNS);
     let harmonics = (1..=ORDER).map(|k| [a[k], a[ORDER + k]]).collect();
@@ -107,12 +108,12 @@ fn the_truth_of_an_exact_log_is_a_minimum_of_cost_zero() {
     let smoother = Smoother::new(&measurements, ORDER, NOISE, NO_PRIOR);
     let (a, psi) = (shape().coefficients(), true_psi(&run));
     let normal = smoother.linearise(&a, &psi);
-    let mut settled = psi.clone();
-    let cost = smoother.project_orientations(&a, &mut settled, 2);
+    let mut projected = psi.clone();
+    let cost = smoother.project_orientations(&a, &mut projected, 2);
     // What is left is the prior of the mean radius (1/100) and of the first harmonic.
     let prior = 0.01 + (2e-3f64.powi(2) + 1e-3f64.powi(2)) / SIZE_M.powi(2);
     assert!((cost - prior).abs() < 1e-9, "{cost} {prior}");
-    assert!(settled.iter().zip(&psi).all(|(a, b)| (a - b).abs() < 1e-9));
+    assert!(projected.iter().zip(&psi).all(|(a, b)| (a - b).abs() < 1e-9));
     let mut gradient = normal.gradient.clone();
     gradient[0] -= a[0] / (10.0 * SIZE_M).powi(2);
     gradient[1] -= a[1] / SIZE_M.powi(2);
@@ -140,7 +141,7 @@ fn a_disturbed_start_comes_back_to_the_truth() {
     let found = SupportFunction::from_coefficients(&found.coefficients);
     for theta in 0..6 {
         let (found, truth) = (found.at(f64::from(theta)).r, shape().at(f64::from(theta) + turned).r);
-        // Each ψ is settled to a thousandth of its standard deviation, and so the shape to a hundredth of the noise.
+        // Each ψ converges to a thousandth of its standard deviation, and so the shape to a hundredth of the noise.
         assert!((found - truth).abs() < 0.01 * NOISE.sensor_m, "{found} {truth}");
     }
 }
@@ -168,7 +169,7 @@ fn elimination_of_psi_is_the_schur_complement_of_the_whole() {
         let jacobian = dense_jacobian(&run.log, prior, &x);
         let mut whole = jacobian.transpose() * &jacobian;
         let gradient = jacobian.transpose() * &residuals;
-        // One radian of freedom from nowhere on the step of each ψ.
+        // The prior information on the step of each ψ: one radian.
         (UNKNOWNS..x.len()).for_each(|i| whole[(i, i)] += 1.0);
         let count = psi.len();
         let shape_block = whole.view((0, 0), (UNKNOWNS, UNKNOWNS));
@@ -230,9 +231,9 @@ fn the_optimum_is_that_of_a_dense_solver() {
     let found = Smoother::new(&measurements, ORDER, NOISE, prior).run(start.clone(), true_psi(&run), TO_THE_END);
     let (x, cost) = dense_optimum(&run.log, prior, joined(&start, &true_psi(&run)));
     assert!((found.cost / cost - 1.0).abs() < 1e-7, "{} {cost}", found.cost);
-    // Gaussian noise in 2 · 40 readings: the cost is of their number.
+    // Gaussian noise in 2 · 40 readings: the cost is about their number.
     assert!((40.0..120.0).contains(&cost), "{cost}");
-    // The object frame is free to turn; all else agrees, to a thousandth of what the noise leaves open.
+    // The object frame may turn; all else agrees to a thousandth of the standard deviations.
     assert!((found.coefficients[0] - x[0]).abs() < 1e-8);
     for k in 1..=ORDER {
         let size = |a: f64, b: f64| a.hypot(b);
@@ -246,7 +247,7 @@ fn the_optimum_is_that_of_a_dense_solver() {
 }
 
 #[test]
-fn a_kept_matrix_leads_to_the_same_optimum() {
+fn chord_steps_lead_to_the_same_optimum() {
     let run = run(200, 1e-4);
     let measurements = Measurements::new(&run.log, None);
     let prior = Prior { size_m: SIZE_M, scale_m: 0.01 };
@@ -269,11 +270,11 @@ fn the_gradient_alone_is_that_of_the_normal_equations() {
         a[2 * ORDER] = third;
         let mut psi: Vec<f64> =
             true_psi(&run).iter().enumerate().map(|(i, psi)| psi + 0.02 * (i as f64).cos()).collect();
-        let settled = smoother.project_orientations(&a, &mut psi, 1);
+        let projected = smoother.project_orientations(&a, &mut psi, 1);
         let crate::estimate::solver::chord::Slope { cost, gradient, .. } =
             smoother.project_with_gradient(&a, &mut psi, 0);
         let normal = smoother.linearise(&a, &psi);
-        assert!((cost / settled - 1.0).abs() < 1e-12);
+        assert!((cost / projected - 1.0).abs() < 1e-12);
         assert!(
             (&gradient - &normal.gradient).amax() < 1e-9 * normal.gradient.amax(),
             "{gradient} {}",
@@ -283,7 +284,7 @@ fn the_gradient_alone_is_that_of_the_normal_equations() {
 }
 
 #[test]
-fn shares_of_a_long_log_add_up_to_the_whole_whatever_the_threads() {
+fn a_long_log_gives_bit_identical_results_on_any_number_of_threads() {
     let count = 2 * SHARE + 100;
     let run = run(count, 1e-4);
     let measurements = Measurements::new(&run.log, None);
@@ -291,11 +292,11 @@ fn shares_of_a_long_log_add_up_to_the_whole_whatever_the_threads() {
     let (a, psi) = (shape().coefficients(), true_psi(&run));
     let smoother = Smoother::new(&measurements, ORDER, NOISE, prior);
     let work = || {
-        let (normal, mut settled) = (smoother.linearise(&a, &psi), psi.clone());
-        let slope = smoother.project_with_gradient(&a, &mut settled, 2);
+        let (normal, mut projected) = (smoother.linearise(&a, &psi), psi.clone());
+        let slope = smoother.project_with_gradient(&a, &mut projected, 2);
         let cost = smoother.project_orientations(&a, &mut psi.clone(), 2);
         let turned = normal.turned(&psi, &slope.psi_offset, &slope.gradient);
-        (normal.matrix, normal.gradient, normal.psi_offset, slope.gradient, slope.cost, cost, settled, turned)
+        (normal.matrix, normal.gradient, normal.psi_offset, slope.gradient, slope.cost, cost, projected, turned)
     };
     let on =
         |threads: usize| rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads").install(work);
@@ -316,8 +317,8 @@ fn shares_of_a_long_log_add_up_to_the_whole_whatever_the_threads() {
 }
 
 #[test]
-fn a_belief_stands_for_the_samples_that_it_came_from() {
-    // Half of the samples, summed up as a Gaussian of the shape, and the other half on top: the normal equations of all.
+fn a_posterior_as_prior_replaces_the_samples_it_came_from() {
+    // Half of the samples as a Gaussian of the shape, together with the other half: the normal equations of all.
     let run = run(40, 1e-4);
     let half =
         |range: std::ops::Range<usize>| Measurements::new(&Log { samples: run.log.samples[range].to_vec() }, None);
@@ -339,7 +340,7 @@ fn a_belief_stands_for_the_samples_that_it_came_from() {
 }
 
 #[test]
-fn more_harmonics_are_padded_and_fewer_cut() {
+fn coefficients_are_padded_to_more_harmonics_and_cut_to_fewer() {
     let mut a = vec![1.0, 2.0, 3.0, 4.0, 5.0];
     coefficients_to_order(&mut a, 3);
     assert_eq!(a, [1.0, 2.0, 3.0, 0.0, 4.0, 5.0, 0.0]);

@@ -1,7 +1,5 @@
 use super::*;
-use crate::estimate::motion::ELSEWHERE;
-use crate::estimate::motion::common_rotation;
-use crate::estimate::motion::moved;
+use crate::estimate::motion::{ELSEWHERE, common_rotation, moved};
 use crate::palms::PalmMotion;
 use crate::reconstruct::search::windows::windows;
 use crate::shape::SupportFunction;
@@ -33,7 +31,7 @@ fn estimate(psi: &[f64]) -> Estimate {
     Estimate { coefficients: shape().coefficients(), psi: psi.to_vec(), cost: 0.0 }
 }
 
-/// A growth with these windows placed at their true poses, which is content with what noise would leave.
+/// A beam search with these windows placed at their true poses, limited to a normalized misfit of 1.
 fn beam_search<'a>(
     measurements: &'a Measurements,
     windows: &[Window],
@@ -46,7 +44,7 @@ fn beam_search<'a>(
     beam_search
 }
 
-/// A growth without any hypothesis.
+/// A beam search without any hypothesis.
 fn empty<'a>(measurements: &'a Measurements, windows: &[Window]) -> BeamSearch<'a> {
     BeamSearch::new(measurements, windows, (0..0, &[], ORDER), TOLERANCE, PRIOR)
 }
@@ -57,7 +55,7 @@ fn turned(of: &Estimate, angle: f64) -> Estimate {
     Estimate { coefficients, psi: of.psi.iter().map(|psi| psi + angle).collect(), cost: 0.0 }
 }
 
-/// Readings to and fro by so much, as no motion explains.
+/// Offsets the readings by alternating signs, which no motion explains.
 fn contradict(window: &mut Window, off_m: f64) {
     for (index, instant) in window.thin.instants.iter_mut().enumerate() {
         instant.s1 += if index % 2 == 0 { off_m } else { -off_m };
@@ -70,7 +68,7 @@ fn score_alone(beam_search: &BeamSearch, placed: &Measurements, proposal: &Estim
 }
 
 #[test]
-fn of_two_hypotheses_that_are_one_but_for_a_rotation_only_one_is_kept() {
+fn of_two_hypotheses_equal_up_to_a_rotation_only_one_is_kept() {
     let (measurements, psi, windows) = setting();
     let beam_search = empty(&measurements, &windows);
     let truth = estimate(&psi[..24]);
@@ -91,7 +89,7 @@ fn of_two_hypotheses_that_are_one_but_for_a_rotation_only_one_is_kept() {
 }
 
 #[test]
-fn hypotheses_hopelessly_behind_the_best_are_given_up() {
+fn hypotheses_far_behind_the_best_are_dropped() {
     let (measurements, psi, windows) = setting();
     let together = Measurements { instants: measurements.instants[..48].to_vec() };
     let truth = estimate(&psi[..48]);
@@ -107,7 +105,7 @@ fn hypotheses_hopelessly_behind_the_best_are_given_up() {
         let [best, other] = [&truth, &wrong].map(|e| score_alone(&beam_search, &together, e).expect("a score").0);
         other - best
     };
-    for (worth, kept) in [(0.98 * HOPELESS, 2), (1.02 * HOPELESS, 1)] {
+    for (worth, kept) in [(0.98 * MOST_BEHIND, 2), (1.02 * MOST_BEHIND, 1)] {
         let (mut exact, mut noisy) = (1e-4, 3e-3);
         assert!(behind(exact) > worth && behind(noisy) < worth);
         for _ in 0..30 {
@@ -139,7 +137,7 @@ fn of_many_distinct_hypotheses_the_best_are_kept() {
             distinct.push((score, psi));
         }
     }
-    assert!(distinct.len() > BEAM && distinct[BEAM].0 < distinct[0].0 + HOPELESS, "{distinct:?}");
+    assert!(distinct.len() > BEAM && distinct[BEAM].0 < distinct[0].0 + MOST_BEHIND, "{distinct:?}");
     let ranked = beam_search.ranked(&few, proposals);
     let kept: Vec<(f64, Vec<f64>)> = ranked.into_iter().map(|kept| (kept.score, kept.estimate.psi)).collect();
     assert_eq!(kept, distinct[..BEAM]);
@@ -166,34 +164,34 @@ fn the_window_after_a_placed_one_is_next_before_all_others() {
 }
 
 #[test]
-fn of_windows_joined_to_no_placed_one_the_most_telling_is_next() {
+fn of_windows_joined_to_no_placed_one_the_one_with_the_longest_path_is_next() {
     let (measurements, _, mut windows) = setting();
     for (window, path_length_m) in windows.iter_mut().zip([0.1, 0.4, 0.2, 0.3]) {
         (window.joined, window.path_length_m) = (false, path_length_m);
     }
     let mut beam_search = empty(&measurements, &windows);
     assert_eq!(beam_search.next(), Some((1, None)));
-    beam_search.put_off[1] = true;
-    assert_eq!(beam_search.next(), Some((3, None)), "what was put off waits");
+    beam_search.deferred[1] = true;
+    assert_eq!(beam_search.next(), Some((3, None)), "a deferred window waits");
     beam_search.admit(3);
-    assert_eq!(beam_search.next(), Some((2, None)), "a leap parts it from the placed one");
+    assert_eq!(beam_search.next(), Some((2, None)), "a jump separates it from the placed one");
     beam_search.windows[1].joined = true;
     beam_search.admit(0);
-    assert_eq!(beam_search.next(), Some((2, None)), "joined, but put off");
+    assert_eq!(beam_search.next(), Some((2, None)), "joined, but deferred");
 }
 
 #[test]
-fn windows_that_were_put_off_are_cut_in_two_and_the_others_stay() {
+fn deferred_windows_are_cut_in_two_and_the_others_stay() {
     let (measurements, _, windows) = setting();
     let mut beam_search = empty(&measurements, &windows);
-    assert!(!beam_search.split(), "nothing was put off");
+    assert!(!beam_search.split(), "nothing was deferred");
     beam_search.admit(2);
-    (beam_search.put_off[1], beam_search.put_off[3]) = (true, true);
+    (beam_search.deferred[1], beam_search.deferred[3]) = (true, true);
     assert!(beam_search.split());
     let ranges: Vec<Range<usize>> = beam_search.windows.iter().map(|window| window.range.clone()).collect();
     assert_eq!(ranges, [0..24, 24..36, 36..48, 48..72, 72..84, 84..96]);
     assert_eq!(beam_search.offset, [None, None, None, Some(0), None, None]);
-    assert_eq!(beam_search.put_off, [false; 6], "both halves are tried again");
+    assert_eq!(beam_search.deferred, [false; 6], "both halves are tried again");
     assert!(beam_search.windows[2].joined);
 }
 
@@ -202,26 +200,26 @@ fn windows_too_short_to_cut_are_dropped() {
     let (measurements, _, windows) = setting();
     let mut beam_search = empty(&measurements, &windows);
     for left in [true, true, false] {
-        beam_search.put_off.fill(true);
+        beam_search.deferred.fill(true);
         assert_eq!(beam_search.split(), left, "24, 12 and 6 samples");
     }
     assert!(beam_search.windows.is_empty() && beam_search.offset.is_empty());
 }
 
 #[test]
-fn windows_are_cut_so_many_times_and_no_more() {
+fn windows_are_cut_a_limited_number_of_times() {
     let (measurements, _, _) = setting();
-    // One window over all samples, of which nothing explains any part: there is no hypothesis.
+    // One window over all samples, and no hypothesis that could explain any part of it.
     let whole = windows(&measurements, std::slice::from_ref(&(0..96)), 24);
     assert_eq!(whole.len(), 1);
     let mut beam_search = empty(&measurements, &whole);
-    let mut looked_at = 0;
+    let mut advances = 0;
     while beam_search.advance(&mut Budget::default()) {
-        looked_at += 1;
+        advances += 1;
     }
     assert_eq!(beam_search.windows.len(), 1 << SPLITS);
-    assert_eq!(looked_at, (1 << (SPLITS + 1)) - 1);
-    assert_eq!(beam_search.put_off, [true; 1 << SPLITS]);
+    assert_eq!(advances, (1 << (SPLITS + 1)) - 1);
+    assert_eq!(beam_search.deferred, [true; 1 << SPLITS]);
 }
 
 #[test]
@@ -254,12 +252,12 @@ fn a_window_joined_to_nothing_is_searched_and_that_is_charged() {
 }
 
 #[test]
-fn a_search_tells_a_few_distinct_placements_the_best_first() {
+fn a_search_returns_a_few_distinct_placements_best_first() {
     let (measurements, psi, windows) = setting();
     let beam_search = beam_search(&measurements, &windows, &psi, 0..3);
-    let known = &beam_search.beam[0].estimate;
-    let belief = beam_search.belief(known).expect("a shape");
-    let placements = beam_search.search(&windows[3], known, &belief);
+    let hypothesis = &beam_search.beam[0].estimate;
+    let belief = beam_search.belief(hypothesis).expect("a shape");
+    let placements = beam_search.search(&windows[3], hypothesis, &belief);
     assert!((1..=BRANCHES).contains(&placements.len()));
     assert!(placements.windows(2).all(|pair| pair[0].cost <= pair[1].cost));
     for (index, placement) in placements.iter().enumerate() {
@@ -268,26 +266,26 @@ fn a_search_tells_a_few_distinct_placements_the_best_first() {
         };
         assert!(placements[..index].iter().all(|other| apart(other) > 1e-3), "the same placement twice");
     }
-    let turn = common_rotation(&known.psi, &psi[..72]);
+    let turn = common_rotation(&hypothesis.psi, &psi[..72]);
     assert!(placements[0].psi.iter().zip(&psi[72..]).all(|(a, b)| (0.5 * (a - b - turn)).sin().abs() < 0.02));
 }
 
 #[test]
-fn a_window_that_nothing_explains_is_put_off_and_changes_nothing_else() {
+fn a_window_that_nothing_explains_is_deferred_and_changes_nothing_else() {
     let (measurements, psi, mut windows) = setting();
     contradict(&mut windows[3], 5e-3);
     let mut beam_search = beam_search(&measurements, &windows, &psi, 0..3);
     let before = beam_search.beam[0].estimate.clone();
     let mut budget = Budget::default();
     beam_search.place(3, Some(2), &mut budget);
-    assert!(beam_search.put_off[3] && beam_search.offset[3].is_none());
+    assert!(beam_search.deferred[3] && beam_search.offset[3].is_none());
     assert_eq!((beam_search.thin.len(), &beam_search.beam[0].estimate.psi), (72, &before.psi));
     assert_eq!(beam_search.beam[0].estimate.coefficients, before.coefficients);
     assert!(budget.left < Budget::default().left, "it was followed and then searched");
 }
 
 #[test]
-fn a_window_counts_as_explained_up_to_its_share_of_the_strain_allowed() {
+fn a_window_counts_as_explained_up_to_its_share_of_the_largest_misfit() {
     let (measurements, psi, mut windows) = setting();
     contradict(&mut windows[3], 5e-5);
     let placed_at = |largest_misfit: f64| {
@@ -303,21 +301,21 @@ fn a_window_counts_as_explained_up_to_its_share_of_the_strain_allowed() {
     let normalized_misfit = each / (WINDOW * TOLERANCE.noise_misfit(24, 24));
     assert!(each > 0.0 && each < 2.0 * EXPLAINED, "{each}");
     assert!(placed_at(1.01 * normalized_misfit).offset[3].is_some());
-    assert!(placed_at(0.99 * normalized_misfit).put_off[3]);
+    assert!(placed_at(0.99 * normalized_misfit).deferred[3]);
 }
 
 #[test]
-fn no_strain_allowed_makes_a_window_explained_that_is_missed_by_twice_the_limit() {
+fn a_window_missed_by_twice_the_limit_is_deferred_whatever_misfit_is_allowed() {
     let (measurements, psi, mut windows) = setting();
     contradict(&mut windows[3], 1e-3);
     let mut beam_search = beam_search(&measurements, &windows, &psi, 0..3);
     beam_search.largest_misfit = f64::INFINITY;
     beam_search.place(3, Some(2), &mut Budget::default());
-    assert!(beam_search.put_off[3]);
+    assert!(beam_search.deferred[3]);
 }
 
 #[test]
-fn the_strain_is_the_misfit_per_instant_as_a_share_of_what_noise_may_make() {
+fn the_normalized_misfit_is_the_misfit_per_instant_over_that_of_the_noise() {
     let (measurements, psi, windows) = setting();
     assert!(empty(&measurements, &windows).normalized_misfit().is_infinite());
     let mut beam_search = beam_search(&measurements, &windows, &psi, 1..3);
@@ -329,7 +327,7 @@ fn the_strain_is_the_misfit_per_instant_as_a_share_of_what_noise_may_make() {
 }
 
 #[test]
-fn a_growth_waits_under_more_strain_than_is_allowed() {
+fn growing_stops_above_the_largest_misfit() {
     let (measurements, psi, windows) = setting();
     let mut beam_search = beam_search(&measurements, &windows, &psi, 0..2);
     beam_search.beam[0].estimate.psi[7] += 0.1;
@@ -341,7 +339,7 @@ fn a_growth_waits_under_more_strain_than_is_allowed() {
 }
 
 #[test]
-fn a_growth_ends_when_the_budget_is_spent() {
+fn growing_ends_when_the_budget_is_spent() {
     let (measurements, psi, windows) = setting();
     let mut beam_search = beam_search(&measurements, &windows, &psi, 0..1);
     assert!(beam_search.grow(&mut Budget { left: 0.0 }, 1.0));
@@ -351,30 +349,30 @@ fn a_growth_ends_when_the_budget_is_spent() {
 }
 
 #[test]
-fn what_was_put_off_is_tried_again_only_when_more_strain_is_allowed() {
+fn deferred_windows_are_tried_again_only_when_more_misfit_is_allowed() {
     let (measurements, _, windows) = setting();
     let mut beam_search = empty(&measurements, &windows);
-    beam_search.put_off.fill(true);
-    assert!(!beam_search.grow(&mut Budget::default(), 1.0), "nothing explains anything");
-    assert_eq!(beam_search.put_off, [false; 4]);
-    beam_search.put_off.fill(true);
+    beam_search.deferred.fill(true);
+    assert!(!beam_search.grow(&mut Budget::default(), 1.0), "there is no hypothesis");
+    assert_eq!(beam_search.deferred, [false; 4]);
+    beam_search.deferred.fill(true);
     assert!(!beam_search.grow(&mut Budget::default(), 1.0));
-    assert_eq!(beam_search.put_off, [true; 4]);
+    assert_eq!(beam_search.deferred, [true; 4]);
 }
 
 #[test]
-fn what_was_placed_is_told_in_order_of_time() {
+fn placed_windows_are_returned_in_order_of_time() {
     let (measurements, psi, windows) = setting();
     let mut beam_search = empty(&measurements, &windows);
     beam_search.admit(3);
     beam_search.admit(1);
     let placed = [&psi[72..], &psi[24..48]].concat();
     beam_search.beam = vec![Hypothesis { estimate: estimate(&placed), score: 1.0 }];
-    let grown = beam_search.in_order_of_time();
-    assert_eq!(grown.windows.iter().map(|window| window.range.clone()).collect::<Vec<_>>(), [24..48, 72..96]);
-    let positions: Vec<usize> = grown.thin.instants.iter().map(|instant| instant.position as usize).collect();
+    let arranged = beam_search.in_order_of_time();
+    assert_eq!(arranged.windows.iter().map(|window| window.range.clone()).collect::<Vec<_>>(), [24..48, 72..96]);
+    let positions: Vec<usize> = arranged.thin.instants.iter().map(|instant| instant.position as usize).collect();
     assert_eq!(positions, (24..48).chain(72..96).collect::<Vec<_>>());
-    assert_eq!(grown.hypotheses[0].estimate.psi, [&psi[24..48], &psi[72..]].concat());
+    assert_eq!(arranged.hypotheses[0].estimate.psi, [&psi[24..48], &psi[72..]].concat());
 }
 
 #[test]
@@ -392,7 +390,7 @@ fn the_budget_is_charged_by_the_square_of_the_number_of_unknowns_and_spent_at_no
 }
 
 #[test]
-fn a_plain_misfit_is_what_noise_makes_of_thinned_samples_within_limits() {
+fn the_noise_misfit_is_that_of_thinned_samples_within_limits() {
     let tolerance = |scatter_m: f64| Tolerance { scatter_m, ..TOLERANCE };
     // Noise as large as that at which arrangements are judged: two squares for each instant, several times over.
     let noisy = tolerance(1e-3);
@@ -417,7 +415,7 @@ fn the_noise_of_the_search_is_never_below_the_scatter() {
 }
 
 #[test]
-fn the_misfit_is_the_sum_of_squares_of_contacts_and_balance_without_the_shapes_own_terms() {
+fn the_misfit_is_the_sum_of_squares_of_contacts_and_balance_alone() {
     let (mut measurements, psi, _) = setting();
     measurements.instants.truncate(2);
     let noise = Noise { sensor_m: 1e-3, balance_m: 1e-4 };
@@ -440,7 +438,7 @@ fn the_misfit_is_the_sum_of_squares_of_contacts_and_balance_without_the_shapes_o
 }
 
 #[test]
-fn the_common_turn_brings_one_motion_to_the_other_whatever_whole_turns_are_between_them() {
+fn the_common_rotation_carries_one_motion_to_the_other_up_to_whole_turns() {
     let a: Vec<f64> = (0..20).map(|index| 0.3 * f64::from(index)).collect();
     for turn in [0.7, -3.0, 3.0] {
         let b: Vec<f64> = a.iter().zip(0..).map(|(a, index)| a - turn + TAU * f64::from(index % 3)).collect();
@@ -452,7 +450,7 @@ fn the_common_turn_brings_one_motion_to_the_other_whatever_whole_turns_are_betwe
 }
 
 #[test]
-fn samples_count_as_moved_from_their_distance_on() {
+fn samples_count_as_moved_beyond_the_limit() {
     let here = vec![0.4; 1000];
     let angle = 2.0 * f64::asin(ELSEWHERE);
     for (off, count) in [(0.98 * angle, 0), (1.02 * angle, 3), (-0.98 * angle, 0), (-1.02 * angle, 3)] {
@@ -468,7 +466,7 @@ fn samples_count_as_moved_from_their_distance_on() {
 }
 
 #[test]
-fn two_motions_are_one_up_to_three_degrees_of_difference() {
+fn two_motions_are_the_same_up_to_three_degrees() {
     let here = vec![0.0; 100];
     let beside = |off: f64| -> Vec<f64> { (0..100).map(|index| if index % 2 == 0 { off } else { -off }).collect() };
     assert!(same_motion(&here, &beside(3.0f64.to_radians())));

@@ -48,28 +48,28 @@ fn sliding(count: usize, step: f64) -> Vec<(f64, f64)> {
 }
 
 #[test]
-fn a_track_goes_on_over_slides_up_to_the_longest_and_breaks_at_longer_ones() {
+fn a_path_continues_over_slides_up_to_the_longest_and_breaks_at_longer_ones() {
     let measurements = measurements(8);
-    let unbroken = tracks(&measurements, &sliding(8, 0.999 * LONGEST_SLIDE), &[]);
+    let unbroken = contact_paths(&measurements, &sliding(8, 0.999 * LONGEST_SLIDE), &[]);
     assert_eq!(unbroken.iter().map(Vec::len).collect::<Vec<_>>(), [8, 8]);
-    let broken = tracks(&measurements, &sliding(8, 1.001 * LONGEST_SLIDE), &[]);
+    let broken = contact_paths(&measurements, &sliding(8, 1.001 * LONGEST_SLIDE), &[]);
     assert_eq!(broken.iter().map(Vec::len).collect::<Vec<_>>(), [1; 16]);
 }
 
 #[test]
-fn a_track_ends_where_a_piece_begins() {
-    let tracks = tracks(&measurements(20), &sliding(20, 0.01), &[8]);
+fn a_path_ends_where_a_segment_begins() {
+    let paths = contact_paths(&measurements(20), &sliding(20, 0.01), &[8]);
     let angles = sliding(20, 0.01);
     let (first, second): (Vec<f64>, Vec<f64>) = angles.into_iter().unzip();
-    assert_eq!(tracks, [&first[..8], &first[8..], &second[..8], &second[8..]]);
+    assert_eq!(paths, [&first[..8], &first[8..], &second[..8], &second[8..]]);
 }
 
 #[test]
-fn brief_pieces_feel_nothing() {
-    // Five samples between two leaps are too few, six are not.
+fn short_segments_feel_nothing() {
+    // Five samples between two jumps are too few, six are not.
     for (starts, felt) in [([8, 13], 15), ([8, 14], 20)] {
-        let tracks = tracks(&measurements(20), &sliding(20, 0.01), &starts);
-        assert_eq!(tracks.iter().map(Vec::len).sum::<usize>(), 2 * felt, "{starts:?}");
+        let paths = contact_paths(&measurements(20), &sliding(20, 0.01), &starts);
+        assert_eq!(paths.iter().map(Vec::len).sum::<usize>(), 2 * felt, "{starts:?}");
     }
 }
 
@@ -77,7 +77,7 @@ fn brief_pieces_feel_nothing() {
 fn a_contact_that_was_not_seen_feels_nothing_and_the_other_one_goes_on() {
     let mut measurements = measurements(10);
     set(&mut measurements.instants[4], 0.0, 1.0);
-    let tracks = tracks(&measurements, &sliding(10, 0.01), &[]);
-    assert_eq!(tracks.iter().map(Vec::len).collect::<Vec<_>>(), [9, 10]);
-    assert!(!tracks[0].contains(&sliding(10, 0.01)[4].0));
+    let paths = contact_paths(&measurements, &sliding(10, 0.01), &[]);
+    assert_eq!(paths.iter().map(Vec::len).collect::<Vec<_>>(), [9, 10]);
+    assert!(!paths[0].contains(&sliding(10, 0.01)[4].0));
 }

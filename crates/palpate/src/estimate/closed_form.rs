@@ -1,14 +1,15 @@
-//! The closed forms that replace the paper's integration (`docs/theory.md`, three closed forms).
+//! The closed forms (quadratures) that replace the differential equations 19 to 21 of Moll & Erdmann 2001 (`docs/theory.md`,
+//! three closed forms).
 //!
 //! Between two jumps, virtual work gives the height of the centre of mass as a quadrature of the measurements,
 //!
 //! h' = (φ1' s1 sin φ12 − φ12' s2 sin φ1) / sin φ2,
 //!
-//! and balance gives its X coordinate without any integration. One unknown is left, h at the first sample. Given it, the
-//! contact support functions (r1, d1) and (r2, d2) are known at every instant, and the orientation follows from
-//! r' = −d: d1 dψ = dr1 + d1 dφ1 and d2 dψ = dr2 + d2 dφ12, two equations for each step of ψ. Both fade where the lines of
-//! force pass through the centre of mass (d1 = d2 = 0, the ill-conditioned places of eq. 21), so the steps are
-//! solved for together, with a preference for an even rotation.
+//! and balance gives its X coordinate without any integration. One unknown is left, h at the first sample. Given it, the contact
+//! support functions (r1, d1) and (r2, d2) are known at every instant, and the orientation follows from r' = −d: d1 dψ = dr1 + d1
+//! dφ1 and d2 dψ = dr2 + d2 dφ12, two equations for each step of ψ. Both vanish where the lines of force pass through the centre
+//! of mass (d1 = d2 = 0, the singularities of eq. 21), so that all steps are solved for together by least squares, with a prior
+//! on the change of the rotation from step to step (a tridiagonal system).
 
 use crate::estimate::measurements::{Instant, Measurements};
 
@@ -22,7 +23,7 @@ pub(crate) struct Contact {
     pub d2: f64,
 }
 
-/// Orientation and size that a trial height of the centre of mass leads to.
+/// Orientation, contact support functions and size that follow from a trial height of the centre of mass.
 #[derive(Clone, Debug)]
 pub(crate) struct Integrated {
     pub psi: Vec<f64>,
@@ -48,6 +49,18 @@ pub(crate) fn relative_height(measurements: &Measurements) -> Vec<f64> {
     height
 }
 
+/// Standard deviation of the change of the rotation from one step to the next that is expected at first, radians.
+pub(crate) const RATE_SD: f64 = 0.01;
+
+/// Prior information on each step itself, as a share of that on its change: the system stays regular where nothing determines ψ.
+const STEP_INFORMATION: f64 = 1e-3;
+
+/// Largest support function of an object between the palms, as a multiple of the distance of the contacts.
+const LARGEST_SUPPORT: f64 = 6.0;
+
+/// A palm whose support function depends on h0 by less than this (cosine of its angle) does not limit it.
+const LEAST_SLOPE: f64 = 1e-9;
+
 /// Range of heights h0 for which both palms support the object from below and it is no larger than palms could hold.
 pub(crate) fn feasible_heights(measurements: &Measurements, relative: &[f64], size_m: f64) -> Option<(f64, f64)> {
     let (mut low, mut high) = (f64::NEG_INFINITY, f64::INFINITY);
@@ -58,10 +71,10 @@ pub(crate) fn feasible_heights(measurements: &Measurements, relative: &[f64], si
             (instant.palms.cos1, rise * instant.palms.cos1 - x * instant.palms.sin1),
             (-instant.palms.cos12, -rise * instant.palms.cos12 + x * instant.palms.sin12),
         ] {
-            if slope.abs() < 1e-9 {
+            if slope.abs() < LEAST_SLOPE {
                 continue;
             }
-            let (a, b) = (-constant / slope, (6.0 * size_m - constant) / slope);
+            let (a, b) = (-constant / slope, (LARGEST_SUPPORT * size_m - constant) / slope);
             low = low.max(a.min(b));
             high = high.min(a.max(b));
         }
@@ -95,7 +108,7 @@ pub(crate) fn integrate(
     // Normal equations of the steps: data on the diagonal, second differences off it (tridiagonal).
     let variance = 2.0 * noise_m * noise_m;
     let smooth = 1.0 / (rate_sd * rate_sd);
-    let (mut diagonal, mut right) = (vec![1e-3 * smooth; steps], vec![0.0; steps]);
+    let (mut diagonal, mut right) = (vec![STEP_INFORMATION * smooth; steps], vec![0.0; steps]);
     for i in 0..steps {
         let (a, b) = (&measurements.instants[i], &measurements.instants[i + 1]);
         let (turn1, turn12) = (b.phi1 - a.phi1, b.phi1 + b.phi2 - a.phi1 - a.phi2);
@@ -144,7 +157,7 @@ mod tests {
         NamedShape::Pebble.shape(SIZE_M).expect("a positive size")
     }
 
-    /// A piece of a motion without a jump, at `count` samples, with the force lines well away from the centre of mass.
+    /// Part of a motion without a jump, at `count` samples, with the force lines well away from the centre of mass.
     fn run(count: usize) -> (Measurements, Simulation) {
         let motion = PalmMotion::through(&[(0.0, 1.2, 1.2), (12.0, 0.9, 1.4)])
             .and_then(|motion| motion.sample((count - 1) as f64 / 12.0))
@@ -180,7 +193,7 @@ mod tests {
     }
 
     #[test]
-    fn heights_of_palms_apart_count_from_where_their_lines_meet() {
+    fn heights_above_palms_apart_count_from_where_their_lines_meet() {
         // The same angles and object, once on a hinge and once with base points that lie out on the palms.
         let (measurements, run) = run(201);
         let moved: Vec<_> = run
@@ -211,7 +224,7 @@ mod tests {
             feasible_heights(&measurements, &relative_height(&measurements), SIZE_M).expect("an object is there");
         let truth = run.truth.motion[0].com_y_m;
         assert!(low < truth && truth < high, "{low} {truth} {high}");
-        // And the bounds say something: no object of six times the size.
+        // And the bounds exclude something: an object of six times the size.
         assert!(low > 0.0 && high < 12.0 * SIZE_M, "{low} {high}");
     }
 
@@ -230,7 +243,7 @@ mod tests {
             let (measurements, run) = run(count);
             let true_psi: Vec<f64> = run.truth.motion.iter().map(|pose| pose.psi_rad).collect();
             let turned = true_psi.iter().fold(0.0, |most, psi| f64::max(most, (psi - true_psi[0]).abs()));
-            assert!(turned > 0.3, "a motion that tells something: {turned}");
+            assert!(turned > 0.3, "the object must turn enough: {turned}");
             let found = integrate(&measurements, &relative_height(&measurements), heights(&run)[0], 1e-9, 0.01);
             let off = found.psi.iter().zip(&true_psi).map(|(found, truth)| (found - (truth - true_psi[0])).abs());
             let radii: Vec<f64> = run
@@ -255,8 +268,8 @@ mod tests {
     }
 
     #[test]
-    fn a_wrong_height_gives_another_motion() {
-        // Were it not so, the search over h0 could not find the right one.
+    fn a_wrong_height_gives_a_different_motion() {
+        // Otherwise the search over h0 could not find the right one.
         let (measurements, run) = run(201);
         let relative = relative_height(&measurements);
         let end = |h0: f64| integrate(&measurements, &relative, h0, 1e-7, 0.01).psi[200];

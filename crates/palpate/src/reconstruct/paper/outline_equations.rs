@@ -1,26 +1,30 @@
-//! What one integrated piece says of the shape: least squares of r and d = −r' at both contacts on the coefficients of the
-//! support function. Turning a piece turns its normal equations, so that many arrangements of pieces can be tried cheaply.
+//! Least squares of the outline on integrated pieces: r and d = −r' at both contacts against the coefficients of the support
+//! function, as the contact-point error of section 3 of Moll & Erdmann 2001. Turning a piece turns its normal equations, so that
+//! many arrangements of pieces can be tried cheaply.
 
+use crate::estimate::closed_form::Contact;
 use crate::estimate::measurements::Measurements;
 use crate::estimate::model::layout::Layout;
 use crate::estimate::model::prior::Prior;
-use crate::reconstruct::search::closed_form::Contact;
 use nalgebra::{DMatrix, DVector};
 
-/// Instants of a piece that the normal equations take in, about.
+/// Instants of a piece in its normal equations, about: many times the number of coefficients.
 const ROWS: usize = 300;
+
+/// Prior information on the mean radius, in units of the size of the object: it only keeps the equations regular.
+const RADIUS_INFORMATION: f64 = 1e-6;
 
 /// Normal equations of the coefficients (a₀, a₁ … a_K, b₁ … b_K): those that minimise |rows · a − data|² / σ².
 #[derive(Clone, Debug)]
-pub(crate) struct Segment {
+pub(crate) struct OutlineEquations {
     normal: DMatrix<f64>,
     right: DVector<f64>,
     /// |data|² / σ².
     square: f64,
 }
 
-impl Segment {
-    /// Nothing but the prior: harmonics that fall with the square of their number.
+impl OutlineEquations {
+    /// The prior alone: harmonics that fall with the square of their number.
     pub fn prior(order: usize, prior: Prior) -> Self {
         let size = Layout::of_shape(order).unknowns();
         let mut normal = DMatrix::zeros(size, size);
@@ -29,11 +33,11 @@ impl Segment {
             normal[(k, k)] = weight;
             normal[(order + k, order + k)] = weight;
         }
-        normal[(0, 0)] = 1e-6 / (prior.size_m * prior.size_m);
+        normal[(0, 0)] = RADIUS_INFORMATION / (prior.size_m * prior.size_m);
         Self { normal, right: DVector::zeros(size), square: 0.0 }
     }
 
-    /// What the contacts of a piece say, each of its numbers with the standard deviation `sd_m`.
+    /// The contacts of a piece, each of r and d with the standard deviation `sd_m`.
     pub fn new(measurements: &Measurements, contacts: &[Contact], order: usize, sd_m: f64) -> Self {
         let size = Layout::of_shape(order).unknowns();
         let stride = contacts.len().div_ceil(ROWS).max(1);
@@ -61,7 +65,7 @@ impl Segment {
         Self { normal, right, square }
     }
 
-    /// Both together.
+    /// The sum of two normal equations.
     pub fn and(&self, other: &Self) -> Self {
         Self {
             normal: &self.normal + &other.normal,
@@ -119,7 +123,7 @@ mod tests {
             samples: palms.iter().map(|(time_s, palms)| crate::Sample::new(*time_s, *palms, 0.0, 0.0)).collect(),
         };
         let measurements = Measurements::new(&log, None);
-        // Any motion does: here nothing has to be at rest.
+        // Any motion serves: balance does not enter here.
         let contacts: Vec<Contact> = palms
             .iter()
             .map(|(time_s, palms)| {
@@ -129,10 +133,10 @@ mod tests {
                 Contact { psi, r1: one.r, d1: one.d, r2: two.r, d2: two.d }
             })
             .collect();
-        let prior = Segment::prior(8, Prior { size_m: 0.03, scale_m: 0.015 });
-        let segment = Segment::new(&measurements, &contacts, 8, 1e-6);
+        let prior = OutlineEquations::prior(8, Prior { size_m: 0.03, scale_m: 0.015 });
+        let equations = OutlineEquations::new(&measurements, &contacts, 8, 1e-6);
         for angle in [0.0, 1.1] {
-            let (coefficients, _) = segment.turned(angle).and(&prior).solve().expect("solvable");
+            let (coefficients, _) = equations.turned(angle).and(&prior).solve().expect("solvable");
             let found = crate::shape::SupportFunction::from_coefficients(&coefficients);
             for step in 0..20 {
                 let theta = 0.3 * f64::from(step);
