@@ -65,7 +65,8 @@
 //! # Conventions
 //!
 //! SI units and radians throughout, right-handed axes, gravity along −Y (ROS REP 103). A name carries its unit: `s1_m`,
-//! `psi_rad`. Everything is deterministic: the same input and seed give the same result, whatever the number of threads.
+//! `psi_rad`. Everything is deterministic: on one kind of processor and one platform the same input and seed give the same bits, whatever
+//! the number of threads; elsewhere they agree to rounding.
 //!
 //! # Limits
 //!
