@@ -133,6 +133,7 @@ impl Information {
     }
 
     /// Standard deviation of where the centre of mass is in the object (of the first harmonic; root of the mean of both variances), metres.
+    /// Where the log tells nothing of it, about the mean radius: it is believed to be in the object.
     pub fn center_of_mass_sd_m(&self) -> f64 {
         let variance = |index: usize| self.covariance_m2.get((index, index)).copied().unwrap_or(0.0);
         (0.5 * (variance(Layout::cosine(1)) + variance(self.layout.sine(1)))).max(0.0).sqrt()
