@@ -87,7 +87,7 @@ impl Information {
     pub fn from_parts(covariance_m2: Vec<f64>, felt_rad: Vec<f64>) -> Result<Self, InformationError> {
         let unknowns = covariance_m2.len().isqrt();
         let bad = |what: String| Err(InformationError::BadNumber { what });
-        if unknowns * unknowns != covariance_m2.len() || unknowns % 2 == 0 {
+        if unknowns * unknowns != covariance_m2.len() || unknowns.is_multiple_of(2) {
             return bad(format!("a covariance of {} numbers is not that of 2K + 1 coefficients", covariance_m2.len()));
         }
         if !covariance_m2.iter().chain(&felt_rad).all(|value| value.is_finite()) {
