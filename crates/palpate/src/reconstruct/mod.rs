@@ -11,19 +11,16 @@
 //! 3. `verdict/`: outline, motion, error bars and jumps of an optimum, and what it is worth;
 //! 4. `selection`: which of several explanations is the answer, and whether it is the only one. Where it is not, the search goes on.
 //!
+//! `options/` is what may be set and `result/` what comes out.
+//!
 //! That is [`Method::Likelihood`]. [`smooth_from`] is its solver alone, with everything else given. `paper/` holds the methods that
 //! integrate instead: the paper's own equations, and closed forms for the same by quadrature.
 
-mod check;
-mod diagnostics;
-mod error;
-mod method;
 mod options;
 mod paper;
-mod prune;
-mod reconstruction;
 mod reconstructor;
 mod refine;
+mod result;
 mod search;
 mod selection;
 mod smooth_from;
@@ -31,18 +28,18 @@ mod start;
 mod verdict;
 
 pub use crate::mechanics::Jump;
-pub use diagnostics::{ContactDiagnostics, diagnostics};
-pub use error::ReconstructError;
-pub use method::{Method, UnknownMethod};
+pub use options::error::ReconstructError;
+pub use options::limits::CertificateLimits;
+pub use options::method::{Method, UnknownMethod};
 pub use options::{FEWEST_SAMPLES, MOST_HARMONICS, Progress, ReconstructOptions};
 pub use paper::given_start::{Integrated, PaperEquations};
-pub use reconstruction::{OutlinePoint, Pose, Reconstruction};
 pub use reconstructor::Reconstructor;
+pub use result::diagnostics::{ContactDiagnostics, diagnostics};
+pub use result::reconstruction::{OutlinePoint, Pose, Reconstruction};
 pub use smooth_from::{SmoothOptions, Smoothed, smooth_from};
 pub use start::Start;
 pub use verdict::certificate::Findings;
 pub use verdict::doubt::{Doubt, Verdict};
-pub use verdict::limits::CertificateLimits;
 
 pub use crate::estimate::solver::chord::Termination;
 
@@ -51,7 +48,7 @@ use crate::log::Log;
 /// Reconstructs shape, motion and centre of mass from a palm log and nothing else, by maximum likelihood.
 ///
 /// A [`Reconstructor`] does the same with more said of the problem, and tells how far it has come. The result does not depend on the
-/// number of threads, and the same log gives the same bits.
+/// number of threads, and on one kind of processor the same log gives the same bits.
 ///
 /// ```
 /// use palpate::{Log, Sample, palms::PalmPair};

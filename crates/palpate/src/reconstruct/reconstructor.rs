@@ -1,17 +1,17 @@
 //! Reconstruction with more said of the problem than the log says.
 
-use super::check::{check_log, check_start};
-use super::error::ReconstructError;
-use super::method::Method;
+use super::options::check::{check_log, check_start};
+use super::options::error::ReconstructError;
+use super::options::limits::CertificateLimits;
+use super::options::method::Method;
 use super::options::{Progress, ReconstructOptions};
 use super::paper::initial_conditions as integral;
-use super::reconstruction::Reconstruction;
 use super::refine::job::Job;
+use super::result::reconstruction::Reconstruction;
 use super::search::schedule::{self, Found};
 use super::search::segments::segments;
 use super::start::{Start, starting_coefficients, way_of};
 use super::verdict::assemble::Candidate;
-use super::verdict::limits::CertificateLimits;
 use crate::estimate::solver::gauss_newton::Estimate;
 use crate::log::Log;
 use crate::shape::SupportFunction;

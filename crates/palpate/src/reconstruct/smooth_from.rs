@@ -8,8 +8,8 @@ use crate::estimate::model::prior::Prior;
 use crate::estimate::solver::chord::Termination;
 use crate::estimate::solver::gauss_newton::{Smoother, StoppingCriteria};
 use crate::log::Log;
-use crate::reconstruct::check::{check_harmonics, check_samples, check_start};
-use crate::reconstruct::error::ReconstructError;
+use crate::reconstruct::options::check::{check_harmonics, check_samples, check_start};
+use crate::reconstruct::options::error::ReconstructError;
 use crate::shape::SupportFunction;
 
 /// What [`smooth_from`] takes as known. Made by [`SmoothOptions::new`], with struct update for the rest.

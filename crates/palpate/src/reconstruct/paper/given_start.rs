@@ -4,10 +4,10 @@ use crate::estimate::measurements::Measurements;
 use crate::estimate::model::noise_from_log::contact_scatter_m;
 use crate::log::Log;
 use crate::math::local_polynomial::FEWEST;
-use crate::reconstruct::check::check_log;
-use crate::reconstruct::error::ReconstructError;
-use crate::reconstruct::method::Method;
 use crate::reconstruct::options::ReconstructOptions;
+use crate::reconstruct::options::check::check_log;
+use crate::reconstruct::options::error::ReconstructError;
+use crate::reconstruct::options::method::Method;
 use crate::reconstruct::paper::piece::Piece;
 
 /// Least noise, as a share of the size of the object: exact readings are not damped.

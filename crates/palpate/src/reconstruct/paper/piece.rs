@@ -6,7 +6,7 @@ use crate::estimate::closed_form::{Contact, relative_height};
 use crate::estimate::measurements::{Instant, Measurements};
 use crate::log::Log;
 use crate::math::local_polynomial::FEWEST;
-use crate::reconstruct::method::Method;
+use crate::reconstruct::options::method::Method;
 use crate::reconstruct::paper::equations::Signals;
 use std::ops::Range;
 

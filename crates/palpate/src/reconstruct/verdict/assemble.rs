@@ -2,7 +2,6 @@
 //! (`docs/theory.md`, error bars).
 
 use super::certificate::Findings;
-use super::limits::CertificateLimits;
 use crate::estimate::coverage::{NODES, contact_paths, touches};
 use crate::estimate::jumps::{detect_jumps, jump_reversals};
 use crate::estimate::measurements::{Instant, Measurements};
@@ -17,7 +16,8 @@ use crate::log::{Log, Sample};
 use crate::math::statistics::correlation_time;
 use crate::mechanics::Jump;
 use crate::palms::PalmPair;
-use crate::reconstruct::reconstruction::{OutlinePoint, Pose, Reconstruction};
+use crate::reconstruct::options::limits::CertificateLimits;
+use crate::reconstruct::result::reconstruction::{OutlinePoint, Pose, Reconstruction};
 use crate::shape::SupportFunction;
 use std::f64::consts::TAU;
 

@@ -3,7 +3,7 @@
 //! [`Doubt`].
 
 use super::doubt::{Doubt, Verdict};
-use super::limits::CertificateLimits;
+use crate::reconstruct::options::limits::CertificateLimits;
 
 /// The quantities that the certificate tests, as numbers: a verdict by other limits needs no new reconstruction.
 #[derive(Clone, Debug, PartialEq)]

@@ -3,7 +3,7 @@
 
 use std::fmt;
 
-use crate::reconstruct::method::Method;
+use crate::reconstruct::options::method::Method;
 
 /// A reason why a result, or its centre of mass alone, is not certified. `Display` gives one sentence for the user.
 #[derive(Clone, Debug, PartialEq)]

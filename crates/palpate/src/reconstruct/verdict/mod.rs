@@ -3,4 +3,3 @@
 pub(crate) mod assemble;
 pub(crate) mod certificate;
 pub(crate) mod doubt;
-pub(crate) mod limits;

@@ -8,8 +8,8 @@ use crate::shape::SupportFunction;
 /// Shape, motion and centre of mass of the object behind a log, with error bars and a verdict.
 ///
 /// The object frame has its origin at the centre of mass and is turned so that ψ of the first sample is 0. The
-/// [methods](super::Method) that integrate have no error bars: their standard deviations of r, ψ and the centre of mass are NaN, which
-/// a CSV file has as `NaN` and JSON as `null`. They are never certified.
+/// [methods](crate::reconstruct::Method) that integrate have no error bars: their standard deviations of r, ψ and the centre of mass are
+/// NaN, which a CSV file has as `NaN` and JSON as `null`. They are never certified.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Reconstruction {

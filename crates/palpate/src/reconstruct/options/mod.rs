@@ -1,7 +1,12 @@
 //! What a user may set, and what is told while working.
 
-use super::method::Method;
-use crate::reconstruct::verdict::limits::CertificateLimits;
+pub(crate) mod check;
+pub(crate) mod error;
+pub(crate) mod limits;
+pub(crate) mod method;
+
+use limits::CertificateLimits;
+use method::Method;
 
 /// Fewest samples with both contacts seen that are tried.
 pub const FEWEST_SAMPLES: usize = 12;
@@ -9,8 +14,8 @@ pub const FEWEST_SAMPLES: usize = 12;
 /// Most harmonics that a user may ask for.
 pub const MOST_HARMONICS: usize = 64;
 
-/// The options of a [`Reconstructor`](super::Reconstructor) as plain data, for a program that holds them in a file or takes them from its
-/// user; the default leaves everything to the log.
+/// The options of a [`Reconstructor`](crate::reconstruct::Reconstructor) as plain data, for a program that holds them in a file or
+/// takes them from its user; the default leaves everything to the log.
 ///
 /// ```
 /// use palpate::reconstruct::{Method, ReconstructOptions, Reconstructor};

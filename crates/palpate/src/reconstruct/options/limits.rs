@@ -4,7 +4,7 @@
 use crate::estimate::model::balance_tolerance::{
     BALANCE_ALLOWANCES, BALANCE_SENSOR_SDS, MODEL_ALLOWANCE, STABILITY_SLACK,
 };
-use crate::reconstruct::error::ReconstructError;
+use crate::reconstruct::options::error::ReconstructError;
 
 /// The limits of the certificate. Shares are of the mean radius unless said otherwise.
 #[derive(Clone, Copy, Debug, PartialEq)]

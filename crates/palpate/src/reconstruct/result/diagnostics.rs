@@ -5,7 +5,7 @@
 use crate::log::Log;
 use crate::math::local_polynomial::Smoothing;
 use crate::palms::{ContactRates, GeneralizedContactSupport, radii_of_curvature_m};
-use crate::reconstruct::reconstruction::Reconstruction;
+use crate::reconstruct::result::reconstruction::Reconstruction;
 
 /// A contact whose normal angle changes more slowly than this, in radians per second, does not determine the curvature (eq. 9
 /// divides by the rate).

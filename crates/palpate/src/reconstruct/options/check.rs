@@ -1,9 +1,9 @@
 //! Validation of logs, starts and options before any computation.
 
-use super::options::{FEWEST_SAMPLES, MOST_HARMONICS};
+use super::{FEWEST_SAMPLES, MOST_HARMONICS};
 use crate::log::Log;
-use crate::reconstruct::error::ReconstructError;
 use crate::reconstruct::options::ReconstructOptions;
+use crate::reconstruct::options::error::ReconstructError;
 use crate::shape::SupportFunction;
 
 pub(crate) fn check_log(log: &Log, options: &ReconstructOptions) -> Result<(), ReconstructError> {

@@ -1,0 +1,5 @@
+//! The result of a reconstruction as plain data, its pruning by touches, and what the readings themselves say of the contacts.
+
+pub(crate) mod diagnostics;
+mod prune;
+pub(crate) mod reconstruction;
