@@ -5,7 +5,7 @@ use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use crate::text;
+use crate::csv::text;
 use crate::write_error::{WriteError, WriteProblem};
 
 /// What operating systems leave in every folder that someone looks at.

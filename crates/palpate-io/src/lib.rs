@@ -34,32 +34,24 @@
 //! Nothing here knows how a shape is estimated.
 #![forbid(unsafe_code)]
 
-mod columns;
-mod doubts;
-mod figures;
+mod csv;
 mod folder;
-mod log_reader;
-mod log_writer;
-mod number;
+mod log;
 mod read_error;
 mod result;
-mod summary;
-mod table;
-mod text;
 mod truth;
-mod unit;
 mod write_error;
 
-pub use columns::{point_of, point_row, pose_of, pose_row};
-pub use figures::{check_figures_target, write_figures};
+pub use csv::columns::{point_of, point_row, pose_of, pose_row};
 pub use folder::write_whole;
-pub use log_reader::{LogFile, MIN_SAMPLES, log_from_columns, parse_log, read_log};
-pub use log_writer::{log_csv, write_log};
+pub use log::log_reader::{LogFile, MIN_SAMPLES, log_from_columns, parse_log, read_log};
+pub use log::log_writer::{log_csv, write_log};
 pub use read_error::{ReadError, ReadProblem};
+pub use result::figures::{check_figures_target, write_figures};
+pub use result::summary::{JumpSummary, Summary, TruthSummary};
 pub use result::{
     alternative_dir_of, alternatives_dir_of, check_result_target, read_motion_csv, read_shape_csv, read_summary,
     write_result, write_result_with_diagnostics,
 };
-pub use summary::{JumpSummary, Summary, TruthSummary};
 pub use truth::{read_truth, truth_dir_of, write_truth};
 pub use write_error::{WriteError, WriteProblem};

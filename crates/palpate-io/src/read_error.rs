@@ -3,7 +3,7 @@
 use std::io;
 use std::path::Path;
 
-use crate::text;
+use crate::csv::text;
 
 /// A file that cannot be used: its name, the place in it, and the problem. Shown as one paragraph.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

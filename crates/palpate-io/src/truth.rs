@@ -7,11 +7,11 @@ use std::path::{Path, PathBuf};
 use palpate::Truth;
 use palpate::truth::TruePose;
 
+use crate::csv::number::{number, push_row};
+use crate::csv::table::{Column, Quantity, Table, read_bytes};
+use crate::csv::unit::{Dimension, Unit};
 use crate::folder::FolderKind;
-use crate::number::{number, push_row};
 use crate::read_error::{ReadError, ReadProblem};
-use crate::table::{Column, Quantity, Table, read_bytes};
-use crate::unit::{Dimension, Unit};
 use crate::write_error::WriteError;
 
 const SHAPE_FILE: &str = "shape.csv";

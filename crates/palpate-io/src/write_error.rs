@@ -3,8 +3,8 @@
 use std::io;
 use std::path::Path;
 
+use crate::csv::text;
 use crate::read_error::io_message;
-use crate::text;
 
 /// Something that cannot be written: where, why, and what to do. Shown as one paragraph.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

@@ -99,8 +99,12 @@ pub struct ResultData {
 }
 
 impl ResultData {
-    /// With its arrays.
-    pub fn of(py: Python<'_>, found: Reconstruction, log: Option<Py<LogData>>, seconds: f64) -> Self {
+    /// With its arrays, and without the findings: a class of Python is what it shows, so that one that was pickled equals the first.
+    pub fn of(py: Python<'_>, mut found: Reconstruction, log: Option<Py<LogData>>, seconds: f64) -> Self {
+        found.findings = None;
+        for other in &mut found.others {
+            other.findings = None;
+        }
         let along = |value: fn(&OutlinePoint) -> f64| arrays::column(py, found.outline.iter().map(value).collect());
         let over = |value: fn(&Pose) -> f64| arrays::column(py, found.motion.iter().map(value).collect());
         let left = |value: fn(&Pose) -> Option<f64>| arrays::sparse_column(py, found.motion.iter().map(value));

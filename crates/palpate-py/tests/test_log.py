@@ -176,9 +176,7 @@ def test_files_are_refused_in_the_words_of_the_command_line(tmp_path: Path) -> N
     path.write_text("time_s,phi1_rad,phi2_rad,s1_m,s2\n0,1,1,0.1,0.1\n")
     with pytest.raises(palpate.ReadError) as caught:
         Log.from_csv(path)
-    assert (
-        str(caught.value) == f"{path}, line 1, column s2: the name has no unit; name the column s2_m, s2_cm or s2_mm"
-    )
+    assert str(caught.value) == f"{path}, line 1, column s2: the name has no unit; name the column s2_m, s2_cm or s2_mm"
     with pytest.raises(palpate.ReadError, match="no such file; check the path"):
         Log.from_csv(tmp_path / "none.csv")
     path.write_bytes(bytes(range(256)))

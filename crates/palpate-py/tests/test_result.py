@@ -188,7 +188,7 @@ def test_logs_and_truths_that_do_not_fit_are_refused(simulation: palpate.Simulat
     log, truth = simulation
     with pytest.raises(palpate.ReconstructError, match="5 samples with both contacts seen; at least 12"):
         palpate.reconstruct(log[:5])
-    with pytest.raises(palpate.ReconstructError, match="3 orientations were given for 401 samples"):
+    with pytest.raises(palpate.ReconstructError, match="the start has 3 orientations and the log 401 samples: it needs one for each"):
         palpate.reconstruct_from(log, truth.shape, [0, 1, 2])
     short = palpate.Truth(truth.theta_rad, truth.r_m, truth.time_s[:9], truth.psi_rad[:9], truth.com_m[:9])
     for use in (lambda: palpate.compare(result, short), lambda: result.report_html(truth=short)):
@@ -211,7 +211,8 @@ def test_the_information_of_a_log_is_what_the_error_bars_are_made_of() -> None:
     best = palpate.Information.of(log, truth.shape, truth.psi_rad, 1e-4)
     assert best.rms_r_sd_m == pytest.approx(palpate.cramer_rao_bound_m(log, truth.shape, truth.psi_rad, 1e-4))
     assert best.covariance_m2.shape == (2 * best.order + 1, 2 * best.order + 1)
-    row = np.concatenate([[1.0], np.cos(np.arange(1, best.order + 1) * 0.7), np.sin(np.arange(1, best.order + 1) * 0.7)])
+    angles_rad = np.arange(1, best.order + 1) * 0.7
+    row = np.concatenate([[1.0], np.cos(angles_rad), np.sin(angles_rad)])
     assert best.r_sd_m(0.7) == pytest.approx(np.sqrt(row @ best.covariance_m2 @ row))
     np.testing.assert_allclose(best.r_sd_m([0.7, 0.7]), best.r_sd_m(0.7))
     sd_m, change = best.weakest_direction()

@@ -29,35 +29,23 @@
 //! to do the jobs opens a folder by [`Sweep::open`] and hands the [`SweepFolder`] what comes back.
 #![forbid(unsafe_code)]
 
-mod bounded;
 mod digest;
 mod folder;
 mod job;
-pub mod journal;
-mod log_job;
-mod many;
-mod object;
 pub mod plan;
-mod plan_error;
-mod row;
-mod score;
-mod simulate_job;
 mod sweep;
 mod sweep_error;
-pub mod table;
 mod threads;
-mod touchpad;
-mod unfold;
 
-pub use folder::{Done, SweepFolder};
+pub use folder::{Done, SweepFolder, journal, table};
+pub use job::log_job::LogJob;
+pub use job::object::{Object, ShapeName};
+pub use job::row::{Row, Status};
+pub use job::score::{ReconstructChoice, ScoreChoice};
+pub use job::simulate_job::{MotionKind, NoLog, SimulateJob, Simulated};
+pub use job::touchpad::Touchpads;
 pub use job::{Job, Outcome, Source};
-pub use log_job::LogJob;
-pub use object::{Object, ShapeName};
+pub use plan::plan_error::{PlanError, PlanProblem};
 pub use plan::{parse_plan, read_plan};
-pub use plan_error::{PlanError, PlanProblem};
-pub use row::{Row, Status};
-pub use score::{ReconstructChoice, ScoreChoice};
-pub use simulate_job::{MotionKind, NoLog, SimulateJob, Simulated};
 pub use sweep::Sweep;
 pub use sweep_error::SweepError;
-pub use touchpad::Touchpads;

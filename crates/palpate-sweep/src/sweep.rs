@@ -4,13 +4,14 @@ use std::num::NonZero;
 use std::path::{Path, PathBuf};
 
 use crate::digest::Digest;
+use crate::folder::journal::Header;
 use crate::folder::{Done, SweepFolder};
 use crate::job::{Job, Outcome};
-use crate::journal::Header;
 use crate::plan::Plan;
-use crate::plan_error::PlanError;
+use crate::plan::plan_error::PlanError;
+use crate::plan::unfold;
 use crate::sweep_error::SweepError;
-use crate::{threads, unfold};
+use crate::threads;
 
 /// A list of jobs.
 #[derive(Clone, Debug, PartialEq)]
@@ -55,7 +56,7 @@ impl Sweep {
     }
 
     /// Does all jobs that are not finished yet in the folder `dir`, made if missing, keeps each in its journal, and writes the
-    /// [tables](crate::table) when all are done. Outcomes come in the order of the jobs.
+    /// [tables](crate::folder::table) when all are done. Outcomes come in the order of the jobs.
     ///
     /// # Errors
     /// The folder belongs to another sweep, another program is at work in it, or it cannot be written.

@@ -6,9 +6,9 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
+use crate::csv::text;
+use crate::csv::unit::{Dimension, Unit};
 use crate::read_error::{ReadError, ReadProblem};
-use crate::text;
-use crate::unit::{Dimension, Unit};
 
 /// Largest file that is read: far more than a day of samples, far less than the memory of the machine.
 const MAX_MIB: u64 = 512;

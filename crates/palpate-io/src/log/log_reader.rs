@@ -6,10 +6,10 @@ use std::path::Path;
 use palpate::palms::PalmPair;
 use palpate::{Log, Sample};
 
+use crate::csv::table::{Column, Quantity, Table, read_bytes};
+use crate::csv::text;
+use crate::csv::unit::{Dimension, Unit};
 use crate::read_error::{ReadError, ReadProblem};
-use crate::table::{Column, Quantity, Table, read_bytes};
-use crate::text;
-use crate::unit::{Dimension, Unit};
 
 /// Fewest samples with a contact on both palms that a log must have: fewer cannot be solved for a shape.
 pub const MIN_SAMPLES: usize = palpate::reconstruct::FEWEST_SAMPLES;

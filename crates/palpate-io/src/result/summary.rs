@@ -17,7 +17,7 @@ pub struct Summary {
     /// Why not certified; empty when both verdicts are yes.
     pub reason: String,
     /// The same one by one, with the numbers behind each. Empty in files of older versions; see [`Summary::verdict`].
-    #[serde(default, with = "crate::doubts")]
+    #[serde(default, with = "crate::result::doubts")]
     pub doubts: Vec<Doubt>,
     /// Weighted squared residuals per degree of freedom; near 1 for a fit that is consistent with the noise.
     #[serde(with = "number_or_null")]

@@ -1,11 +1,13 @@
 //! The folder of a sweep at work: each finished job goes into its journal, and the tables are written when all are finished.
 
+pub mod journal;
+pub mod table;
+
 use std::path::{Path, PathBuf};
 
+use crate::folder::journal::{Header, Journal};
 use crate::job::Outcome;
-use crate::journal::{Header, Journal};
 use crate::sweep_error::SweepError;
-use crate::table;
 
 /// How many jobs are finished.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

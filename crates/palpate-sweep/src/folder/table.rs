@@ -12,7 +12,7 @@ use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
 use parquet::schema::types::{Type, TypePtr};
 
 use crate::job::Outcome;
-use crate::row::Row;
+use crate::job::row::Row;
 use crate::sweep_error::SweepError;
 
 /// Name of the table of results.

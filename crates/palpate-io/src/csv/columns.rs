@@ -2,8 +2,8 @@
 
 use palpate::reconstruct::{OutlinePoint, Pose};
 
-use crate::table::Quantity;
-use crate::unit::Dimension;
+use crate::csv::table::Quantity;
+use crate::csv::unit::Dimension;
 
 pub(crate) const SHAPE_HEADER: &str = "theta_rad,r_m,r_sd_m,x_m,y_m,curvature_radius_m,touches";
 pub(crate) const SHAPE_QUANTITIES: [Quantity; 7] = [

@@ -1,6 +1,13 @@
 //! A job: plain data that gives the same row however often and on however many threads it is run, to the bit on one kind of processor
 //! and one platform, to rounding on others.
 
+pub(crate) mod log_job;
+pub(crate) mod object;
+pub(crate) mod row;
+pub(crate) mod score;
+pub(crate) mod simulate_job;
+pub(crate) mod touchpad;
+
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::time::Instant;
@@ -9,10 +16,10 @@ use palpate::reconstruct::{CertificateLimits, ReconstructOptions, Reconstruction
 use palpate::sensor::Touchpad;
 use serde::{Deserialize, Serialize};
 
-use crate::log_job::LogJob;
-use crate::row::Row;
-use crate::score::{Known, ReconstructChoice, ScoreChoice, Scored, score};
-use crate::simulate_job::SimulateJob;
+use crate::job::log_job::LogJob;
+use crate::job::row::Row;
+use crate::job::score::{Known, ReconstructChoice, ScoreChoice, Scored, score};
+use crate::job::simulate_job::SimulateJob;
 use crate::sweep_error::SweepError;
 
 /// Where a log comes from, how it is reconstructed, and what the result is held against.
@@ -140,7 +147,7 @@ fn panics_told<T>(row: &mut Row, work: impl FnOnce(&mut Row) -> Option<T>) -> Op
 #[cfg(test)]
 mod tests {
     use super::panics_told;
-    use crate::row::{Row, Status};
+    use crate::job::row::{Row, Status};
 
     #[test]
     fn a_panic_is_a_row_without_a_result() {

@@ -1,5 +1,9 @@
 //! The result folder: shape.csv, motion.csv, summary.json, report.html and the alternatives, there as a whole or not at all.
 
+pub(crate) mod doubts;
+pub(crate) mod figures;
+pub(crate) mod summary;
+
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -7,14 +11,14 @@ use palpate::Reconstruction;
 use palpate::palms::GeneralizedContactSupport;
 use palpate::reconstruct::{ContactDiagnostics, OutlinePoint, Pose};
 
-use crate::columns::{
+use crate::csv::columns::{
     MOTION_HEADER, MOTION_QUANTITIES, SHAPE_HEADER, SHAPE_QUANTITIES, point_of, point_row, pose_of, pose_row,
 };
+use crate::csv::number::{number, push_row};
+use crate::csv::table::{Quantity, Table, read_bytes};
 use crate::folder::{FolderKind, Numbered};
-use crate::number::{number, push_row};
 use crate::read_error::{ReadError, ReadProblem};
-use crate::summary::Summary;
-use crate::table::{Quantity, Table, read_bytes};
+use crate::result::summary::Summary;
 use crate::write_error::{WriteError, WriteProblem};
 
 const SHAPE_FILE: &str = "shape.csv";

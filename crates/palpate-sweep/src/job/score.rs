@@ -12,7 +12,7 @@ use palpate::shape::SupportFunction;
 use palpate::{Log, Truth};
 use serde::{Deserialize, Serialize};
 
-use crate::row::{Row, Status};
+use crate::job::row::{Row, Status};
 
 /// What a plan may choose of the [`ReconstructOptions`].
 ///

@@ -4,9 +4,9 @@ use std::path::Path;
 
 use palpate::{Log, Sample};
 
+use crate::csv::number::{number, push_row};
+use crate::csv::table;
 use crate::folder::write_whole;
-use crate::number::{number, push_row};
-use crate::table;
 use crate::write_error::{WriteError, WriteProblem};
 
 /// Writes a palm log: SI units, digits enough to read back the same numbers, and only the optional columns that have a value in
@@ -23,7 +23,8 @@ pub fn write_log(path: &Path, log: &Log, metadata: &[(String, String)]) -> Resul
         let line = format!("{key}: {value}");
         let reads_back = table::metadata(&line).is_some_and(|read| read.0 == key && read.1 == value);
         if !reads_back || value.contains(['\n', '\r', '\0']) {
-            let problem = WriteProblem::Metadata { key: crate::text::quoted(key), value: crate::text::quoted(value) };
+            let problem =
+                WriteProblem::Metadata { key: crate::csv::text::quoted(key), value: crate::csv::text::quoted(value) };
             return Err(WriteError::new(path, problem));
         }
         text.push_str(&format!("# {line}\n"));

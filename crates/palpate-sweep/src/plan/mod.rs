@@ -1,17 +1,22 @@
 //! Plans: small TOML files that say what to try. Every value may be a list, and all of them are tried with each other.
 
+pub(crate) mod bounded;
+pub(crate) mod many;
+pub(crate) mod plan_error;
+pub(crate) mod unfold;
+
 use std::io::Read;
 use std::path::Path;
 
 use palpate::reconstruct::Method;
 use serde::Deserialize;
 
-use crate::bounded::{AxisRatio, Corners, Harmonics, NotNegative, Order, Positive, Samples, Seed, Share, Trials};
-use crate::many::Many;
-use crate::object::ShapeName;
-use crate::plan_error::{PlanError, PlanProblem};
-use crate::score::{ReconstructChoice, ScoreChoice};
-use crate::simulate_job::MotionKind;
+use crate::job::object::ShapeName;
+use crate::job::score::{ReconstructChoice, ScoreChoice};
+use crate::job::simulate_job::MotionKind;
+use crate::plan::bounded::{AxisRatio, Corners, Harmonics, NotNegative, Order, Positive, Samples, Seed, Share, Trials};
+use crate::plan::many::Many;
+use crate::plan::plan_error::{PlanError, PlanProblem};
 
 /// Largest plan that is read, KiB.
 const LIMIT_KIB: u64 = 1024;

@@ -3,17 +3,17 @@
 
 use std::path::Path;
 
-use crate::bounded::{Positive, Share};
+use crate::job::log_job::LogJob;
+use crate::job::object::Object;
+use crate::job::simulate_job::SimulateJob;
+use crate::job::touchpad::Touchpads;
 use crate::job::{Job, Source};
-use crate::log_job::LogJob;
-use crate::many::Many;
-use crate::object::Object;
+use crate::plan::bounded::{Positive, Share};
+use crate::plan::many::Many;
+use crate::plan::plan_error::{PlanError, PlanProblem};
 use crate::plan::{
     EllipseLists, FourierLists, ObjectLists, Plan, PlanKind, PolygonLists, ReconstructPlan, SimulatePlan, TouchpadLists,
 };
-use crate::plan_error::{PlanError, PlanProblem};
-use crate::simulate_job::SimulateJob;
-use crate::touchpad::Touchpads;
 
 /// Most jobs of a sweep.
 const MOST_JOBS: u64 = 1_000_000;

@@ -11,8 +11,8 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-use crate::object::Object;
-use crate::touchpad::Touchpads;
+use crate::job::object::Object;
+use crate::job::touchpad::Touchpads;
 
 /// Samples per second.
 const RATE_HZ: f64 = 100.0;

@@ -1,0 +1,7 @@
+//! CSV tables: text by line and column, columns with their units, numbers as they are written.
+
+pub(crate) mod columns;
+pub(crate) mod number;
+pub(crate) mod table;
+pub(crate) mod text;
+pub(crate) mod unit;
