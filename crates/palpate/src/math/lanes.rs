@@ -39,10 +39,15 @@ impl Lanes {
         }
     }
 
-    /// Lane by lane.
+    /// Lane by lane. A loop of its own: `std::array::from_fn` is not always inlined, and what is not loses the instruction set of its
+    /// caller.
     #[inline(always)]
-    pub fn from_fn(value: impl FnMut(usize) -> f64) -> Self {
-        Self(std::array::from_fn(value))
+    pub fn from_fn(mut value: impl FnMut(usize) -> f64) -> Self {
+        let mut lanes = Self::ZERO;
+        for lane in 0..LANES {
+            lanes[lane] = value(lane);
+        }
+        lanes
     }
 
     /// A function of each.
