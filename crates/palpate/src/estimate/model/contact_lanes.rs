@@ -53,9 +53,9 @@ impl<F: ForceModel> Block<F> {
                 weights[lane] = weight;
             }
         }
-        let gather = |field: fn(&Instant) -> f64| -> Lanes {
-            Lanes::from_fn(|lane| field(instants.get(lane).unwrap_or(&instants[0])))
-        };
+        let mut each = [&instants[0]; LANES];
+        each.iter_mut().zip(instants).for_each(|(lane, instant)| *lane = instant);
+        let gather = |field: fn(&Instant) -> f64| -> Lanes { Lanes::from_fn(|lane| field(each[lane])) };
         let palms = PalmAngles {
             sin1: gather(|instant| instant.palms.sin1),
             cos1: gather(|instant| instant.palms.cos1),
@@ -98,7 +98,7 @@ impl<F: ForceModel> Block<F> {
     /// The derivative by the contacts of the mixture `share` of the three residuals.
     #[inline(always)]
     pub fn mixture(&self, share: &[Lanes; 3]) -> Mixture<F> {
-        let [one, two, three] = [0, 1, 2].map(|j| self.weights[j] * share[j]);
+        let [one, two, three] = [self.weights[0] * share[0], self.weights[1] * share[1], self.weights[2] * share[2]];
         let none = Contacts { r: [Lanes::ZERO; 2], d: [Lanes::ZERO; 2], v: [Lanes::ZERO; 2] };
         let of_forces = self.force_model.row(&MotionState::at_rest(self.palms, none));
         let row = self.palms.positions_row([one, two]).plus(three, &of_forces);

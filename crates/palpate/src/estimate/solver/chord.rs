@@ -186,7 +186,7 @@ impl<F: ForceModel> WithSimd for ProjectingWithGradient<'_, F> {
             let (overlap, information) = (dots(&by_psi, &value), dots(&by_psi, &by_psi));
             let taken = Lanes::from_fn(|lane| overlap[lane] / (information[lane] + PSI_INFORMATION));
             psi_offset.iter_mut().zip(taken.0).for_each(|(offset, taken)| *offset = -taken);
-            let share = [0, 1, 2].map(|j| value[j] - taken * by_psi[j]);
+            let share = [value[0] - taken * by_psi[0], value[1] - taken * by_psi[1], value[2] - taken * by_psi[2]];
             let mixture = block.mixture(&share);
             for (index, sums) in sums.iter_mut().enumerate() {
                 *sums = *sums + mixture.element(&waves, index);
