@@ -8,7 +8,13 @@ use std::ops::{Add, Index, IndexMut, Mul, Neg, Sub};
 
 /// What formulas are written in.
 pub(crate) trait Number:
-    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Mul<f64, Output = Self> + Neg<Output = Self>
+    Copy
+    + From<f64>
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Mul<f64, Output = Self>
+    + Neg<Output = Self>
 {
     /// Zero.
     const ZERO: Self;
@@ -27,6 +33,13 @@ pub(crate) struct Lanes(pub [f64; LANES]);
 
 impl Number for Lanes {
     const ZERO: Self = Self([0.0; LANES]);
+}
+
+impl From<f64> for Lanes {
+    #[inline(always)]
+    fn from(value: f64) -> Self {
+        Self([value; LANES])
+    }
 }
 
 impl Lanes {
@@ -54,6 +67,14 @@ impl Lanes {
     #[inline(always)]
     pub fn map(self, mut function: impl FnMut(f64) -> f64) -> Self {
         Self::from_fn(|lane| function(self[lane]))
+    }
+
+    /// Takes those of `others` that are `chosen`.
+    #[inline(always)]
+    pub fn replace(&mut self, others: &Self, chosen: &[bool; LANES]) {
+        for lane in 0..LANES {
+            self[lane] = if chosen[lane] { others[lane] } else { self[lane] };
+        }
     }
 
     /// The sum over all lanes, in their order.

@@ -2,6 +2,7 @@
 //! predicted minus measured s1 and s2 (contact, eq. 3 of Moll & Erdmann 2001) and the balance g = d1 sin φ12 + d2 sin φ1.
 
 use crate::estimate::measurements::Instant;
+use crate::math::lanes::Number;
 use crate::mechanics::Forces;
 use crate::mechanics::force_model::{ForceModel, ForceResidual, MotionState};
 use crate::palms::{ContactRow, Contacts};
@@ -29,14 +30,15 @@ pub(crate) const AT_REST: f64 = 4.0;
 
 /// Support function, its derivatives and the radius of curvature at several normal angles.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Supports<const ANGLES: usize> {
-    pub r: [f64; ANGLES],
-    pub d: [f64; ANGLES],
-    pub v: [f64; ANGLES],
+pub(crate) struct Supports<N, const ANGLES: usize> {
+    pub r: [N; ANGLES],
+    pub d: [N; ANGLES],
+    pub v: [N; ANGLES],
 }
 
-impl From<Supports<2>> for Contacts {
-    fn from(Supports { r, d, v }: Supports<2>) -> Self {
+impl<N> From<Supports<N, 2>> for Contacts<N> {
+    #[inline(always)]
+    fn from(Supports { r, d, v }: Supports<N, 2>) -> Self {
         Self { r, d, v }
     }
 }
@@ -50,24 +52,25 @@ fn contact_directions(instant: &Instant, psi: f64) -> ([f64; 2], [f64; 2]) {
 /// r, d, v at several normal angles, given by their cosines and sines, from the coefficient vector (a0, a1 … aK, b1 … bK).
 /// The angles are evaluated side by side, so that the loop vectorises. `visit` is given cos kθ and sin kθ for k = 1 … K.
 #[inline(always)]
-pub(crate) fn supports<const ANGLES: usize>(
+pub(crate) fn supports<N: Number, const ANGLES: usize>(
     coefficients: &[f64],
-    cos: [f64; ANGLES],
-    sin: [f64; ANGLES],
-    mut visit: impl FnMut(usize, [f64; ANGLES], [f64; ANGLES]),
-) -> Supports<ANGLES> {
+    cos: [N; ANGLES],
+    sin: [N; ANGLES],
+    mut visit: impl FnMut(usize, [N; ANGLES], [N; ANGLES]),
+) -> Supports<N, ANGLES> {
     let (a, b) = coefficients[1..].split_at(coefficients.len() / 2);
-    let (mut c, mut s) = ([1.0; ANGLES], [0.0; ANGLES]);
-    let mut sums = Supports { r: [coefficients[0]; ANGLES], d: [0.0; ANGLES], v: [coefficients[0]; ANGLES] };
+    let mean = N::from(coefficients[0]);
+    let (mut c, mut s) = ([N::from(1.0); ANGLES], [N::ZERO; ANGLES]);
+    let mut sums = Supports { r: [mean; ANGLES], d: [N::ZERO; ANGLES], v: [mean; ANGLES] };
     let mut number = 1.0;
     for (index, (a, b)) in a.iter().zip(b).enumerate() {
         let bending = 1.0 - number * number;
         for i in 0..ANGLES {
             (c[i], s[i]) = (c[i] * cos[i] - s[i] * sin[i], s[i] * cos[i] + c[i] * sin[i]);
-            let term = a * c[i] + b * s[i];
-            sums.r[i] += term;
-            sums.d[i] += number * (a * s[i] - b * c[i]);
-            sums.v[i] += bending * term;
+            let term = c[i] * *a + s[i] * *b;
+            sums.r[i] = sums.r[i] + term;
+            sums.d[i] = sums.d[i] + (s[i] * *a - c[i] * *b) * number;
+            sums.v[i] = sums.v[i] + term * bending;
         }
         visit(index, c, s);
         number += 1.0;

@@ -34,12 +34,12 @@ pub(crate) struct Weighted {
     pub by_psi: [Lanes; 3],
 }
 
-/// cos kθ and sin kθ at both contacts, for k = 1 … K: those of contact 1 in the first lanes, of contact 2 in the last.
-pub(crate) struct Waves(Vec<[[f64; 2 * LANES]; 2]>);
+/// cos kθ and sin kθ at both contacts, for k = 1 … K.
+pub(crate) struct Waves(Vec<[[Lanes; 2]; 2]>);
 
 impl Waves {
     pub fn new(order: usize) -> Self {
-        Self(vec![[[0.0; 2 * LANES]; 2]; order])
+        Self(vec![[[Lanes::ZERO; 2]; 2]; order])
     }
 }
 
@@ -75,15 +75,14 @@ impl<F: ForceModel> Block<F> {
     pub fn at(&self, coefficients: &[f64], psi: &Lanes, waves: Option<&mut Waves>) -> Weighted {
         let (sines, cosines) = sin_cos(self.phi1 - *psi);
         let (cos, sin) = self.palms.contact_directions(sines, cosines);
-        let (cos, sin) = (concatenated(cos), concatenated(sin));
-        let both = match waves {
+        let at: Contacts<Lanes> = match waves {
             Some(waves) => {
                 let kept = &mut waves.0[..coefficients.len() / 2];
                 supports(coefficients, cos, sin, |index, cos, sin| kept[index] = [cos, sin])
             }
             None => supports(coefficients, cos, sin, |_, _, _| ()),
-        };
-        let at = Contacts { r: split(both.r), d: split(both.d), v: split(both.v) };
+        }
+        .into();
         let (r_by_psi, d_by_psi) = at.by_psi();
         let ([s1, s2], [s1_by_psi, s2_by_psi]) =
             (self.palms.positions(at.r, at.d), self.palms.positions(r_by_psi, d_by_psi));
@@ -123,7 +122,7 @@ impl<F: ForceModel> Block<F> {
             let (square, slope, curvature) = at.sums();
             let mut moved = psi;
             for lane in 0..LANES {
-                open[lane] &= slope[lane] * slope[lane] > CONVERGED * curvature[lane] && curvature[lane] > 0.0;
+                open[lane] &= (slope[lane] * slope[lane] > CONVERGED * curvature[lane]) & (curvature[lane] > 0.0);
                 let step = (slope[lane] / curvature[lane]).clamp(-LARGEST_STEP, LARGEST_STEP);
                 moved[lane] -= if open[lane] { step } else { 0.0 };
             }
@@ -133,15 +132,14 @@ impl<F: ForceModel> Block<F> {
             let there = self.at(coefficients, &moved, waves.as_deref_mut());
             let (next, _, _) = there.sums();
             for lane in 0..LANES {
-                let better = open[lane] && next[lane] < square[lane];
-                any_rejected |= open[lane] && !better;
+                let better = open[lane] & (next[lane] < square[lane]);
+                any_rejected |= open[lane] & !better;
                 open[lane] = better;
-                psi[lane] = if better { moved[lane] } else { psi[lane] };
-                for j in 0..3 {
-                    let (value, by_psi) = (&mut at.value[j][lane], &mut at.by_psi[j][lane]);
-                    *value = if better { there.value[j][lane] } else { *value };
-                    *by_psi = if better { there.by_psi[j][lane] } else { *by_psi };
-                }
+            }
+            psi.replace(&moved, &open);
+            for j in 0..3 {
+                at.value[j].replace(&there.value[j], &open);
+                at.by_psi[j].replace(&there.by_psi[j], &open);
             }
         }
         if any_rejected && waves.is_some() {
@@ -166,18 +164,6 @@ pub(crate) fn dots(a: &[Lanes; 3], b: &[Lanes; 3]) -> Lanes {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-/// The lanes of both contacts in a row, so that sixteen are evaluated together.
-#[inline(always)]
-fn concatenated([one, two]: [Lanes; 2]) -> [f64; 2 * LANES] {
-    std::array::from_fn(|lane| if lane < LANES { one[lane] } else { two[lane - LANES] })
-}
-
-/// The inverse of [`concatenated`].
-#[inline(always)]
-fn split(row: [f64; 2 * LANES]) -> [Lanes; 2] {
-    [Lanes::from_fn(|lane| row[lane]), Lanes::from_fn(|lane| row[LANES + lane])]
-}
-
 /// Derivative of a mixture of residuals by the coefficients, as a row over the contacts.
 pub(crate) struct Mixture<F> {
     row: ContactRow<Lanes>,
@@ -200,17 +186,13 @@ impl<F: ForceModel> Mixture<F> {
             let [cos, sin] = &waves.0[index - order - 1];
             ((order as f64) - (index as f64), sin, cos)
         };
-        Lanes::from_fn(|lane| {
-            let (one, two) = (lane, LANES + lane);
-            let row =
-                r1[lane] * even[one] + r2[lane] * even[two] + number * (d1[lane] * odd[one] + d2[lane] * odd[two]);
-            if F::READS_CURVATURE {
-                // v is r with the k-th harmonic times 1 − k².
-                row + (1.0 - number * number) * (v1[lane] * even[one] + v2[lane] * even[two])
-            } else {
-                row
-            }
-        })
+        let row = *r1 * even[0] + *r2 * even[1] + (*d1 * odd[0] + *d2 * odd[1]) * number;
+        if F::READS_CURVATURE {
+            // v is r with the k-th harmonic times 1 − k².
+            row + (*v1 * even[0] + *v2 * even[1]) * (1.0 - number * number)
+        } else {
+            row
+        }
     }
 }
 
