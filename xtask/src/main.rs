@@ -10,14 +10,8 @@ mod debian;
 mod doc;
 #[cfg(test)]
 mod docs;
-mod limits;
-mod methods;
-mod monte_carlo;
 mod python;
-mod python_cost;
-mod ray_cost;
-mod rows;
-mod tables;
+mod studies;
 mod test;
 mod workspace;
 
@@ -40,17 +34,17 @@ enum Task {
     /// Make the documentation of the crates with formulas rendered, complete in one folder.
     Doc(doc::Arguments),
     /// Measure accuracy over many simulated objects and write the tables that the documentation quotes.
-    MonteCarlo(monte_carlo::Arguments),
+    MonteCarlo(studies::monte_carlo::Arguments),
     /// Count what half and twice each limit of the certificate would do, and write the table that the documentation quotes.
-    Limits(limits::Arguments),
+    Limits(studies::limits::Arguments),
     /// Compare the trials of two studies row by row; fails where a verdict differs.
-    CompareRows(rows::Arguments),
+    CompareRows(studies::rows::Arguments),
     /// Compare the paper's method with maximum likelihood on the same logs, and write the table that the documentation quotes.
-    Methods(methods::Arguments),
+    Methods(studies::methods::Arguments),
     /// Measure the overhead of a reconstruction from Python over one from Rust.
-    PythonCost(python_cost::Arguments),
+    PythonCost(studies::python_cost::Arguments),
     /// Measure the overhead of a sweep on a Ray cluster over one on the threads of this machine.
-    RayCost(ray_cost::Arguments),
+    RayCost(studies::ray_cost::Arguments),
     /// Compare the speed of palpate with other solvers and engines on the same inputs, and write the table that the documentation quotes.
     BenchPeers(bench_peers::Arguments),
 }
@@ -59,12 +53,12 @@ fn main() -> ExitCode {
     let done = match Arguments::parse().task {
         Some(Task::Test(arguments)) => test::run(&arguments),
         Some(Task::Doc(arguments)) => doc::run(&arguments),
-        Some(Task::MonteCarlo(arguments)) => monte_carlo::run(&arguments),
-        Some(Task::Limits(arguments)) => limits::run(&arguments),
-        Some(Task::CompareRows(arguments)) => rows::run(&arguments),
-        Some(Task::Methods(arguments)) => methods::run(&arguments),
-        Some(Task::PythonCost(arguments)) => python_cost::run(&arguments),
-        Some(Task::RayCost(arguments)) => ray_cost::run(&arguments),
+        Some(Task::MonteCarlo(arguments)) => studies::monte_carlo::run(&arguments),
+        Some(Task::Limits(arguments)) => studies::limits::run(&arguments),
+        Some(Task::CompareRows(arguments)) => studies::rows::run(&arguments),
+        Some(Task::Methods(arguments)) => studies::methods::run(&arguments),
+        Some(Task::PythonCost(arguments)) => studies::python_cost::run(&arguments),
+        Some(Task::RayCost(arguments)) => studies::ray_cost::run(&arguments),
         Some(Task::BenchPeers(arguments)) => bench_peers::run(&arguments),
         None => Arguments::command().print_help().map_err(Into::into),
     };

@@ -4,29 +4,12 @@
 //! The comments on classes and functions here are the docstrings that Python shows, in the style of numpydoc.
 #![forbid(unsafe_code)]
 
-mod arrays;
-mod compare;
-mod doubt;
-mod errors;
-mod information;
-mod jump;
-mod log;
-mod mechanics;
-mod motion;
-mod moves;
-mod palms;
-mod pickled;
-mod plan;
-mod reconstruct;
-mod result;
-mod sensor;
-mod shape;
-mod simulate;
-mod svg;
+mod estimate;
+mod interop;
+mod measured;
+mod object;
+mod palms_motion;
 mod sweep;
-mod truth;
-mod whole;
-mod work;
 
 use pyo3::prelude::*;
 
@@ -34,39 +17,39 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _palpate {
     #[pymodule_export]
-    use crate::compare::{Errors, compare};
+    use crate::estimate::doubt::DoubtData;
     #[pymodule_export]
-    use crate::doubt::DoubtData;
+    use crate::estimate::information::{InformationData, posterior};
     #[pymodule_export]
-    use crate::information::{InformationData, posterior};
+    use crate::estimate::jump::JumpData;
     #[pymodule_export]
-    use crate::jump::JumpData;
+    use crate::estimate::reconstruct::{cramer_rao_bound_m, reconstruct, reconstruct_from};
     #[pymodule_export]
-    use crate::log::LogData;
+    use crate::estimate::result::ResultData;
     #[pymodule_export]
-    use crate::mechanics::{Landscape, Rest, follow};
+    use crate::measured::log::LogData;
     #[pymodule_export]
-    use crate::motion::Motion;
+    use crate::measured::sensor::Pad;
     #[pymodule_export]
-    use crate::moves::Move;
+    use crate::measured::simulate::{Simulated, simulate};
     #[pymodule_export]
-    use crate::palms::{Palms, radii_of_curvature_m};
+    use crate::measured::truth::TrueData;
     #[pymodule_export]
-    use crate::plan::{Limits, Planned, plan_jump_free, plan_turn};
+    use crate::object::compare::{Errors, compare};
     #[pymodule_export]
-    use crate::reconstruct::{cramer_rao_bound_m, reconstruct, reconstruct_from};
+    use crate::object::mechanics::{Landscape, Rest, follow};
     #[pymodule_export]
-    use crate::result::ResultData;
+    use crate::object::shape::Shape;
     #[pymodule_export]
-    use crate::sensor::Pad;
+    use crate::palms_motion::motion::Motion;
     #[pymodule_export]
-    use crate::shape::Shape;
+    use crate::palms_motion::moves::Move;
     #[pymodule_export]
-    use crate::simulate::{Simulated, simulate};
+    use crate::palms_motion::palms::{Palms, radii_of_curvature_m};
+    #[pymodule_export]
+    use crate::palms_motion::plan::{Limits, Planned, plan_jump_free, plan_turn};
     #[pymodule_export]
     use crate::sweep::{FolderData, JobData, run_sweep_jobs, sweep_jobs};
-    #[pymodule_export]
-    use crate::truth::TrueData;
 
     #[pymodule_export]
     #[expect(non_upper_case_globals, reason = "the name that Python uses")]

@@ -14,10 +14,10 @@ use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
-use crate::arrays;
-use crate::errors::{self, InternalError, OrRaise};
-use crate::whole::Whole;
-use crate::work;
+use crate::interop::arrays;
+use crate::interop::errors::{self, InternalError, OrRaise};
+use crate::interop::whole::Whole;
+use crate::interop::work;
 
 /// What messages call a plan that is no file.
 const TEXT: &str = "the plan";

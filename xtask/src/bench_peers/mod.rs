@@ -21,7 +21,7 @@ use std::path::PathBuf;
 use anyhow::Context as _;
 
 use crate::python::Environment;
-use crate::tables::{self, Place, Table, Write};
+use crate::studies::tables::{self, Place, Table, Write};
 use crate::workspace;
 use row::Row;
 

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use crate::python_cost::median;
+use crate::studies::python_cost::median;
 
 /// How often each works.
 #[derive(Clone, Copy, Debug)]

@@ -1,29 +1,21 @@
 //! The figures of Moll & Erdmann (2001), drawn from data of our own, and the page that ties them together.
 //!
-//! [`figures`] draws them as SVG, [`png`] makes pictures of them, [`paper_page`] is the page. What they show is made
+//! [`figures()`] draws them as SVG, [`png`] makes pictures of them, [`paper_page`] is the page. What they show is made
 //! elsewhere: logs are simulated and reconstructed by whoever calls.
 
-mod colors;
-mod errors;
-mod figure;
-mod frames;
-mod geometry;
+mod drawing;
+mod figures;
 mod input;
 mod page;
-mod plot;
-mod png;
-mod results;
-mod scene;
-mod svg;
 
 use palpate::palms::PalmPair;
 
-use geometry::Rest;
+use figures::geometry::Rest;
 
-pub use figure::{FIGURE_NAMES, Figure};
+pub use drawing::png::{PngError, png};
+pub use figures::figure::{FIGURE_NAMES, Figure};
 pub use input::{Method, PaperInput, Trial};
 pub use page::paper_page;
-pub use png::{PngError, png};
 
 /// Draws all figures, in the order of [`FIGURE_NAMES`].
 pub fn figures(input: &PaperInput) -> Vec<Figure> {
@@ -40,7 +32,7 @@ pub fn figures(input: &PaperInput) -> Vec<Figure> {
         "An object at rest on two palms that share a hinge (a), and on two fingers whose base points lie apart (b). The angles are \
          what the robot sets; s₁ and s₂ are what it feels."
             .to_owned(),
-        geometry::arrangements(&hinged, &apart),
+        figures::geometry::arrangements(&hinged, &apart),
         false,
     );
     add(
@@ -48,13 +40,13 @@ pub fn figures(input: &PaperInput) -> Vec<Figure> {
         "The line with outward normal n(θ) that touches the object lies at the distance r(θ) from the centre of mass O, and the \
          point of contact x(θ) at d(θ) from the foot of the perpendicular."
             .to_owned(),
-        geometry::contact_support(input.palms.shape),
+        figures::geometry::contact_support(input.palms.shape),
         false,
     );
     add(
         "Figure 4. Sensor values, contact support functions and palm angle",
         "With r₁, r₂ and φ₂ known, the sensor values s₁ and s₂ give d₁ and d₂ (equation 3).".to_owned(),
-        geometry::dependencies(&hinged),
+        figures::geometry::dependencies(&hinged),
         false,
     );
     add(
@@ -62,7 +54,7 @@ pub fn figures(input: &PaperInput) -> Vec<Figure> {
         "The vector from one contact to the other, projected on normal and tangent of each palm. All four follow from palm angles \
          and sensor values alone (equation 8)."
             .to_owned(),
-        geometry::generalized(&hinged),
+        figures::geometry::generalized(&hinged),
         false,
     );
     for trial in [&input.palms, &input.fingers] {
@@ -74,7 +66,7 @@ pub fn figures(input: &PaperInput) -> Vec<Figure> {
                      dots), in the reconstructed pose; behind it the object as it lies.",
                     trial.log.samples.len()
                 ),
-                frames::frames(trial, method),
+                figures::frames::frames(trial, method),
                 method == Method::Likelihood,
             );
         }
@@ -84,7 +76,7 @@ pub fn figures(input: &PaperInput) -> Vec<Figure> {
                 "Actual and observed shape after alignment by singular value decomposition (a), radius function (b), orientation (c), and \
                  the error in the norm of the contact point vector (d), which can be seen without knowing the truth."
                     .to_owned(),
-                results::differences(trial, method),
+                figures::results::differences(trial, method),
                 method == Method::Likelihood,
             );
         }
@@ -97,7 +89,7 @@ pub fn figures(input: &PaperInput) -> Vec<Figure> {
                  and can be left out (b); orientation as observed and as the camera sees it (c).",
                 input.min_touches
             ),
-            results::experiment(&input.experiment, method, input.vision, input.min_touches),
+            figures::results::experiment(&input.experiment, method, input.vision, input.min_touches),
             method == Method::Likelihood,
         );
     }

@@ -1,9 +1,9 @@
 //! The page that ties the figures together.
 
-use super::errors;
-use super::figure::{FIGURE_NAMES, Figure};
-use super::input::PaperInput;
 use crate::html::escape;
+use crate::paper::figures::errors;
+use crate::paper::figures::figure::{FIGURE_NAMES, Figure};
+use crate::paper::input::PaperInput;
 
 const STYLE: &str = "\
 :root{color-scheme:light dark;--ink:#1d2733;--soft:#5b6672;--paper:#ffffff;--rule:#dfe3e8}\

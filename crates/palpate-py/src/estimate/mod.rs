@@ -1,0 +1,7 @@
+//! What is recovered from a log: options, results and their parts.
+
+pub(crate) mod doubt;
+pub(crate) mod information;
+pub(crate) mod jump;
+pub(crate) mod reconstruct;
+pub(crate) mod result;

@@ -1,0 +1,194 @@
+//! `reconstruct`: log in, shape, motion and centre of mass out.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use palpate::Reconstruction;
+use palpate::reconstruct::{ReconstructError, Reconstructor, Start, UnknownMethod};
+use palpate_io::LogFile;
+use pyo3::prelude::*;
+
+use crate::estimate::result::ResultData;
+use crate::interop::arrays::{self, Column};
+use crate::interop::errors::{self, OrRaise};
+use crate::interop::whole::Whole;
+use crate::interop::work::{self, Teller};
+use crate::measured::log::LogData;
+use crate::object::shape::Shape;
+
+/// The options of the estimator from what Python calls them.
+fn options(harmonics: Option<Whole>, sensor_sd_m: Option<f64>, method: &str) -> PyResult<Reconstructor<'static>> {
+    let method = method.parse().map_err(|error: UnknownMethod| errors::input(error.to_string()))?;
+    Ok(Reconstructor::new().harmonics(harmonics.map(Whole::count)).sensor_sd_m(sensor_sd_m).method(method))
+}
+
+/// Reconstructs on the pool and makes a result of it.
+fn solved(
+    py: Python<'_>,
+    log: &Py<LogData>,
+    threads: Option<Whole>,
+    progress: Option<&Bound<'_, PyAny>>,
+    solve: impl FnOnce(&LogFile, &Teller) -> Result<Reconstruction, ReconstructError> + Send + 'static,
+) -> PyResult<ResultData> {
+    let listener = py.import("palpate._progress")?.getattr("listener")?.call1((progress,))?;
+    let listener = (!listener.is_none()).then_some(listener);
+    let file = Arc::clone(&log.get().file);
+    let outcome = work::run(py, threads.map(|threads| threads.0), listener.as_ref(), move |teller| {
+        let started = Instant::now();
+        solve(&file, teller).map(|reconstruction| (reconstruction, started.elapsed().as_secs_f64()))
+    });
+    if let Some(listener) = listener {
+        listener.call_method0("close")?;
+    }
+    let (reconstruction, seconds) = outcome?.or_raise()?;
+    Ok(ResultData::of(py, reconstruction, Some(log.clone_ref(py)), seconds))
+}
+
+/// Find shape, motion and centre of mass from a palm log and nothing else.
+///
+/// A doubtful answer is no error: it comes back as a result that is not certified. The same log gives the same result on any number of
+/// threads. Other Python threads run meanwhile, and Ctrl-C ends the call.
+///
+/// Parameters
+/// ----------
+/// log : Log
+///     The palm log.
+/// harmonics : int, optional
+///     Number of harmonics of the support function, 2 to 64. Default: chosen by the data.
+/// sensor_sd_m : float, optional
+///     Standard deviation of the contact positions, metres. Default: what the log states, else estimated from it.
+/// method : str
+///     'likelihood': maximum likelihood, with error bars and a verdict. 'ode': the equations of Moll and Erdmann (2001), 'quadrature':
+///     closed forms for the same; both for comparison, without error bars and never certified.
+/// min_touches : int
+///     Boundary that a contact went over fewer times than this counts as never felt.
+/// threads : int, optional
+///     Threads to work with. Default: as many as there are processors.
+/// progress : bool or callable, optional
+///     True: a tqdm bar; False: none; a callable: called with the stage (str) and the share of the work that is done (float). Default: a
+///     bar if tqdm is installed and someone is watching.
+///
+/// Returns
+/// -------
+/// Result
+///     Shape, motion and centre of mass, with error bars and a verdict.
+///
+/// Raises
+/// ------
+/// ReconstructError
+///     If the log cannot be solved at all, or an option is out of range.
+///
+/// Examples
+/// --------
+/// >>> import palpate
+/// >>> egg = palpate.SupportFunction.named("egg", 0.03)
+/// >>> log, truth = palpate.simulate(egg, palpate.plan_turn(egg, 40.0), rate_hz=10)
+/// >>> result = palpate.reconstruct(log)
+/// >>> result.certified
+/// True
+/// >>> abs(result.shape.perimeter_m - egg.perimeter_m) < 1e-5
+/// True
+#[expect(clippy::too_many_arguments, reason = "each is a keyword of the Python function")]
+#[pyfunction]
+#[pyo3(
+    signature = (log, *, harmonics=None, sensor_sd_m=None, method="likelihood", min_touches=Whole(0), threads=None, progress=None),
+    text_signature = "(log, *, harmonics=None, sensor_sd_m=None, method='likelihood', min_touches=0, threads=None, progress=None)"
+)]
+pub fn reconstruct(
+    py: Python<'_>,
+    log: Py<LogData>,
+    harmonics: Option<Whole>,
+    sensor_sd_m: Option<f64>,
+    method: &str,
+    min_touches: Whole,
+    threads: Option<Whole>,
+    progress: Option<&Bound<'_, PyAny>>,
+) -> PyResult<ResultData> {
+    let options = options(harmonics, sensor_sd_m, method)?;
+    solved(py, &log, threads, progress, move |file, teller| {
+        let mut found = options.clone().progress(&|progress| teller.tell(progress)).run(&file.log)?;
+        found.prune(min_touches.small());
+        Ok(found)
+    })
+}
+
+/// Reconstruct from a known start; nothing is searched for.
+///
+/// For a log that was solved before, or to see what the estimator could reach.
+///
+/// Parameters
+/// ----------
+/// log : Log
+///     The palm log.
+/// shape : SupportFunction
+///     The shape to start from.
+/// psi_rad : array_like of float, shape (n,)
+///     The orientation at each sample to start from, radians.
+/// harmonics : int, optional
+///     Number of harmonics of the support function, 2 to 64. Default: chosen by the data.
+/// sensor_sd_m : float, optional
+///     Standard deviation of the contact positions, metres. Default: what the log states, else estimated from it.
+/// method : str
+///     'likelihood': maximum likelihood, with error bars and a verdict. 'ode': the equations of Moll and Erdmann (2001), 'quadrature':
+///     closed forms for the same; both for comparison, without error bars and never certified.
+/// threads : int, optional
+///     Threads to work with. Default: as many as there are processors.
+///
+/// Returns
+/// -------
+/// Result
+///     Shape, motion and centre of mass, with error bars and a verdict.
+///
+/// Raises
+/// ------
+/// ReconstructError
+///     If the log cannot be solved, an option is out of range, or `psi_rad` is not as long as the log.
+#[expect(clippy::too_many_arguments, reason = "each is a keyword of the Python function")]
+#[pyfunction]
+#[pyo3(signature = (log, shape, psi_rad, *, harmonics=None, sensor_sd_m=None, method="likelihood", threads=None))]
+pub fn reconstruct_from(
+    py: Python<'_>,
+    log: Py<LogData>,
+    shape: &Shape,
+    psi_rad: Column,
+    harmonics: Option<Whole>,
+    sensor_sd_m: Option<f64>,
+    method: &str,
+    threads: Option<Whole>,
+) -> PyResult<ResultData> {
+    let (options, shape, psi) = (options(harmonics, sensor_sd_m, method)?, shape.0.clone(), arrays::values(&psi_rad));
+    let silent = false.into_pyobject(py)?.to_owned().into_any();
+    solved(py, &log, threads, Some(&silent), move |file, _| {
+        options.clone().start(Start::Motion { shape, psi_rad: psi }).run(&file.log)
+    })
+}
+
+/// The Cramer-Rao bound: how well any unbiased estimator could know the shape.
+///
+/// Parameters
+/// ----------
+/// log : Log
+///     The palm log.
+/// shape : SupportFunction
+///     The true shape.
+/// psi_rad : array_like of float, shape (n,)
+///     The true orientation at each sample, radians.
+/// sensor_sd_m : float
+///     Standard deviation of the contact positions, metres.
+///
+/// Returns
+/// -------
+/// float or None
+///     Root mean square over the felt boundary of the smallest possible standard deviation of r, metres; None where the log does not
+///     determine the shape, or `psi_rad` is not as long as the log.
+#[pyfunction]
+pub fn cramer_rao_bound_m(
+    py: Python<'_>,
+    log: Py<LogData>,
+    shape: &Shape,
+    psi_rad: Column,
+    sensor_sd_m: f64,
+) -> PyResult<Option<f64>> {
+    let (file, shape, psi) = (Arc::clone(&log.get().file), shape.0.clone(), arrays::values(&psi_rad));
+    work::run(py, None, None, move |_| palpate::information::cramer_rao_bound_m(&file.log, &shape, &psi, sensor_sd_m))
+}

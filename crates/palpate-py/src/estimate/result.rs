@@ -1,0 +1,536 @@
+//! `Result`: shape, motion and centre of mass, with error bars and a verdict.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use numpy::{PyArray1, PyArray2};
+use palpate::reconstruct::{Jump, OutlinePoint, Pose, Verdict};
+use palpate::shape::SupportFunction;
+use palpate::{Log, Reconstruction};
+use palpate_io::Summary;
+use palpate_report::{ReportInput, TruthOverlay};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::estimate::doubt::DoubtData;
+use crate::estimate::jump::JumpData;
+use crate::interop::arrays::{self, Table};
+use crate::interop::errors::{self, InternalError, OrRaise};
+use crate::interop::pickled::{self, Pickled};
+use crate::interop::svg;
+use crate::measured::log::{LogData, escaped};
+use crate::measured::truth::TrueData;
+use crate::object::shape::Shape;
+
+/// Shape, motion and centre of mass of the object behind a log, with error bars and a verdict.
+///
+/// The object frame has its origin at the centre of mass and is turned so that psi of the first sample is 0. Made by `reconstruct` or
+/// `Result.load`. Arrays are read-only; m is the number of normal angles (720), n that of samples.
+///
+/// Attributes
+/// ----------
+/// theta : numpy.ndarray
+///     Normal angles in the object frame, evenly spread over [0, 2 pi), shape (m,), radians.
+/// r, r_sd : numpy.ndarray
+///     Support function about the centre of mass and its standard deviation after the best rotation, shape (m,), metres.
+/// boundary : numpy.ndarray
+///     Boundary points in the object frame, shape (m, 2), metres.
+/// curvature_radius : numpy.ndarray
+///     Radius of curvature, shape (m,), metres.
+/// touches : numpy.ndarray
+///     How many separate passes of a contact went over each angle, shape (m,); 0 = never felt.
+/// time : numpy.ndarray
+///     Times of the samples, shape (n,), seconds.
+/// psi, psi_sd : numpy.ndarray
+///     Orientation, unwrapped within a piece, and its standard deviation, shape (n,), radians.
+/// com : numpy.ndarray
+///     Centre of mass in the global frame, shape (n, 2), metres.
+/// com_sd : numpy.ndarray
+///     Its standard deviation (root of the mean of both variances), shape (n,), metres.
+/// theta1, theta2 : numpy.ndarray
+///     Normal angles of the object at the contacts, shape (n,), radians.
+/// piece : numpy.ndarray
+///     Counts up at each jump, from 0, shape (n,).
+/// residual1, residual2 : numpy.ndarray
+///     Measured minus predicted contact position, shape (n,), metres; NaN where no contact was seen, or after `Result.load`.
+/// log : Log or None
+///     The log that was reconstructed; None after `Result.load`.
+/// seconds : float
+///     How long the reconstruction took.
+#[pyclass(frozen, module = "palpate", name = "Result")]
+pub struct ResultData {
+    pub found: Arc<Reconstruction>,
+    #[pyo3(get)]
+    log: Option<Py<LogData>>,
+    #[pyo3(get)]
+    seconds: f64,
+    #[pyo3(get)]
+    theta: Py<PyArray1<f64>>,
+    #[pyo3(get)]
+    r: Py<PyArray1<f64>>,
+    #[pyo3(get)]
+    r_sd: Py<PyArray1<f64>>,
+    #[pyo3(get)]
+    boundary: Py<PyArray2<f64>>,
+    #[pyo3(get)]
+    curvature_radius: Py<PyArray1<f64>>,
+    #[pyo3(get)]
+    touches: Py<PyArray1<u32>>,
+    #[pyo3(get)]
+    time: Py<PyArray1<f64>>,
+    #[pyo3(get)]
+    psi: Py<PyArray1<f64>>,
+    #[pyo3(get)]
+    psi_sd: Py<PyArray1<f64>>,
+    #[pyo3(get)]
+    com: Py<PyArray2<f64>>,
+    #[pyo3(get)]
+    com_sd: Py<PyArray1<f64>>,
+    #[pyo3(get)]
+    theta1: Py<PyArray1<f64>>,
+    #[pyo3(get)]
+    theta2: Py<PyArray1<f64>>,
+    #[pyo3(get)]
+    piece: Py<PyArray1<u32>>,
+    #[pyo3(get)]
+    residual1: Py<PyArray1<f64>>,
+    #[pyo3(get)]
+    residual2: Py<PyArray1<f64>>,
+}
+
+impl ResultData {
+    /// With its arrays, and without the findings: a class of Python is what it shows, so that one that was pickled equals the first.
+    pub fn of(py: Python<'_>, mut found: Reconstruction, log: Option<Py<LogData>>, seconds: f64) -> Self {
+        found.findings = None;
+        for other in &mut found.others {
+            other.findings = None;
+        }
+        let along = |value: fn(&OutlinePoint) -> f64| arrays::column(py, found.outline.iter().map(value).collect());
+        let over = |value: fn(&Pose) -> f64| arrays::column(py, found.motion.iter().map(value).collect());
+        let left = |value: fn(&Pose) -> Option<f64>| arrays::sparse_column(py, found.motion.iter().map(value));
+        let boundary: Vec<[f64; 2]> = found.outline.iter().map(|point| [point.x_m, point.y_m]).collect();
+        let com: Vec<[f64; 2]> = found.motion.iter().map(|pose| [pose.com_x_m, pose.com_y_m]).collect();
+        Self {
+            log,
+            seconds,
+            theta: along(|point| point.theta_rad),
+            r: along(|point| point.r_m),
+            r_sd: along(|point| point.r_sd_m),
+            boundary: arrays::table(py, &boundary),
+            curvature_radius: along(|point| point.curvature_radius_m),
+            touches: arrays::column(py, found.outline.iter().map(|point| point.touches).collect()),
+            time: over(|pose| pose.time_s),
+            psi: over(|pose| pose.psi_rad),
+            psi_sd: over(|pose| pose.psi_sd_rad),
+            com: arrays::table(py, &com),
+            com_sd: over(|pose| pose.com_sd_m),
+            theta1: over(|pose| pose.theta1_rad),
+            theta2: over(|pose| pose.theta2_rad),
+            piece: arrays::column(py, found.motion.iter().map(|pose| pose.piece).collect()),
+            residual1: left(|pose| pose.residual1_m),
+            residual2: left(|pose| pose.residual2_m),
+            found: Arc::new(found),
+        }
+    }
+
+    /// What summary.json says.
+    fn to_summary(&self, truth: Option<&TrueData>) -> PyResult<Summary> {
+        let mut summary = Summary::new(&self.found, self.seconds);
+        if let Some(log) = &self.log {
+            summary.log.clone_from(&log.get().name);
+            summary.notes.clone_from(&log.get().file.notes);
+        }
+        if let Some(truth) = truth {
+            let errors = palpate::compare::compare(&self.found, &truth.truth).or_raise()?;
+            summary.truth = Some(errors.into());
+        }
+        Ok(summary)
+    }
+
+    fn logged(&self) -> PyResult<&Log> {
+        let log = self.log.as_ref().map(|log| &log.get().file.log);
+        log.ok_or_else(|| {
+            errors::input("this result was read from a folder and has no log, which the report shows".to_owned())
+        })
+    }
+
+    fn page(&self, summary: &Summary, truth: Option<&TrueData>, title: Option<&str>) -> PyResult<String> {
+        let name = summary.log.as_deref();
+        let overlay =
+            truth.zip(summary.truth).map(|(truth, errors)| TruthOverlay { truth: &truth.truth, errors: errors.into() });
+        Ok(palpate_report::page(&ReportInput {
+            title: title.or(name).unwrap_or("A palm log"),
+            log: self.logged()?,
+            reconstruction: &self.found,
+            truth: overlay,
+            seconds: summary.seconds,
+            command: None,
+            version: &summary.version,
+        }))
+    }
+}
+
+#[pymethods]
+impl ResultData {
+    /// SupportFunction: the shape about its centre of mass.
+    #[getter]
+    fn shape(&self) -> Shape {
+        Shape(self.found.shape.clone())
+    }
+
+    /// bool: shape and motion are statistically consistent with the log, unique and convex.
+    #[getter]
+    fn certified(&self) -> bool {
+        self.found.is_certified()
+    }
+
+    /// bool: `certified`, and force and torque balance within the noise, so that the centre of mass can be trusted too.
+    #[getter]
+    fn com_certified(&self) -> bool {
+        self.found.is_com_certified()
+    }
+
+    /// str: why not certified; empty when both verdicts are yes.
+    #[getter]
+    fn reason(&self) -> String {
+        self.found.verdict.to_string()
+    }
+
+    /// list of Doubt: the same one by one, with the numbers behind each; empty when both verdicts are yes.
+    #[getter]
+    fn doubts(&self) -> Vec<DoubtData> {
+        self.found.verdict.doubts.iter().cloned().map(DoubtData).collect()
+    }
+
+    /// float: weighted squared residuals per degree of freedom; near 1 for a fit that is consistent with the noise.
+    #[getter]
+    fn chi2_per_dof(&self) -> f64 {
+        self.found.chi2_per_dof
+    }
+
+    /// float: fraction of the boundary (in normal angle) that was felt, 0 to 1.
+    #[getter]
+    fn coverage(&self) -> f64 {
+        self.found.coverage
+    }
+
+    /// int: number of distinct arrangements that fit equally well; 1 when the answer is unique.
+    #[getter]
+    fn alternatives(&self) -> usize {
+        self.found.alternatives
+    }
+
+    /// float: standard deviation of the contact positions, stated or estimated, metres.
+    #[getter]
+    fn sensor_sd_m(&self) -> f64 {
+        self.found.sensor_sd_m
+    }
+
+    /// float: standard deviation of the balance equation, metres.
+    #[getter]
+    fn balance_sd_m(&self) -> f64 {
+        self.found.balance_sd_m
+    }
+
+    /// list of Jump: the jumps to other poses, in order of time.
+    #[getter]
+    fn jumps(&self) -> Vec<JumpData> {
+        self.found.jumps.iter().map(|jump| JumpData(*jump)).collect()
+    }
+
+    /// list of Result: the arrangements besides this one that fit equally well.
+    #[getter]
+    fn others(&self, py: Python<'_>) -> Vec<Self> {
+        let log = || self.log.as_ref().map(|log| log.clone_ref(py));
+        let others = self.found.others.iter();
+        others.map(|other| Self::of(py, other.clone(), log(), self.seconds)).collect()
+    }
+
+    /// dict: what `summary.json` in a result folder says.
+    #[getter]
+    fn summary<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let json = self.to_summary(None)?.to_json();
+        let json = json.map_err(|error| InternalError::new_err(format!("summary.json: {error}")))?;
+        Ok(py.import("json")?.getattr("loads")?.call1((json,))?.cast_into::<PyDict>()?)
+    }
+
+    /// Write a result folder: report.html, shape.csv, motion.csv and summary.json, as `palpate reconstruct` does.
+    ///
+    /// Parameters
+    /// ----------
+    /// folder : str or os.PathLike
+    ///     The folder, made if missing, written whole or not at all; an earlier result in it is replaced.
+    /// truth : Truth, optional
+    ///     What is true, to compare with in report and summary.
+    /// title : str, optional
+    ///     Heading of the report. Default: the name of the log.
+    ///
+    /// Raises
+    /// ------
+    /// WriteError
+    ///     If the folder cannot be written, or holds anything but an earlier result.
+    /// CompareError
+    ///     If the truth does not belong to the log.
+    /// InputError
+    ///     If the result was read from a folder and has no log to show.
+    #[pyo3(signature = (folder, *, truth=None, title=None))]
+    fn save(
+        &self,
+        py: Python<'_>,
+        folder: PathBuf,
+        truth: Option<PyRef<TrueData>>,
+        title: Option<&str>,
+    ) -> PyResult<()> {
+        let truth = truth.as_deref();
+        let summary = self.to_summary(truth)?;
+        let page = self.page(&summary, truth, title)?;
+        py.detach(|| palpate_io::write_result(&folder, &self.found, &summary, &page)).or_raise()
+    }
+
+    /// Read a result folder.
+    ///
+    /// The shape is fitted to the outline in the folder, which holds neither the log nor the residuals.
+    ///
+    /// Parameters
+    /// ----------
+    /// folder : str or os.PathLike
+    ///     The folder, written by `Result.save` or `palpate reconstruct`.
+    ///
+    /// Returns
+    /// -------
+    /// Result
+    ///     What is in it.
+    ///
+    /// Raises
+    /// ------
+    /// ReadError
+    ///     If a file is missing or unusable.
+    #[staticmethod]
+    fn load(py: Python<'_>, folder: PathBuf) -> PyResult<Self> {
+        let (mut found, summary) = loaded(py, &folder)?;
+        for number in 1..summary.alternatives {
+            let inside = palpate_io::alternative_dir_of(&folder, number);
+            // The folder keeps the first few.
+            if !inside.is_dir() {
+                break;
+            }
+            found.others.push(loaded(py, &inside)?.0);
+        }
+        Ok(Self::of(py, found, None, summary.seconds))
+    }
+
+    /// The report as one self-contained HTML page.
+    ///
+    /// Parameters
+    /// ----------
+    /// truth : Truth, optional
+    ///     What is true, to compare with.
+    /// title : str, optional
+    ///     Heading. Default: the name of the log.
+    ///
+    /// Returns
+    /// -------
+    /// str
+    ///     The page.
+    ///
+    /// Raises
+    /// ------
+    /// CompareError
+    ///     If the truth does not belong to the log.
+    /// InputError
+    ///     If the result was read from a folder and has no log to show.
+    #[pyo3(signature = (*, truth=None, title=None))]
+    fn report_html(&self, truth: Option<PyRef<TrueData>>, title: Option<&str>) -> PyResult<String> {
+        let truth = truth.as_deref();
+        self.page(&self.to_summary(truth)?, truth, title)
+    }
+
+    /// Draw the outline with its 95 % band, in millimetres.
+    ///
+    /// Where the boundary was never felt it is dashed; a cross marks the centre of mass.
+    ///
+    /// Parameters
+    /// ----------
+    /// ax : matplotlib.axes.Axes, optional
+    ///     Where to draw; by default in a new figure.
+    /// truth : Truth, optional
+    ///     What is true, drawn beside it, turned by what the motions differ.
+    /// magnify : float, default 1
+    ///     The band is drawn so many times wider than it is.
+    ///
+    /// Returns
+    /// -------
+    /// matplotlib.axes.Axes
+    ///     The axes drawn in.
+    #[pyo3(signature = (ax=None, *, truth=None, magnify=1.0))]
+    fn plot<'py>(
+        slf: &Bound<'py, Self>,
+        ax: Option<Bound<'py, PyAny>>,
+        truth: Option<Bound<'py, TrueData>>,
+        magnify: f64,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("palpate._plot")?.getattr("plot_result")?.call1((slf, ax, truth, magnify))
+    }
+
+    /// Draw orientation and centre of mass over time, with 95 % bands.
+    ///
+    /// Parameters
+    /// ----------
+    /// axes : sequence of matplotlib.axes.Axes, optional
+    ///     Two of them; by default in a new figure.
+    /// truth : Truth, optional
+    ///     What is true, drawn beside it, turned by what the motions differ.
+    ///
+    /// Returns
+    /// -------
+    /// numpy.ndarray
+    ///     The two axes drawn in.
+    #[pyo3(signature = (axes=None, *, truth=None))]
+    fn plot_motion<'py>(
+        slf: &Bound<'py, Self>,
+        axes: Option<Bound<'py, PyAny>>,
+        truth: Option<Bound<'py, TrueData>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("palpate._plot")?.getattr("plot_motion")?.call1((slf, axes, truth))
+    }
+
+    fn __eq__(&self, other: &Self) -> bool {
+        self.found == other.found
+    }
+
+    fn __repr__(&self) -> String {
+        format!(
+            "<Result: {}; {} samples, {:.0} % felt, {} jumps>",
+            self.verdict(),
+            self.found.motion.len(),
+            100.0 * self.found.coverage,
+            self.found.jumps.len()
+        )
+    }
+
+    fn _repr_html_(&self) -> String {
+        let found = &self.found;
+        let reasons: Vec<String> = found.verdict.doubts.iter().map(|doubt| escaped(&doubt.to_string())).collect();
+        let reason = match &reasons[..] {
+            [] => String::new(),
+            [one] => format!("<p>{one}</p>"),
+            several => format!("<ul><li>{}</li></ul>", several.join("</li><li>")),
+        };
+        let rows = [
+            ("mean radius", format!("{:.3} mm", 1e3 * found.shape.mean_radius_m())),
+            ("boundary felt", format!("{:.0} %", 100.0 * found.coverage)),
+            ("sensor noise", format!("{:.2} &micro;m", 1e6 * found.sensor_sd_m)),
+            ("&chi;&sup2; per degree of freedom", format!("{:.3}", found.chi2_per_dof)),
+            ("samples", found.motion.len().to_string()),
+            ("jumps", found.jumps.len().to_string()),
+            ("arrangements that fit", found.alternatives.to_string()),
+        ];
+        let rows: String =
+            rows.iter().map(|(name, value)| format!("<tr><td>{name}</td><td>{value}</td></tr>")).collect();
+        format!(
+            "<div style=\"display:flex;gap:1.5em;align-items:center\">{}<div><b>{}</b>{reason}<table>{rows}</table></div></div>",
+            svg::result(found),
+            self.verdict()
+        )
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Pickled<'py> {
+        let found = &self.found;
+        let verdict = (self.doubts(), found.alternatives);
+        let numbers = [found.chi2_per_dof, found.coverage, found.sensor_sd_m, found.balance_sd_m, self.seconds];
+        let outline: Vec<[f64; 7]> = found.outline.iter().map(palpate_io::point_row).collect();
+        let motion: Vec<[f64; 11]> = found.motion.iter().map(motion_row).collect();
+        let tables = (arrays::table(py, &outline), arrays::table(py, &motion));
+        let arguments = (verdict, numbers, self.shape(), tables, self.jumps(), self.others(py), &self.log);
+        pickled::by_method::<Self>(py, "_made", arguments)
+    }
+
+    #[staticmethod]
+    #[expect(clippy::too_many_arguments, reason = "the parts of a pickled result")]
+    fn _made(
+        py: Python<'_>,
+        verdict: (Vec<PyRef<DoubtData>>, usize),
+        numbers: [f64; 5],
+        shape: &Shape,
+        tables: (Table, Table),
+        jumps: Vec<PyRef<JumpData>>,
+        others: Vec<PyRef<Self>>,
+        log: Option<Py<LogData>>,
+    ) -> PyResult<Self> {
+        let (doubts, alternatives) = verdict;
+        let [chi2_per_dof, coverage, sensor_sd_m, balance_sd_m, seconds] = numbers;
+        let found = Reconstruction {
+            findings: None,
+            shape: shape.0.clone(),
+            outline: arrays::rows("an outline", &tables.0)?.into_iter().map(palpate_io::point_of).collect(),
+            motion: arrays::rows("a motion", &tables.1)?.iter().map(pose).collect(),
+            verdict: Verdict::new(doubts.iter().map(|doubt| doubt.0.clone()).collect()),
+            chi2_per_dof,
+            jumps: jumps.iter().map(|jump| jump.0).collect(),
+            coverage,
+            alternatives,
+            others: others.iter().map(|other| (*other.found).clone()).collect(),
+            sensor_sd_m,
+            balance_sd_m,
+        };
+        Ok(Self::of(py, found, log, seconds))
+    }
+}
+
+impl ResultData {
+    fn verdict(&self) -> &'static str {
+        match (self.found.is_certified(), self.found.is_com_certified()) {
+            (true, true) => "certified: shape, motion and centre of mass",
+            (true, false) => "certified: shape and motion, but not the centre of mass",
+            _ => "NOT certified",
+        }
+    }
+}
+
+/// What a result folder (or that of an alternative) holds.
+fn loaded(py: Python<'_>, folder: &std::path::Path) -> PyResult<(Reconstruction, Summary)> {
+    let summary = palpate_io::read_summary(folder).or_raise()?;
+    let outline = py.detach(|| palpate_io::read_shape_csv(folder)).or_raise()?;
+    let motion = py.detach(|| palpate_io::read_motion_csv(folder)).or_raise()?;
+    let samples: Vec<(f64, f64)> = outline.iter().map(|point| (point.theta_rad, point.r_m)).collect();
+    let shape = SupportFunction::from_samples(&samples, summary.harmonics.min(samples.len())).or_raise()?;
+    let jump = |jump: &palpate_io::JumpSummary| Jump {
+        time_s: jump.time_s,
+        psi_before_rad: jump.psi_before_rad,
+        psi_after_rad: jump.psi_after_rad,
+        height_before_m: jump.height_drop_m,
+        height_after_m: 0.0,
+        physical: jump.physical,
+    };
+    let found = Reconstruction {
+        findings: None,
+        shape,
+        outline,
+        motion,
+        verdict: summary.verdict(),
+        chi2_per_dof: summary.chi2_per_dof,
+        jumps: summary.jump_details.iter().map(jump).collect(),
+        coverage: summary.coverage,
+        alternatives: summary.alternatives,
+        others: Vec::new(),
+        sensor_sd_m: summary.sensor_sd_m,
+        balance_sd_m: summary.balance_sd_m,
+    };
+    Ok((found, summary))
+}
+
+/// A row of `motion.csv` and the residuals; NaN where there is none.
+fn motion_row(pose: &Pose) -> [f64; 11] {
+    let mut row = [f64::NAN; 11];
+    row[..9].copy_from_slice(&palpate_io::pose_row(pose));
+    for (cell, residual_m) in row[9..].iter_mut().zip([pose.residual1_m, pose.residual2_m]) {
+        *cell = residual_m.unwrap_or(f64::NAN);
+    }
+    row
+}
+
+fn pose(row: &[f64; 11]) -> Pose {
+    let known = |value: f64| Some(value).filter(|value| !value.is_nan());
+    let pose = palpate_io::pose_of(std::array::from_fn(|column| row[column]));
+    Pose { residual1_m: known(row[9]), residual2_m: known(row[10]), ..pose }
+}

@@ -1,0 +1,9 @@
+//! Studies: each measures something and writes the table that the documentation quotes.
+
+pub(crate) mod limits;
+pub(crate) mod methods;
+pub(crate) mod monte_carlo;
+pub(crate) mod python_cost;
+pub(crate) mod ray_cost;
+pub(crate) mod rows;
+pub(crate) mod tables;

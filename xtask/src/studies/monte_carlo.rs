@@ -1,0 +1,399 @@
+//! `cargo xtask monte-carlo`: accuracy, honesty and speed over many simulated objects, as Markdown tables.
+//!
+//! A sweep of its own: every trial draws an object and a palm motion from its seed, simulates the log, and reconstructs it twice,
+//! from nothing and from the truth. *Solved* means that the first is as good as the second (RMS error of r within 1.5 times). The
+//! Cramér-Rao bound is evaluated at the truth. Each trial works on one thread, so that its seconds are its own.
+
+use std::num::NonZero;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use anyhow::bail;
+use palpate_sweep::{
+    Job, MotionKind, Object, Outcome, ReconstructChoice, ScoreChoice, SimulateJob, Source, Status, Sweep, Touchpads,
+};
+
+use crate::studies::rows;
+use crate::studies::tables::{self, Place, Table, Write};
+
+/// Options of `cargo xtask monte-carlo`.
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// Motions that know nothing of the shape, with as many jumps as come (default: motions without jumps).
+    #[arg(long)]
+    jumps: bool,
+    /// Trials; with jumps in all, without for each kind of noise [default: 500 with jumps, 200 without].
+    #[arg(long)]
+    trials: Option<u64>,
+    /// Seed of the first trial; of several, as many trials from each on, and one table with a row for each.
+    #[arg(long, default_value = "1", value_delimiter = ',')]
+    seed: Vec<u64>,
+    /// Print a line for each trial that was not solved or not certified.
+    #[arg(long)]
+    verbose: bool,
+    /// Keep the logs (and truths) of such trials in this folder.
+    #[arg(long, value_name = "DIR")]
+    keep: Option<PathBuf>,
+    /// Folder for the table of all trials; a study that was stopped goes on from there.
+    #[arg(short, long = "out", value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Write a row for each trial, without seconds, for `cargo xtask compare-rows`.
+    #[arg(long, value_name = "FILE")]
+    csv: Option<PathBuf>,
+    #[command(flatten)]
+    write: Write,
+}
+
+impl Arguments {
+    /// Trials from each seed on; without jumps for each kind of noise.
+    fn trials(&self) -> u64 {
+        self.trials.unwrap_or(if self.jumps { 500 } else { 200 })
+    }
+
+    /// The command that makes these tables again.
+    fn command(&self) -> String {
+        let seeds: Vec<String> = self.seed.iter().map(u64::to_string).collect();
+        let jumps = if self.jumps { " --jumps" } else { "" };
+        format!("cargo xtask monte-carlo{jumps} --trials {} --seed {}", self.trials(), seeds.join(","))
+    }
+
+    /// The tables that this study is for: the whole one, and the short one of the README. None has sets of trials without jumps.
+    fn places(&self) -> &'static [Place] {
+        match (self.jumps, self.seed.len()) {
+            (false, 1) => &[tables::MONTE_CARLO, tables::ACCURACY],
+            (true, 1) => &[tables::MONTE_CARLO_JUMPS, tables::ACCURACY_JUMPS],
+            (true, _) => &[tables::MONTE_CARLO_SETS],
+            (false, _) => &[],
+        }
+    }
+}
+
+/// How the pads err.
+#[derive(Clone, Copy, PartialEq)]
+pub(crate) enum NoiseKind {
+    Gaussian(f64),
+    CountsPerInch(f64),
+}
+
+const NOISES: [NoiseKind; 4] = [
+    NoiseKind::Gaussian(0.03e-3),
+    NoiseKind::Gaussian(0.1e-3),
+    NoiseKind::Gaussian(0.3e-3),
+    NoiseKind::CountsPerInch(200.0),
+];
+
+impl NoiseKind {
+    fn name(self) -> String {
+        match self {
+            Self::Gaussian(sd) => format!("{:.2} mm", sd * 1e3),
+            Self::CountsPerInch(counts) => format!("{counts} counts per inch"),
+        }
+    }
+
+    pub(crate) fn touchpads(self) -> Touchpads {
+        match self {
+            Self::Gaussian(noise_sd_m) => Touchpads { noise_sd_m, ..Touchpads::default() },
+            Self::CountsPerInch(counts) => Touchpads { counts_per_inch: Some(counts), ..Touchpads::default() },
+        }
+    }
+}
+
+/// One trial that gave a log, and what it came to.
+struct Trial<'a> {
+    /// The seed that its set begins with.
+    set: u64,
+    seed: u64,
+    noise: NoiseKind,
+    job: &'a SimulateJob,
+    outcome: &'a Outcome,
+}
+
+impl Trial<'_> {
+    fn solved(&self) -> bool {
+        self.outcome.row.solved == Some(true)
+    }
+
+    fn certified(&self) -> bool {
+        self.outcome.row.certified
+    }
+
+    /// Certified, and worse than the optimum by more than chance.
+    fn wrong(&self) -> bool {
+        self.outcome.row.wrong == Some(true)
+    }
+
+    fn felt(&self) -> f64 {
+        number(self.outcome.row.reference_coverage)
+    }
+
+    fn seconds(&self) -> f64 {
+        number(self.outcome.reconstruct_s)
+    }
+
+    fn worth_a_look(&self) -> bool {
+        !self.solved() || !self.certified() || self.wrong()
+    }
+
+    fn tell(&self) {
+        let row = &self.outcome.row;
+        println!(
+            "seed {} {} {}: jumps {} felt {:.2} solved {} certified {} wrong {} r {:.4} mm (from truth {:.4}, bound {:.4}) psi {:.2} deg alternatives {} {:.1} s; {}",
+            self.seed,
+            row.object,
+            self.noise.name(),
+            row.jumps.unwrap_or(0),
+            self.felt(),
+            self.solved(),
+            row.certified,
+            self.wrong(),
+            number(row.rms_r_m) * 1e3,
+            number(row.reference_rms_r_m) * 1e3,
+            number(row.bound_r_m) * 1e3,
+            number(row.rms_psi_rad).to_degrees(),
+            row.alternatives.unwrap_or(0),
+            self.seconds(),
+            row.reason
+        );
+    }
+
+    /// Writes the log and its truth, simulated once more, into a folder.
+    fn keep(&self, folder: &Path) -> anyhow::Result<()> {
+        let simulated = self.job.simulate()?;
+        let path = folder.join(format!("{}-{}.csv", self.seed, self.noise.name().replace(' ', "-")));
+        palpate_io::write_log(&path, &simulated.simulation.log, &[("object".to_owned(), simulated.object)])?;
+        palpate_io::write_truth(&palpate_io::truth_dir_of(&path), &simulated.simulation.truth)?;
+        Ok(())
+    }
+}
+
+/// The value below which a share of some sorted values lies; `None` of nothing.
+pub(crate) fn quantile(sorted: &[f64], share: f64) -> Option<f64> {
+    sorted.get(((sorted.len() as f64 * share) as usize).min(sorted.len().saturating_sub(1))).copied()
+}
+
+/// NaN where there is none.
+fn number(value: Option<f64>) -> f64 {
+    value.unwrap_or(f64::NAN)
+}
+
+/// Runs the study, prints its tables, and writes them where that is asked for.
+pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    arguments.write.check(arguments.places())?;
+    let started = Instant::now();
+    let trials: Vec<(u64, u64, NoiseKind)> =
+        arguments.seed.iter().flat_map(|first| set(*first, arguments.trials(), arguments.jumps)).collect();
+    let jobs: Vec<SimulateJob> =
+        trials.iter().map(|(_, seed, noise)| simulation(*seed, *noise, arguments.jumps)).collect();
+    let sweep = sweep(&jobs);
+    let threads = std::thread::available_parallelism().unwrap_or(NonZero::<usize>::MIN);
+    let outcomes = match &arguments.out {
+        Some(dir) => sweep.run_in(dir, threads, &mut |_| ())?,
+        None => sweep.run(threads, &mut |_| ())?,
+    };
+    if let Some(path) = &arguments.csv {
+        rows::write(path, &outcomes)?;
+    }
+    let trials: Vec<Trial> = trials
+        .iter()
+        .zip(&jobs)
+        .zip(&outcomes)
+        .filter(|(_, outcome)| outcome.row.status != Status::NoLog)
+        .map(|((&(set, seed, noise), job), outcome)| Trial { set, seed, noise, job, outcome })
+        .collect();
+    if trials.is_empty() {
+        bail!("no trial could be simulated");
+    }
+    if arguments.verbose {
+        trials.iter().filter(|trial| trial.worth_a_look()).for_each(Trial::tell);
+    }
+    if let Some(folder) = &arguments.keep {
+        std::fs::create_dir_all(folder)?;
+        for trial in trials.iter().filter(|trial| trial.worth_a_look()) {
+            trial.keep(folder)?;
+        }
+    }
+    let remark = format!(
+        "{} trials in {:.0} s; {} gave a usable log (the object stayed between the palms{}).",
+        jobs.len(),
+        started.elapsed().as_secs_f64(),
+        trials.len(),
+        if arguments.jumps { "" } else { ", did not jump, and half of its boundary was felt" }
+    );
+    let command = arguments.command();
+    let texts: Vec<String> = if let [_] = arguments.seed[..] {
+        let groups = groups(&trials, arguments.jumps);
+        let long = format!(
+            "    {command}\n\n{HEADING}{}\n{remark}",
+            groups.iter().map(|group| row(group)).collect::<String>()
+        );
+        let in_short =
+            groups.iter().filter(|group| !arguments.jumps || SHORT_WITH_JUMPS.contains(&group.name.as_str()));
+        vec![long, format!("{SHORT_HEADING}{}", in_short.map(short_row).collect::<String>())]
+    } else {
+        let rows = arguments.seed.iter().filter_map(|first| {
+            let of: Vec<&Trial> = trials.iter().filter(|trial| trial.set == *first).collect();
+            (!of.is_empty()).then(|| set_row(&Group { name: first.to_string(), of }))
+        });
+        vec![format!("    {command}\n\n{SETS_HEADING}{}\n{remark}", rows.collect::<String>())]
+    };
+    println!("{}", texts[0]);
+    let tables: Vec<Table> = arguments.places().iter().copied().zip(texts).collect();
+    arguments.write.tables(&tables, &command)
+}
+
+/// The trials from a seed on: set, seed and noise of each.
+pub(crate) fn set(first: u64, trials: u64, jumps: bool) -> Vec<(u64, u64, NoiseKind)> {
+    let seeds = first..first + trials;
+    if jumps {
+        seeds.map(|seed| (first, seed, NOISES[((seed + 3) % 4) as usize])).collect()
+    } else {
+        NOISES.iter().flat_map(|noise| seeds.clone().map(move |seed| (first, seed, *noise))).collect()
+    }
+}
+
+/// Trials that have a row of the table.
+struct Group<'a> {
+    name: String,
+    of: Vec<&'a Trial<'a>>,
+}
+
+/// All rows of the table that have a trial.
+fn groups<'a>(trials: &'a [Trial<'a>], jumps: bool) -> Vec<Group<'a>> {
+    let those = |name: String, counts: &dyn Fn(&Trial<'a>) -> bool| Group {
+        name,
+        of: trials.iter().filter(|trial| counts(trial)).collect(),
+    };
+    let mut groups: Vec<Group> = NOISES.iter().map(|noise| those(noise.name(), &|o| o.noise == *noise)).collect();
+    groups.push(those(ALL.to_owned(), &|_| true));
+    if jumps {
+        groups.push(those(WELL_FELT.to_owned(), &|o| o.felt() >= 0.6));
+        for (low, high) in [(0, 0), (1, 2), (3, 5), (6, 9), (10, 1000)] {
+            let name = if low == high { format!("{low} jumps") } else { format!("{low} to {high} jumps") };
+            groups.push(those(name, &|o| (low..=high).contains(&o.outcome.row.jumps.unwrap_or(0))));
+        }
+    }
+    groups.retain(|group| !group.of.is_empty());
+    groups
+}
+
+const ALL: &str = "all";
+const WELL_FELT: &str = "at least 60 % felt";
+
+/// Rows of the short table through jumps.
+const SHORT_WITH_JUMPS: [&str; 2] = [ALL, WELL_FELT];
+
+const HEADING: &str = "\
+| trials of | logs | solved | certified | certified, wrong | solved, not certified | RMS r / bound (median) | RMS r (median, mm) | inside 95 % band: solved | certified | seconds (median) | (95 %) |
+|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|
+";
+
+const SHORT_HEADING: &str = "\
+| trials of | logs | solved | certified | certified, wrong | error of r / Cramér-Rao bound (median) | certified: inside 95 % bands | RMS error of r (median) |
+|---|---:|---:|---:|---:|---:|---:|---:|
+";
+
+const SETS_HEADING: &str = "\
+| seeds from | logs | solved | at least 60 % felt: solved | certified | certified, wrong | solved, not certified | seconds (median) | (95 %) |
+|---|---:|---:|---:|---:|---:|---:|---:|---:|
+";
+
+impl<'a> Group<'a> {
+    /// Share of the trials that pass, percent.
+    fn share(&self, test: impl Fn(&Trial<'a>) -> bool) -> f64 {
+        100.0 * self.of.iter().filter(|trial| test(trial)).count() as f64 / self.of.len() as f64
+    }
+
+    fn wrong(&self) -> usize {
+        self.of.iter().filter(|trial| trial.wrong()).count()
+    }
+
+    /// Quantile of a value of some of the trials.
+    fn quantile(&self, share: f64, counts: impl Fn(&Trial<'a>) -> bool, value: impl Fn(&Trial<'a>) -> f64) -> f64 {
+        let mut values: Vec<f64> = self.of.iter().filter(|trial| counts(trial)).map(|trial| value(trial)).collect();
+        values.sort_by(f64::total_cmp);
+        quantile(&values, share).unwrap_or(f64::NAN)
+    }
+
+    /// Error of r over its bound, of the solved ones, median.
+    fn over_bound(&self) -> f64 {
+        self.quantile(0.5, Trial::solved, |o| number(o.outcome.row.rms_r_m) / number(o.outcome.row.bound_r_m))
+    }
+
+    /// Error of r of the solved ones, median, mm.
+    fn rms_r_mm(&self) -> f64 {
+        1e3 * self.quantile(0.5, Trial::solved, |o| number(o.outcome.row.rms_r_m))
+    }
+
+    /// Mean share of the felt boundary inside the band of some of the trials, percent.
+    fn inside_band(&self, counts: impl Fn(&Trial<'a>) -> bool) -> f64 {
+        let counted = || self.of.iter().filter(|o| counts(o)).filter_map(|o| o.outcome.row.inside_band);
+        100.0 * counted().sum::<f64>() / counted().count() as f64
+    }
+
+    fn seconds(&self, share: f64) -> f64 {
+        self.quantile(share, |_| true, Trial::seconds)
+    }
+}
+
+fn row(group: &Group) -> String {
+    format!(
+        "| {} | {} | {:.1} % | {:.1} % | {} | {:.1} % | {:.2} | {:.4} | {:.1} % | {:.1} % | {:.2} | {:.2} |\n",
+        group.name,
+        group.of.len(),
+        group.share(Trial::solved),
+        group.share(Trial::certified),
+        group.wrong(),
+        group.share(|o| o.solved() && !o.certified()),
+        group.over_bound(),
+        group.rms_r_mm(),
+        group.inside_band(Trial::solved),
+        group.inside_band(Trial::certified),
+        group.seconds(0.5),
+        group.seconds(0.95),
+    )
+}
+
+fn short_row(group: &Group) -> String {
+    format!(
+        "| {} | {} | {:.1} % | {:.1} % | {} | {:.2} | {:.1} % | {:.4} mm |\n",
+        group.name,
+        group.of.len(),
+        group.share(Trial::solved),
+        group.share(Trial::certified),
+        group.wrong(),
+        group.over_bound(),
+        group.inside_band(Trial::certified),
+        group.rms_r_mm(),
+    )
+}
+
+fn set_row(group: &Group) -> String {
+    let well_felt = Group { name: String::new(), of: group.of.iter().copied().filter(|o| o.felt() >= 0.6).collect() };
+    format!(
+        "| {} | {} | {:.1} % | {:.1} % | {:.1} % | {} | {:.1} % | {:.2} | {:.1} |\n",
+        group.name,
+        group.of.len(),
+        group.share(Trial::solved),
+        well_felt.share(Trial::solved),
+        group.share(Trial::certified),
+        group.wrong(),
+        group.share(|o| o.solved() && !o.certified()),
+        group.seconds(0.5),
+        group.seconds(0.95),
+    )
+}
+
+/// The simulation of a trial.
+pub(crate) fn simulation(seed: u64, noise: NoiseKind, jumps: bool) -> SimulateJob {
+    let motion = if jumps { MotionKind::Random } else { MotionKind::RandomJumpFree };
+    SimulateJob { seed, object: Object::Mixed, motion, samples: None, touchpads: noise.touchpads() }
+}
+
+fn sweep(simulations: &[SimulateJob]) -> Sweep {
+    let jobs = simulations.iter().map(|simulation| Job {
+        source: Source::Simulate(simulation.clone()),
+        reconstruct: ReconstructChoice::default(),
+        score: ScoreChoice { reference: true, bound: true },
+    });
+    Sweep { jobs: jobs.collect(), base: PathBuf::new() }
+}
