@@ -122,33 +122,7 @@ pub(crate) fn compare_evidence(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::estimate::model::noise::Noise;
-    use crate::estimate::model::prior::Prior;
-    use crate::plan::{PalmLimits, plan_turn};
-    use crate::sensor::Touchpad;
-    use crate::shape::NamedShape;
-    use crate::simulate::{SimulateOptions, simulate};
-
-    const SIZE_M: f64 = 0.03;
-
-    /// A pebble turned around, and the optimum near the truth.
-    fn setting() -> (Measurements, Fit) {
-        let pebble = NamedShape::Pebble.shape(SIZE_M).expect("a valid size");
-        let plan = plan_turn(&pebble, &PalmLimits::default(), 40.0).expect("a motion without a jump");
-        let options = SimulateOptions {
-            start_psi_rad: plan.start_psi_rad,
-            touchpad: Touchpad { noise_sd_m: 1e-4, ..Touchpad::ideal() },
-            ..SimulateOptions::default()
-        };
-        let run = simulate(&pebble, &plan.motion.sample(5.0).expect("possible"), &options).expect("possible");
-        let measurements = Measurements::new(&run.log, None);
-        let psi = run.truth.motion.iter().map(|pose| pose.psi_rad).collect();
-        let (noise, prior) =
-            (Noise { sensor_m: 1e-4, balance_m: 2e-5 }, Prior { size_m: SIZE_M, scale_m: 0.5 * SIZE_M });
-        let order = pebble.harmonics_m().len();
-        let estimate = Smoother::new(&measurements, order, noise, prior).run(pebble.coefficients(), psi, STOPPING);
-        (measurements, Fit { estimate, order, noise, prior, log_evidence: 0.0 })
-    }
+    use crate::estimate::association::turned_pebble::turned_pebble;
 
     /// The motion of a fit with some samples turned by `turn`.
     fn elsewhere(fit: &Fit, samples: Range<usize>, turn: f64) -> Vec<f64> {
@@ -159,7 +133,7 @@ mod tests {
 
     #[test]
     fn an_ambiguity_is_resolved_where_the_evidence_rejects_the_alternative() {
-        let (measurements, fit) = setting();
+        let (measurements, fit) = turned_pebble();
         let count = measurements.len();
         let mut ambiguity = Ambiguity::new(vec![f64::INFINITY; count]);
         ambiguity.lower(50..52, 1.0);
@@ -177,7 +151,7 @@ mod tests {
 
     #[test]
     fn a_more_likely_alternative_is_taken_and_its_samples_stay_ambiguous_until_then() {
-        let (measurements, right) = setting();
+        let (measurements, right) = turned_pebble();
         let mut wrong = right.clone();
         wrong.estimate.psi = elsewhere(&right, 50..52, 1.5);
         let mut ambiguity = Ambiguity::new(vec![f64::INFINITY; measurements.len()]);

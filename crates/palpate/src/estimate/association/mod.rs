@@ -7,4 +7,6 @@ pub(crate) mod decode;
 pub(crate) mod predictive;
 pub(crate) mod short_segments;
 pub(crate) mod transitions;
+#[cfg(test)]
+mod turned_pebble;
 pub(crate) mod viterbi;

@@ -1,15 +1,7 @@
 use super::*;
-use crate::estimate::model::noise::Noise;
-use crate::estimate::model::prior::Prior;
+use crate::estimate::association::turned_pebble::turned_pebble;
 use crate::estimate::motion::SHORT_SEGMENT;
-use crate::estimate::solver::gauss_newton::{Estimate, Smoother, StoppingCriteria};
-use crate::plan::{PalmLimits, plan_turn};
-use crate::sensor::Touchpad;
-use crate::shape::NamedShape;
-use crate::simulate::{SimulateOptions, simulate};
 use std::ops::Range;
-
-const SIZE_M: f64 = 0.03;
 
 #[test]
 fn a_segment_is_short_below_the_limit_and_not_at_it() {
@@ -38,26 +30,6 @@ fn a_start_at_an_end_of_the_log_makes_an_empty_segment() {
     assert_eq!(short_segments(&[40], 40), std::slice::from_ref(&(40..40)));
 }
 
-/// A pebble turned around over some 200 samples with a little noise, and the optimum near the truth.
-fn setting() -> (Measurements, Fit) {
-    let pebble = NamedShape::Pebble.shape(SIZE_M).expect("a valid size");
-    let plan = plan_turn(&pebble, &PalmLimits::default(), 40.0).expect("a motion without a jump");
-    let options = SimulateOptions {
-        start_psi_rad: plan.start_psi_rad,
-        touchpad: Touchpad { noise_sd_m: 1e-4, ..Touchpad::ideal() },
-        ..SimulateOptions::default()
-    };
-    let run = simulate(&pebble, &plan.motion.sample(5.0).expect("possible"), &options).expect("possible");
-    let measurements = Measurements::new(&run.log, None);
-    let psi = run.truth.motion.iter().map(|pose| pose.psi_rad).collect();
-    let (noise, prior) = (Noise { sensor_m: 1e-4, balance_m: 2e-5 }, Prior { size_m: SIZE_M, scale_m: 0.5 * SIZE_M });
-    let order = pebble.harmonics_m().len();
-    let effort = StoppingCriteria { iterations: 20, tolerance: 1e-7 };
-    let Estimate { coefficients, psi, cost } =
-        Smoother::new(&measurements, order, noise, prior).run(pebble.coefficients(), psi, effort);
-    (measurements, Fit { estimate: Estimate { coefficients, psi, cost }, order, noise, prior, log_evidence: 0.0 })
-}
-
 fn unambiguous(measurements: &Measurements) -> Ambiguity {
     Ambiguity::new(vec![f64::INFINITY; measurements.len()])
 }
@@ -82,7 +54,7 @@ fn ambiguous(ambiguity: &Ambiguity) -> Vec<usize> {
 
 #[test]
 fn a_short_segment_at_its_true_pose_is_unambiguous() {
-    let (measurements, fit) = setting();
+    let (measurements, fit) = turned_pebble();
     let mut ambiguity = unambiguous(&measurements);
     let alternatives = reassociated(&measurements, &fit, &[100, 100 + SHORT_SEGMENT - 1], &mut ambiguity);
     assert!(alternatives.is_empty());
@@ -91,7 +63,7 @@ fn a_short_segment_at_its_true_pose_is_unambiguous() {
 
 #[test]
 fn a_short_segment_at_a_wrong_pose_is_ambiguous_and_the_true_pose_is_an_alternative() {
-    let (measurements, mut fit) = setting();
+    let (measurements, mut fit) = turned_pebble();
     let (truth, segment) = (fit.estimate.psi.clone(), slow_segment(&fit));
     fit.estimate.psi[segment.clone()].iter_mut().for_each(|psi| *psi += 1.5);
     let mut ambiguity = unambiguous(&measurements);
@@ -108,7 +80,7 @@ fn a_short_segment_at_a_wrong_pose_is_ambiguous_and_the_true_pose_is_an_alternat
 
 #[test]
 fn the_samples_of_a_short_segment_do_not_support_their_own_pose() {
-    let (mut measurements, fit) = setting();
+    let (mut measurements, fit) = turned_pebble();
     let segment = slow_segment(&fit);
     // All other samples have no weight, so that there is no predictive shape.
     let others = (0..measurements.len()).filter(|sample| !segment.contains(sample));
@@ -120,7 +92,7 @@ fn the_samples_of_a_short_segment_do_not_support_their_own_pose() {
 
 #[test]
 fn a_long_segment_at_a_wrong_pose_is_not_tested() {
-    let (measurements, mut fit) = setting();
+    let (measurements, mut fit) = turned_pebble();
     fit.estimate.psi[100..100 + SHORT_SEGMENT].iter_mut().for_each(|psi| *psi += 1.5);
     let mut ambiguity = unambiguous(&measurements);
     assert!(reassociated(&measurements, &fit, &[100, 100 + SHORT_SEGMENT], &mut ambiguity).is_empty());
@@ -129,7 +101,7 @@ fn a_long_segment_at_a_wrong_pose_is_not_tested() {
 
 #[test]
 fn with_too_many_samples_in_short_segments_all_are_ambiguous_and_none_has_an_alternative() {
-    let (measurements, fit) = setting();
+    let (measurements, fit) = turned_pebble();
     let each = SHORT_SEGMENT - 1;
     assert_eq!(MOST_SAMPLES % each, 0, "short segments of the longest kind reach the limit exactly");
     // All segments are adjacent, the first at sample 100.
