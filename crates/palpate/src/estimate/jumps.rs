@@ -52,23 +52,27 @@ impl DetectedJump {
     }
 }
 
-/// The jumps in an unwrapped motion of `shape`; a fast slide along one branch of poses is none.
+/// The jumps in an unwrapped motion of `shape`, each at a later sample than the one before; a fast slide along one branch of poses is none.
 pub(crate) fn detect_jumps(shape: &SupportFunction, palms: &[PalmPair], psi: &[f64]) -> Vec<DetectedJump> {
     let mut jumps = Vec::new();
+    // The motion up to this sample is accounted for: the ringing about a later jump does not reach back over an earlier one.
     let mut settled = 0;
     for sample in outlying_steps(psi) {
-        if sample < settled {
+        if sample <= settled {
             continue;
         }
         let direct = passage(shape, palms, (sample - 1, psi[sample - 1]), (sample, psi[sample]));
         if direct.physical {
-            jumps.extend(direct.jumped.then_some(direct.jump));
+            if direct.jumped {
+                jumps.push(direct.jump);
+                settled = sample;
+            }
             continue;
         }
         // Not from one equilibrium to another: perhaps from before the ringing to after it.
-        let rest_before = (sample.saturating_sub(LONGEST_RINGING)..sample)
+        let rest_before = (settled.max(sample.saturating_sub(LONGEST_RINGING))..sample)
             .rev()
-            .find(|&i| i == 0 || (psi[i] - psi[i - 1]).abs() < SMALLEST_STEP)
+            .find(|&i| i == settled || (psi[i] - psi[i - 1]).abs() < SMALLEST_STEP)
             .unwrap_or(sample - 1);
         let last = (sample + LONGEST_RINGING).min(psi.len() - 1);
         let quiet = |i: usize| {
@@ -76,7 +80,7 @@ pub(crate) fn detect_jumps(shape: &SupportFunction, palms: &[PalmPair], psi: &[f
         };
         let rest_after = (sample..last).find(|&i| quiet(i)).unwrap_or(last);
         let whole = passage(shape, palms, (rest_before, psi[rest_before]), (rest_after, psi[rest_after]));
-        settled = rest_after + 1;
+        settled = rest_after;
         if whole.physical && whole.jump.rings_with(&direct.jump) {
             // The jump is the longest step of the ringing.
             let step = |i: &usize| (psi[*i] - psi[*i - 1]).abs();

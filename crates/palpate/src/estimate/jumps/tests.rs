@@ -127,3 +127,29 @@ fn a_step_much_longer_than_the_jump_is_not_explained_as_its_ringing() {
     let first = found.first().expect("a jump");
     assert!((first.sample, first.physical) == (at, false), "{found:?}");
 }
+
+#[test]
+fn jumps_are_in_the_order_of_their_samples_however_the_object_rings() {
+    let hexagon = crate::shape::rounded_polygon(6, 0.3, 0.35).expect("possible").scaled(0.03).translated(0.004, 0.002);
+    let motion = PalmMotion::random(6, 20.0, 1.0).and_then(|motion| motion.sample(25.0)).expect("possible");
+    let run = simulate(&hexagon, &motion, &SimulateOptions::default()).expect("possible");
+    let palms: Vec<PalmPair> = run.log.samples.iter().map(|sample| sample.palms).collect();
+    let still: Vec<f64> = run.truth.motion.iter().map(|pose| pose.psi_rad).collect();
+    let starts: Vec<usize> = detect_jumps(&hexagon, &palms, &still).iter().map(|jump| jump.sample).collect();
+    assert!(starts.len() > 3, "{starts:?}");
+    for swing in [0.05, 0.1, 0.2, 0.4, 0.8] {
+        for decay in [0.8, 0.9, 0.97] {
+            let mut psi = still.clone();
+            for &start in &starts {
+                // From the second sample after the jump on, so that the jump itself is as statics has it.
+                for (index, psi) in psi.iter_mut().enumerate().skip(start + 1).take(50) {
+                    *psi += swing * (-f64::from(decay)).powi((index - start) as i32);
+                }
+            }
+            let jumps = detect_jumps(&hexagon, &palms, &psi);
+            let ordered = jumps.windows(2).all(|pair| pair[0].sample < pair[1].sample);
+            let samples: Vec<usize> = jumps.iter().map(|jump| jump.sample).collect();
+            assert!(ordered, "swing {swing}, decay {decay}: {samples:?}");
+        }
+    }
+}
