@@ -51,6 +51,7 @@ fn reconstruction() -> Reconstruction {
             physical: true,
         }],
         coverage: 0.98,
+        symmetry: FoundSymmetry::default(),
         alternatives: 1,
         others: Vec::new(),
         sensor_sd_m: 1e-4,

@@ -22,6 +22,9 @@ pub struct Arguments {
     /// Motions that know nothing of the shape, with as many jumps as come (default: motions without jumps).
     #[arg(long)]
     jumps: bool,
+    /// Symmetric objects of even mass, in place of the mixture (only with `--jumps`).
+    #[arg(long, requires = "jumps")]
+    symmetric: bool,
     /// Trials; with jumps in all, without for each kind of noise [default: 500 with jumps, 200 without].
     #[arg(long)]
     trials: Option<u64>,
@@ -54,12 +57,14 @@ impl Arguments {
     fn command(&self) -> String {
         let seeds: Vec<String> = self.seed.iter().map(u64::to_string).collect();
         let jumps = if self.jumps { " --jumps" } else { "" };
-        format!("cargo xtask monte-carlo{jumps} --trials {} --seed {}", self.trials(), seeds.join(","))
+        let symmetric = if self.symmetric { " --symmetric" } else { "" };
+        format!("cargo xtask monte-carlo{jumps}{symmetric} --trials {} --seed {}", self.trials(), seeds.join(","))
     }
 
     /// The tables that this study is for: the whole one, and the short one of the README. None has sets of trials without jumps.
     fn places(&self) -> &'static [Place] {
         match (self.jumps, self.seed.len()) {
+            _ if self.symmetric => &[],
             (false, 1) => &[tables::MONTE_CARLO, tables::ACCURACY],
             (true, 1) => &[tables::MONTE_CARLO_JUMPS, tables::ACCURACY_JUMPS],
             (true, _) => &[tables::MONTE_CARLO_SETS],
@@ -182,8 +187,11 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let started = Instant::now();
     let trials: Vec<(u64, u64, NoiseKind)> =
         arguments.seed.iter().flat_map(|first| set(*first, arguments.trials(), arguments.jumps)).collect();
-    let jobs: Vec<SimulateJob> =
+    let mut jobs: Vec<SimulateJob> =
         trials.iter().map(|(_, seed, noise)| simulation(*seed, *noise, arguments.jumps)).collect();
+    if arguments.symmetric {
+        jobs.iter_mut().for_each(|job| job.object = Object::Symmetric);
+    }
     let sweep = sweep(&jobs);
     let threads = std::thread::available_parallelism().unwrap_or(NonZero::<usize>::MIN);
     let outcomes = match &arguments.out {

@@ -3,7 +3,8 @@
 use palpate::Reconstruction;
 use palpate::compare::TruthError;
 use palpate::number_or_null;
-use palpate::reconstruct::{Doubt, Jump, Verdict};
+use palpate::reconstruct::{Doubt, FoundSymmetry, Jump, Verdict};
+use palpate::shape::Symmetry;
 use serde::{Deserialize, Serialize};
 
 /// The summary of a result, `summary.json`. A number that could not be computed (NaN or infinite) is `null` in JSON and reads back
@@ -32,6 +33,9 @@ pub struct Summary {
     pub coverage: f64,
     /// Number of distinct arrangements that fit equally well; 1 when the answer is unique.
     pub alternatives: usize,
+    /// How the object is symmetric.
+    #[serde(default)]
+    pub symmetry: SymmetrySummary,
     /// Standard deviation of the contact positions, metres.
     #[serde(with = "number_or_null")]
     pub sensor_sd_m: f64,
@@ -88,6 +92,38 @@ impl From<&Jump> for JumpSummary {
     }
 }
 
+/// How an object is symmetric: `order` 2 and more is its own image when turned by 2π/`order`, and its ψ is then defined up to multiples
+/// of that between pieces.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SymmetrySummary {
+    /// Order of rotation; 1 = none.
+    pub order: u32,
+    /// Whether it is its own mirror image.
+    pub mirror: bool,
+    /// The probability of this, 0 to 1; `null` where it was not asked.
+    #[serde(with = "number_or_null")]
+    pub probability: f64,
+}
+
+impl Default for SymmetrySummary {
+    /// Not asked.
+    fn default() -> Self {
+        FoundSymmetry::default().into()
+    }
+}
+
+impl From<FoundSymmetry> for SymmetrySummary {
+    fn from(FoundSymmetry { symmetry: Symmetry { order, mirror }, probability }: FoundSymmetry) -> Self {
+        Self { order, mirror, probability }
+    }
+}
+
+impl From<SymmetrySummary> for FoundSymmetry {
+    fn from(SymmetrySummary { order, mirror, probability }: SymmetrySummary) -> Self {
+        Self { symmetry: Symmetry { order, mirror }, probability }
+    }
+}
+
 /// How far a result is from the truth. A number that could not be computed is `null` in JSON and reads back as NaN.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TruthSummary {
@@ -135,6 +171,7 @@ impl Summary {
             jump_details: jumps().map(JumpSummary::from).collect(),
             coverage: reconstruction.coverage,
             alternatives: reconstruction.alternatives,
+            symmetry: reconstruction.symmetry.into(),
             sensor_sd_m: reconstruction.sensor_sd_m,
             balance_sd_m: reconstruction.balance_sd_m,
             samples: reconstruction.motion.len(),

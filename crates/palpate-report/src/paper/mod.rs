@@ -137,6 +137,7 @@ mod tests {
             chi2_per_dof: f64::NAN,
             jumps: vec![],
             coverage: 0.0,
+            symmetry: FoundSymmetry::default(),
             alternatives: 1,
             others: vec![],
             sensor_sd_m: f64::NAN,

@@ -16,6 +16,9 @@ pub enum Object {
     /// A third each: Fourier shapes of order 3 to 8, ellipses, rounded polygons; sizes and centres of mass as the seed has it.
     /// These are the objects of the accuracy study.
     Mixed,
+    /// What people make: an ellipse, a rounded triangle, square or hexagon, a bar, or an egg (a mirror image of itself, no more),
+    /// of even mass; sizes as the seed has it.
+    Symmetric,
     /// A shape with a name; the seed draws nothing.
     Named {
         /// Its name.
@@ -80,6 +83,7 @@ impl Object {
     pub(crate) fn draw(&self, rng: &mut ChaCha8Rng) -> Result<(String, SupportFunction), ShapeError> {
         match *self {
             Self::Mixed => mixed(rng),
+            Self::Symmetric => symmetric(rng),
             Self::Named { name, mean_radius_m } => Ok((name.0.to_string(), name.0.shape(mean_radius_m)?)),
             Self::Fourier { order, mean_radius_m, mass_offset } => {
                 let kind = RandomShape { mean_radius_m, order, mass_offset: 0.0, ..RandomShape::default() };
@@ -122,6 +126,37 @@ fn mixed(rng: &mut ChaCha8Rng) -> Result<(String, SupportFunction), ShapeError> 
     };
     let offset = 0.2 * radius * rng.random_range(0.0f64..1.0).sqrt();
     let shape = off_centre(&shape, offset, rng);
+    Ok((name, shape.rotated(rng.random_range(0.0..TAU))))
+}
+
+/// An object of even mass that is its own image when turned by part of a circle, or in a mirror.
+fn symmetric(rng: &mut ChaCha8Rng) -> Result<(String, SupportFunction), ShapeError> {
+    let radius = rng.random_range(0.018..0.04);
+    let (name, unit) = match rng.random_range(0..6) {
+        0 => {
+            let ratio = rng.random_range(0.55..0.9);
+            (format!("ellipse {ratio:.2}"), ellipse(1.0, ratio)?)
+        }
+        1 => {
+            // A disc moved along an ellipse: rounded ends and flat sides.
+            let (length, corner): (f64, f64) = (rng.random_range(0.6..1.5), rng.random_range(0.4..0.6));
+            let spine = ellipse(length, 0.15)?;
+            let bar = SupportFunction::new(spine.mean_radius_m() + corner, spine.harmonics_m().to_vec());
+            (format!("bar {:.1}", (length + corner) / (0.15 + corner)), bar)
+        }
+        2 => {
+            let (second, third) = (rng.random_range(0.03..0.09), rng.random_range(0.01..0.04));
+            let egg = SupportFunction::new(1.0, vec![[0.0, 0.0], [second, 0.0], [third, 0.0]]);
+            let centroid = egg.centroid();
+            ("egg".to_owned(), egg.translated(-centroid.x_m, -centroid.y_m))
+        }
+        kind => {
+            let corners = [3, 4, 6][kind - 3];
+            let smoothness = rng.random_range(0.25..0.5) * 3.0 / f64::from(corners);
+            (format!("polygon {corners}"), rounded_polygon(corners, rng.random_range(0.2..0.5), smoothness)?)
+        }
+    };
+    let shape = unit.scaled(radius / unit.mean_radius_m());
     Ok((name, shape.rotated(rng.random_range(0.0..TAU))))
 }
 

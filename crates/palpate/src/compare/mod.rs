@@ -6,9 +6,11 @@
 mod alignment;
 mod hausdorff;
 
+use std::f64::consts::TAU;
+
 use thiserror::Error;
 
-use crate::math::angle::{mean_direction, wrapped};
+use crate::math::angle::{mean_direction, wrapped_to};
 pub use crate::math::procrustes::{RigidMotion, procrustes, procrustes_rotation_rad};
 use crate::reconstruct::Reconstruction;
 use crate::shape::{ShapeError, SupportFunction};
@@ -28,7 +30,8 @@ pub struct TruthError {
     /// Hausdorff distance of the felt boundary after the best rotation, metres: the largest distance of a felt point of
     /// the reconstruction to the true outline, or of its true counterpart to the reconstructed outline.
     pub hausdorff_m: f64,
-    /// RMS error of ψ over all samples after the best constant offset, radians.
+    /// RMS error of ψ over all samples after the best constant offset, radians. Of an object that was found to be symmetric, up to
+    /// multiples of the period of its symmetry.
     pub rms_psi_rad: f64,
     /// RMS distance of the centre of mass over all samples, in the global frame, metres.
     pub rms_com_m: f64,
@@ -76,7 +79,7 @@ pub fn compare(reconstruction: &Reconstruction, truth: &Truth) -> Result<TruthEr
     }
     let differences: Vec<f64> =
         reconstruction.motion.iter().zip(&truth.motion).map(|(found, real)| real.psi_rad - found.psi_rad).collect();
-    let (offset, rms_psi_rad) = mean_angle(&differences);
+    let (offset, rms_psi_rad) = mean_angle(&differences, reconstruction.symmetry.symmetry.period_rad());
     let turned = alignment::best(&felt, &true_shape, offset, false);
     let moved = alignment::best(&felt, &true_shape, offset, true);
     let squares = reconstruction.motion.iter().zip(&truth.motion).map(|(found, real)| {
@@ -102,19 +105,20 @@ pub fn true_support(truth: &Truth) -> Result<SupportFunction, ShapeError> {
     SupportFunction::from_samples(&truth.support, order)
 }
 
-/// The constant closest to some angles, and the RMS of what is left, both radians; whole turns do not count.
-fn mean_angle(angles: &[f64]) -> (f64, f64) {
-    let mut mean = mean_direction(angles.iter().copied());
+/// The constant closest to some angles, and the RMS of what is left, both radians; multiples of `period` do not count.
+fn mean_angle(angles: &[f64], period: f64) -> (f64, f64) {
+    let times = TAU / period;
+    let mut mean = mean_direction(angles.iter().map(|angle| times * angle)) / times;
     let count = angles.len() as f64;
     // The mean direction is a start; the least squares of the wrapped differences is the mean of them, repeated.
     for _ in 0..20 {
-        let step = angles.iter().map(|angle| wrapped(angle - mean)).sum::<f64>() / count;
+        let step = angles.iter().map(|angle| wrapped_to(angle - mean, period)).sum::<f64>() / count;
         mean += step;
         if step.abs() < 1e-15 {
             break;
         }
     }
-    let square = angles.iter().map(|angle| wrapped(angle - mean).powi(2)).sum::<f64>() / count;
+    let square = angles.iter().map(|angle| wrapped_to(angle - mean, period).powi(2)).sum::<f64>() / count;
     (mean, square.sqrt())
 }
 

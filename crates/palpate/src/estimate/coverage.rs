@@ -2,6 +2,7 @@
 
 use crate::estimate::measurements::Measurements;
 use crate::estimate::motion::{outlying_steps, short_segments, unwrap};
+use crate::shape::Symmetry;
 use std::f64::consts::TAU;
 
 /// Number of equally spaced normal angles at which the boundary is reported.
@@ -100,6 +101,38 @@ pub(crate) fn felt_nodes(measurements: &Measurements, psi: &[f64]) -> impl Itera
         measurements.instants.iter().zip(&unwrapped).map(|(instant, psi)| instant.contact_angles(*psi)).collect();
     let counts = touches(&contact_paths(measurements, &angles, &starts));
     (0..NODES).filter(move |&node| counts[node] > 0)
+}
+
+/// How often each node of the outline was felt, itself or a copy of it, from how often it was felt itself. The mirror, where there is one, lies at `axis` (radians).
+pub(crate) fn completed(counts: &[u32], symmetry: Symmetry, axis: f64) -> Vec<u32> {
+    let nodes = counts.len();
+    let copies = |node: usize| images(node, nodes, symmetry, axis).map(|image| counts[image]).sum();
+    (0..nodes).map(copies).collect()
+}
+
+/// Share of the felt boundary, copies laid on each other, that was felt on two copies at least: what a symmetry is seen by.
+pub(crate) fn overlap(counts: &[u32], symmetry: Symmetry, axis: f64) -> f64 {
+    let nodes = counts.len();
+    let felt_copies = |node: usize| images(node, nodes, symmetry, axis).filter(|&image| counts[image] > 0).count();
+    let (mut once, mut twice) = (0, 0);
+    for felt in (0..nodes).map(felt_copies) {
+        once += usize::from(felt > 0);
+        twice += usize::from(felt > 1);
+    }
+    if once == 0 { 0.0 } else { twice as f64 / once as f64 }
+}
+
+/// The images of a node, itself among them.
+fn images(node: usize, nodes: usize, symmetry: Symmetry, axis: f64) -> impl Iterator<Item = usize> {
+    let order = symmetry.order.max(1) as usize;
+    let mirrored = symmetry.mirror.then(|| {
+        let twice_axis = (2.0 * axis / TAU * nodes as f64).round() as i64;
+        (twice_axis - node as i64).rem_euclid(nodes as i64) as usize
+    });
+    [Some(node), mirrored]
+        .into_iter()
+        .flatten()
+        .flat_map(move |start| (0..order).map(move |copy| (start + copy * nodes / order) % nodes))
 }
 
 /// A contact that moves further than this between two samples, in radians, did not feel the boundary in between: it may have

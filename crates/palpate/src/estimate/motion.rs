@@ -1,7 +1,8 @@
 //! Motions of the object, sample by sample: unwrapping, outlying steps, comparison up to a common rotation, short segments.
 
-use crate::math::angle::mean_direction;
+use crate::math::angle::{mean_direction, wrapped_to};
 use crate::math::statistics::median;
+use std::f64::consts::TAU;
 use std::ops::Range;
 
 /// A turn by less than this between two samples never stands out, radians: noise alone turns a pose as far.
@@ -15,9 +16,14 @@ const STEPS_AROUND: usize = 25;
 
 /// Brings angles of neighbouring samples within half a turn of each other.
 pub(crate) fn unwrap(psi: &mut [f64]) {
+    unwrap_to(psi, TAU);
+}
+
+/// The same where poses that differ by a multiple of `period` are one: within half a period.
+pub(crate) fn unwrap_to(psi: &mut [f64], period: f64) {
     for index in 1..psi.len() {
-        let turns = ((psi[index] - psi[index - 1]) / std::f64::consts::TAU).round();
-        psi[index] -= turns * std::f64::consts::TAU;
+        let turns = ((psi[index] - psi[index - 1]) / period).round();
+        psi[index] -= turns * period;
     }
 }
 
@@ -35,28 +41,28 @@ pub(crate) fn outlying_steps(psi: &[f64]) -> Vec<usize> {
         .collect()
 }
 
-/// The rotation that brings the motion `b` closest to `a`, radians.
-pub(crate) fn common_rotation(a: &[f64], b: &[f64]) -> f64 {
-    mean_direction(a.iter().zip(b).map(|(a, b)| a - b))
+/// The rotation that brings the motion `b` closest to `a`, radians; poses that differ by a multiple of `period` are one.
+pub(crate) fn common_rotation(a: &[f64], b: &[f64], period: f64) -> f64 {
+    let times = TAU / period;
+    mean_direction(a.iter().zip(b).map(|(a, b)| times * (a - b))) / times
 }
 
-/// Number of samples that two motions have at different poses, up to a common rotation.
-pub(crate) fn moved(a: &[f64], b: &[f64]) -> usize {
-    let turned = common_rotation(a, b);
-    a.iter().zip(b).filter(|(a, b)| (0.5 * (*a - *b - turned)).sin().abs() > ELSEWHERE).count()
+/// Number of samples that two motions have at different poses, up to a common rotation and multiples of `period`.
+pub(crate) fn moved(a: &[f64], b: &[f64], period: f64) -> usize {
+    let turned = common_rotation(a, b, period);
+    a.iter().zip(b).filter(|(a, b)| wrapped_to(*a - *b - turned, period).abs() > ELSEWHERE).count()
 }
 
-/// Sine of half the angle from which on poses count as different: 5.7 degrees, more than a fit moves a pose that keeps its
-/// minimum.
-pub(crate) const ELSEWHERE: f64 = 0.05;
+/// The angle from which on poses count as different, radians: 5.7 degrees, more than a fit moves a pose that keeps its minimum.
+pub(crate) const ELSEWHERE: f64 = 0.1;
 
 /// Mean of 1 − cos of the differences up to which two motions are the same: that of 3 degrees.
 const SAME_MOTION: f64 = 1.4e-3;
 
-/// Whether two motions over the same instants are the same, up to a common rotation.
-pub(crate) fn same_motion(a: &[f64], b: &[f64]) -> bool {
-    let turned = common_rotation(a, b);
-    let apart = |(a, b): (&f64, &f64)| 1.0 - (a - b - turned).cos();
+/// Whether two motions over the same instants are the same, up to a common rotation and multiples of `period`.
+pub(crate) fn same_motion(a: &[f64], b: &[f64], period: f64) -> bool {
+    let turned = common_rotation(a, b, period);
+    let apart = |(a, b): (&f64, &f64)| 1.0 - wrapped_to(a - b - turned, period).cos();
     let mean = a.iter().zip(b).map(apart).sum::<f64>() / a.len().max(1) as f64;
     mean < SAME_MOTION
 }

@@ -43,7 +43,7 @@ pub fn posterior(log: &Log, reconstruction: &Reconstruction) -> Result<Informati
     let left2: Vec<f64> = poses.iter().filter_map(|pose| pose.residual2_m).collect();
     let inflation = 0.5 * (correlation_time(&left1) + correlation_time(&left2));
     // The estimator's own prior of the harmonics follows the data; so does this one.
-    let mut prior = Prior { size_m, scale_m: 0.5 * size_m };
+    let mut prior = Prior::new(size_m, 0.5 * size_m);
     for _ in 0..ROUNDS {
         let information = Information::at(&measurements, &of(prior), felt_rad.clone(), 1.0)?;
         prior.scale_m = updated_scale(&estimate.coefficients, &information.variances_m2(), prior);

@@ -73,7 +73,7 @@ impl Information {
             order,
             noise: Noise { sensor_m: sensor_sd_m, balance_m: 1e-3 * sensor_sd_m },
             // As good as none: the information is the data's own. (The size is the true one, for convexity is told from it.)
-            prior: Prior { size_m, scale_m: 1e6 * size_m },
+            prior: Prior::new(size_m, 1e6 * size_m),
             log_evidence: 0.0,
         };
         let felt_rad = felt_nodes(&measurements, psi_rad).map(|node| TAU * node as f64 / NODES as f64).collect();

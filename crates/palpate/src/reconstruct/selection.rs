@@ -12,6 +12,7 @@ use crate::reconstruct::result::reconstruction::Reconstruction;
 use crate::reconstruct::verdict::assemble::{Candidate, Expected, assemble};
 use crate::reconstruct::verdict::doubt::{Doubt, Verdict};
 use rayon::prelude::*;
+use std::f64::consts::TAU;
 
 /// Explanations that are waited for besides the first, where noisy contacts miss the balance: each costs a refinement.
 const FURTHER_EXPLANATIONS: usize = 2;
@@ -53,7 +54,8 @@ impl Job<'_> {
     /// The result of a refined arrangement.
     pub fn assemble(&self, refined: Refined) -> Result<Candidate, ReconstructError> {
         let expected = Expected { stated_m: self.stated_m, scatter_m: self.scatter_m };
-        assemble(self.log, &refined.measurements, refined.fine, &refined.ambiguity_rad, expected, &self.options.limits)
+        let found = (&refined.ambiguity_rad[..], refined.symmetry_probability);
+        assemble(self.log, &refined.measurements, refined.fine, found, expected, &self.options.limits)
             .ok_or(ReconstructError::NotSolvable)
     }
 
@@ -104,7 +106,7 @@ impl Job<'_> {
 /// Whether two results have the same motion, up to a common rotation and the noise.
 fn same_result(a: &Reconstruction, b: &Reconstruction) -> bool {
     let psi = |result: &Reconstruction| -> Vec<f64> { result.motion.iter().map(|pose| pose.psi_rad).collect() };
-    same_motion(&psi(a), &psi(b))
+    same_motion(&psi(a), &psi(b), a.symmetry.symmetry.period_rad())
 }
 
 /// The arrangements but the first that explain the thinned log about as well as the chosen one, or better.
@@ -117,7 +119,7 @@ fn alternatives(thin: &Measurements, candidates: &[Estimate], chosen: &Fit) -> V
     let best = smoothed.iter().map(|estimate| estimate.cost).fold(f64::INFINITY, f64::min);
     (1..smoothed.len())
         .filter(|&index| smoothed[index].cost < best + NEAR_EQUAL)
-        .filter(|&index| !smoothed[..index].iter().any(|other| same_motion(&other.psi, &smoothed[index].psi)))
+        .filter(|&index| !smoothed[..index].iter().any(|other| same_motion(&other.psi, &smoothed[index].psi, TAU)))
         .take(MOST_ALTERNATIVES)
         .collect()
 }

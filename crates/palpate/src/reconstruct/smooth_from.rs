@@ -100,7 +100,7 @@ pub fn smooth_from(
     check_start(log, shape, Some(psi_rad))?;
     let measurements = Measurements::new(log, Some(options.sensor_sd_m));
     let noise = Noise { sensor_m: options.sensor_sd_m, balance_m: options.balance_sd_m };
-    let prior = Prior { size_m: options.size_m, scale_m: options.prior_scale_m };
+    let prior = Prior::new(options.size_m, options.prior_scale_m);
     let smoother = Smoother::new(&measurements, options.harmonics, noise, prior).strictly_convex();
     let effort = StoppingCriteria { iterations: options.most_steps, tolerance: options.tolerance };
     let descent = smoother.descend(shape.coefficients(), psi_rad.to_vec(), effort);

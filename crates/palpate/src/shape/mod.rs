@@ -4,8 +4,10 @@ mod fit;
 mod named;
 mod random;
 mod support_function;
+mod symmetry;
 
 pub use fit::ShapeError;
 pub use named::{NamedShape, UnknownShape, ellipse, rounded_polygon};
 pub use random::{RandomShape, random_shape};
 pub use support_function::{BoundaryPoint, ContactSupport, SupportFunction};
+pub use symmetry::Symmetry;

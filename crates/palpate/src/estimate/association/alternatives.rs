@@ -8,7 +8,7 @@ use crate::estimate::evidence::motion_prior::CERTAIN;
 use crate::estimate::measurements::Measurements;
 use crate::estimate::motion::common_rotation;
 use crate::estimate::solver::gauss_newton::{Estimate, Fit, Smoother, StoppingCriteria};
-use crate::math::angle::wrapped;
+use crate::math::angle::wrapped_to;
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -58,8 +58,9 @@ impl Ambiguity {
 
     /// The decoded motion as an alternative to the fitted one, where they differ; the samples at which they do are ambiguous
     /// until then.
-    pub fn unsettled(&mut self, fitted: &[f64], decoded: &[f64]) -> Option<Alternative> {
-        let samples: Vec<usize> = (0..fitted.len()).filter(|&sample| !near(fitted[sample], decoded[sample])).collect();
+    pub fn unsettled(&mut self, fitted: &[f64], decoded: &[f64], period: f64) -> Option<Alternative> {
+        let differ = |sample: &usize| !near(fitted[*sample], decoded[*sample], period);
+        let samples: Vec<usize> = (0..fitted.len()).filter(differ).collect();
         samples.iter().for_each(|&sample| self.lower(sample..sample + 1, 0.0));
         (!samples.is_empty()).then(|| Alternative { psi: decoded.to_vec(), samples, motion_cost: 0.0 })
     }
@@ -89,6 +90,7 @@ pub(crate) fn compare_evidence(
     let Estimate { coefficients, psi, .. } = fit.estimate.clone();
     let here = smoother.run(coefficients, psi, STOPPING);
     let here_evidence = evidence(&here)?;
+    let period = fit.prior.symmetry.period_rad();
     let weighed: Vec<(Estimate, f64)> = alternatives
         .par_iter()
         .map(|Alternative { psi, motion_cost, .. }| {
@@ -103,9 +105,9 @@ pub(crate) fn compare_evidence(
         (ambiguity.margin[sample], ambiguity.distance_rad[sample]) = (f64::INFINITY, 0.0);
     }
     for (there, margin) in &weighed {
-        let turned = common_rotation(&here.psi, &there.psi);
+        let turned = common_rotation(&here.psi, &there.psi, period);
         for &sample in &open {
-            let distance = wrapped(there.psi[sample] + turned - here.psi[sample]).abs();
+            let distance = wrapped_to(there.psi[sample] + turned - here.psi[sample], period).abs();
             // A motion that returned to the fitted pose is no alternative.
             if distance >= LONGEST_STEP {
                 ambiguity.margin[sample] = ambiguity.margin[sample].min(*margin);
@@ -155,7 +157,7 @@ mod tests {
         let mut wrong = right.clone();
         wrong.estimate.psi = elsewhere(&right, 50..52, 1.5);
         let mut ambiguity = Ambiguity::new(vec![f64::INFINITY; measurements.len()]);
-        let alternative = ambiguity.unsettled(&wrong.estimate.psi, &right.estimate.psi).expect("two samples differ");
+        let alternative = ambiguity.unsettled(&wrong.estimate.psi, &right.estimate.psi, std::f64::consts::TAU).expect("two samples differ");
         assert_eq!(alternative.samples, [50, 51]);
         let better = compare_evidence(&measurements, &wrong, &[alternative], &mut ambiguity)
             .expect("the right poses are likelier");

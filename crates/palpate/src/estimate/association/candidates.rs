@@ -7,7 +7,8 @@ use crate::estimate::model::noise::Spread;
 use crate::estimate::model::table::SupportTable;
 use std::f64::consts::TAU;
 
-/// Trial orientations of one sample: 1.5 degrees apart, while minima of 48 harmonics are 7.5 degrees apart.
+/// Trial orientations of one sample: 1.5 degrees apart, while minima of 48 harmonics are 7.5 degrees apart. A multiple of every order
+/// of symmetry.
 const TRIALS: usize = 240;
 
 /// A candidate pose of one sample.
@@ -42,7 +43,7 @@ pub(crate) fn best_orientation(instant: &Instant, coefficients: &[f64], nearest:
             + DISTANCE_SHARE * (1.0 - (psi - nearest).cos());
         square / usual + TIE * tie
     };
-    minima(nearest, &contacts)
+    minima(nearest, TAU, &contacts)
         .into_iter()
         .map(|minimum| (rank(&minimum), minimum.0))
         .min_by(|a, b| a.0.total_cmp(&b.0))
@@ -50,8 +51,14 @@ pub(crate) fn best_orientation(instant: &Instant, coefficients: &[f64], nearest:
 }
 
 /// Candidate orientations of one sample, each with its misfit, best first: minima of the misfit that are not implausible.
-pub(crate) fn candidates(table: &SupportTable, instant: &Instant, spread: Spread, near: f64) -> Vec<(f64, f64)> {
-    let mut found = minima(near, &|psi| spread.misfit(table, instant, psi));
+pub(crate) fn candidates(
+    table: &SupportTable,
+    instant: &Instant,
+    spread: Spread,
+    near: f64,
+    period: f64,
+) -> Vec<(f64, f64)> {
+    let mut found = minima(near, period, &|psi| spread.misfit(table, instant, psi));
     found.sort_by(|a, b| a.1.total_cmp(&b.1));
     let least = found.first().map_or(0.0, |(_, misfit)| *misfit);
     found.retain(|(_, misfit)| *misfit < least + IMPLAUSIBLE);
@@ -69,13 +76,15 @@ const MOST_CANDIDATES: usize = 6;
 /// Steps of the ternary search that refines a minimum: (2/3)^16 of a step of the grid is some thousandths of a degree.
 const REFINEMENTS: usize = 16;
 
-/// All minima of a function of the orientation, with their values, located on a grid that begins at `start`.
-pub(crate) fn minima(start: f64, function: &dyn Fn(f64) -> f64) -> Vec<(f64, f64)> {
+/// All minima of a function of the orientation within one `period` (2π, or a part of it by which the function repeats), with their
+/// values, located on a grid that begins at `start`.
+pub(crate) fn minima(start: f64, period: f64, function: &dyn Fn(f64) -> f64) -> Vec<(f64, f64)> {
     let step = TAU / TRIALS as f64;
-    let grid: Vec<f64> = (0..TRIALS).map(|trial| function(start + step * trial as f64)).collect();
-    (0..TRIALS)
+    let trials = (period / step).round() as usize;
+    let grid: Vec<f64> = (0..trials).map(|trial| function(start + step * trial as f64)).collect();
+    (0..trials)
         .filter(|&trial| {
-            grid[trial] <= grid[(trial + TRIALS - 1) % TRIALS] && grid[trial] <= grid[(trial + 1) % TRIALS]
+            grid[trial] <= grid[(trial + trials - 1) % trials] && grid[trial] <= grid[(trial + 1) % trials]
         })
         .map(|trial| {
             let middle = start + step * trial as f64;

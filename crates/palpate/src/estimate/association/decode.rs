@@ -9,7 +9,7 @@
 use crate::estimate::association::alternatives::Alternative;
 use crate::estimate::association::candidates::{Choice, candidates, minima};
 use crate::estimate::association::predictive::PredictiveShape;
-use crate::estimate::association::transitions::{Transition, near, steps, turn};
+use crate::estimate::association::transitions::{Transition, is_same_pose, near, steps, turn};
 use crate::estimate::association::viterbi::Trellis;
 use crate::estimate::evidence::motion_prior::{CERTAIN, UNSTABLE_POSE};
 use crate::estimate::measurements::{Instant, Measurements};
@@ -18,7 +18,6 @@ use crate::estimate::model::noise::Spread;
 use crate::estimate::model::table::SupportTable;
 use crate::estimate::solver::gauss_newton::Fit;
 use crate::math::statistics::{correlation_time, median};
-use crate::mechanics::passage::is_same_pose;
 use crate::shape::SupportFunction;
 use rayon::prelude::*;
 
@@ -90,7 +89,8 @@ pub(crate) fn decode(measurements: &Measurements, fit: &Fit, floor_m: f64, aside
     let balance_m = spread.balance_m2.sqrt();
     let inexact = balance_m > balance_limit_m(contact_sd_m, coefficients[0].abs());
     let still_m = if inexact { STILL * coefficients[0].abs() + STILL_SDS * contact_sd_m } else { 0.0 };
-    let anchor = anchor(here);
+    let period = fit.prior.symmetry.period_rad();
+    let anchor = anchor(here, period);
     let mut choices: Vec<Vec<Choice>> = (0..measurements.len())
         .into_par_iter()
         .map(|index| {
@@ -101,19 +101,19 @@ pub(crate) fn decode(measurements: &Measurements, fit: &Fit, floor_m: f64, aside
             if index == anchor {
                 return choices;
             }
-            for (psi, misfit) in candidates(&table, instant, spread, here[index]) {
+            for (psi, misfit) in candidates(&table, instant, spread, here[index], period) {
                 let misfit = misfit + instability_cost(psi);
-                if !is_same_pose(psi, here[index]) {
+                if !is_same_pose(psi, here[index], period) {
                     choices.push(Choice { psi, misfit });
                 } else if misfit + BETTER_CANDIDATE < choices[0].misfit {
-                    choices[0] = Choice { psi: here[index] + turn(here[index], psi), misfit };
+                    choices[0] = Choice { psi: here[index] + turn(here[index], psi, period), misfit };
                 }
             }
             choices
         })
         .collect();
     if let Some(aside) = aside {
-        reassociate(&mut choices, measurements, &table, balance_m, aside);
+        reassociate(&mut choices, measurements, &table, (balance_m, period), aside);
     }
     let steps: Vec<Vec<f64>> = (1..measurements.len())
         .into_par_iter()
@@ -124,6 +124,7 @@ pub(crate) fn decode(measurements: &Measurements, fit: &Fit, floor_m: f64, aside
                 instant: &measurements.instants[index],
                 barrier_sd_m,
                 still_m,
+                period,
             };
             let blind = aside.is_some_and(|aside| (aside.blind)(index));
             steps(&ahead, &measurements.instants[index - 1], &choices[index - 1], &choices[index], blind)
@@ -138,7 +139,7 @@ pub(crate) fn decode(measurements: &Measurements, fit: &Fit, floor_m: f64, aside
         |path: &[usize]| -> Vec<Choice> { path.iter().zip(&choices).map(|(&choice, all)| all[choice]).collect() };
     let chosen = along(&path);
     let psi: Vec<f64> = chosen.iter().map(|choice| choice.psi).collect();
-    let elsewhere: Vec<(f64, usize)> = (0..psi.len()).map(|index| trellis.elsewhere(index, psi[index])).collect();
+    let elsewhere: Vec<(f64, usize)> = (0..psi.len()).map(|index| trellis.elsewhere(index, psi[index], period)).collect();
     let mut alternatives: Vec<(Vec<usize>, Vec<usize>)> = Vec::new();
     for (index, &(other, choice)) in
         elsewhere.iter().enumerate().filter(|(_, (other, _))| *other < cost + CERTAIN.deviance())
@@ -181,7 +182,7 @@ fn reassociate(
     choices: &mut [Vec<Choice>],
     measurements: &Measurements,
     table: &SupportTable,
-    balance_m: f64,
+    (balance_m, period): (f64, f64),
     Aside { samples, predictive, .. }: Aside,
 ) {
     let associated: Vec<Vec<Choice>> = samples
@@ -192,11 +193,11 @@ fn reassociate(
             let misfit = |psi: f64| neg_log_predictive(psi) + instability_cost(table, instant, psi, balance_m);
             let mut associated: Vec<Choice> =
                 choices[index].iter().map(|choice| Choice { misfit: misfit(choice.psi), ..*choice }).collect();
-            for (psi, _) in minima(choices[index][0].psi, &neg_log_predictive) {
+            for (psi, _) in minima(choices[index][0].psi, period, &neg_log_predictive) {
                 let misfit = misfit(psi);
-                match associated.iter_mut().find(|choice| is_same_pose(choice.psi, psi)) {
+                match associated.iter_mut().find(|choice| is_same_pose(choice.psi, psi, period)) {
                     Some(choice) if choice.misfit > misfit => {
-                        *choice = Choice { psi: choice.psi + turn(choice.psi, psi), misfit };
+                        *choice = Choice { psi: choice.psi + turn(choice.psi, psi, period), misfit };
                     }
                     Some(_) => {}
                     None => associated.push(Choice { psi, misfit }),
@@ -247,9 +248,9 @@ fn spread(measurements: &Measurements, table: &SupportTable, psi: &[f64], floor_
 }
 
 /// The middle of the longest run of samples without a jump: its pose is held, which fixes the common rotation.
-fn anchor(psi: &[f64]) -> usize {
+fn anchor(psi: &[f64], period: f64) -> usize {
     let mut edges = vec![0];
-    edges.extend((1..psi.len()).filter(|&index| !near(psi[index - 1], psi[index])));
+    edges.extend((1..psi.len()).filter(|&index| !near(psi[index - 1], psi[index], period)));
     edges.push(psi.len());
     let longest = edges.windows(2).max_by_key(|edge| edge[1] - edge[0]);
     longest.map_or(0, |edge| (edge[0] + edge[1]) / 2)

@@ -3,6 +3,7 @@
 
 pub(crate) mod alternatives;
 pub(crate) mod candidates;
+pub(crate) mod copies;
 pub(crate) mod decode;
 pub(crate) mod predictive;
 pub(crate) mod short_segments;

@@ -53,11 +53,11 @@ impl PredictiveShape {
 
     /// Margin (−2 ln of the ratio of predictive densities) of the orientation near `psi` over the most likely other one, and the
     /// most likely other orientations, best first.
-    pub fn elsewhere(&self, instant: &Instant, psi: f64) -> (f64, Vec<f64>) {
+    pub fn elsewhere(&self, instant: &Instant, psi: f64, period: f64) -> (f64, Vec<f64>) {
         let mut here = self.neg_log_predictive(instant, psi);
         let mut others = Vec::new();
-        for (other, neg_log_predictive) in minima(psi, &|psi| self.neg_log_predictive(instant, psi)) {
-            if near(psi, other) {
+        for (other, neg_log_predictive) in minima(psi, period, &|psi| self.neg_log_predictive(instant, psi)) {
+            if near(psi, other, period) {
                 here = here.min(neg_log_predictive);
             } else {
                 others.push((other, neg_log_predictive));

@@ -9,7 +9,7 @@ use crate::estimate::evidence::motion_prior::CERTAIN;
 use crate::estimate::measurements::Measurements;
 use crate::estimate::motion::short_segments;
 use crate::estimate::solver::gauss_newton::Fit;
-use crate::math::angle::wrapped;
+use crate::math::angle::wrapped_to;
 use rayon::prelude::*;
 
 /// Samples in short segments beyond which all of them count as ambiguous: with so many set aside, the rest no longer predicts the
@@ -36,12 +36,13 @@ pub(crate) fn reassociated(
         short.into_iter().for_each(|segment| ambiguity.lower(segment, 0.0));
         return Vec::new();
     };
+    let period = fit.prior.symmetry.period_rad();
     let mut alternatives = Vec::new();
     for segment in short {
         let here = &fit.estimate.psi;
         let samples = segment.clone().into_par_iter();
         let elsewhere: Vec<(f64, Vec<f64>)> =
-            samples.map(|index| predictive.elsewhere(&measurements.instants[index], here[index])).collect();
+            samples.map(|index| predictive.elsewhere(&measurements.instants[index], here[index], period)).collect();
         let Some((margin, others)) = elsewhere.iter().max_by(|a, b| a.0.total_cmp(&b.0)) else { continue };
         if *margin >= CERTAIN.deviance() {
             continue;
@@ -50,9 +51,9 @@ pub(crate) fn reassociated(
         for other in others {
             let mut psi = here.clone();
             for (index, (_, minima)) in segment.clone().zip(&elsewhere) {
-                let distance = |psi: &f64| wrapped(psi - other).abs();
+                let distance = |psi: &f64| wrapped_to(psi - other, period).abs();
                 let nearest = minima.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
-                psi[index] = nearest.copied().filter(|psi| near(*psi, *other)).unwrap_or(*other);
+                psi[index] = nearest.copied().filter(|psi| near(*psi, *other, period)).unwrap_or(*other);
             }
             alternatives.push(Alternative { psi, samples: segment.clone().collect(), motion_cost: 0.0 });
         }

@@ -5,25 +5,31 @@ use crate::estimate::association::candidates::Choice;
 use crate::estimate::evidence::motion_prior::{EXCLUDED, PER_HALF_TURN, PREDICTED_JUMP, UNPREDICTED_JUMP};
 use crate::estimate::measurements::Instant;
 use crate::estimate::model::table::SupportTable;
-use crate::math::angle::wrapped;
-use crate::mechanics::passage::{barrier_m, carried, is_same_pose};
+use crate::math::angle::wrapped_to;
+use crate::mechanics::passage::{SAME_POSE_RAD, barrier_m, carried};
 use crate::mechanics::{EnergyLandscape, Forces};
 use crate::palms::PalmPair;
 use crate::shape::SupportFunction;
-use std::f64::consts::PI;
+use std::f64::consts::{PI, TAU};
 
 /// Largest turn from one sample to the next without a jump, radians: far above what slow palms turn an object by within one
 /// sample, and below the turn of most jumps.
 pub(crate) const LONGEST_STEP: f64 = 0.15;
 
-/// The signed turn from one angle to another, radians, at most half a turn.
-pub(crate) fn turn(from: f64, to: f64) -> f64 {
-    wrapped(to - from)
+/// The signed turn from one angle to another, radians, at most half a period: poses that differ by a multiple of `period` are one (2π
+/// for an object without symmetry of rotation).
+pub(crate) fn turn(from: f64, to: f64, period: f64) -> f64 {
+    wrapped_to(to - from, period)
 }
 
 /// Whether a step from one to the other is possible without a jump.
-pub(crate) fn near(a: f64, b: f64) -> bool {
-    turn(a, b).abs() < LONGEST_STEP
+pub(crate) fn near(a: f64, b: f64, period: f64) -> bool {
+    turn(a, b, period).abs() < LONGEST_STEP
+}
+
+/// Whether two orientations are one pose.
+pub(crate) fn is_same_pose(a: f64, b: f64, period: f64) -> bool {
+    turn(a, b, period).abs() < SAME_POSE_RAD
 }
 
 /// The sample that a step leads to.
@@ -35,6 +41,8 @@ pub(crate) struct Transition<'a> {
     pub barrier_sd_m: f64,
     /// Contacts that move by less than this did not jump, metres; 0 where this is not tested.
     pub still_m: f64,
+    /// Poses that differ by a multiple of this are one, radians.
+    pub period: f64,
 }
 
 impl Transition<'_> {
@@ -56,9 +64,16 @@ impl Transition<'_> {
         before.both_seen() && self.instant.both_seen() && moved < self.still_m
     }
 
-    /// Energy barrier on the shorter path from one orientation to another, as a rise of the centre of mass in metres.
+    /// Energy barrier on the way from one orientation to another, as a rise of the centre of mass in metres: on the shorter path, or
+    /// on the lower one, where the object has copies of a pose on both sides.
     pub fn barrier_m(&self, from: f64, to: f64) -> f64 {
-        barrier_m(|psi| self.table.height_m(self.instant, psi), from, from + turn(from, to))
+        let over = |turn: f64| barrier_m(|psi| self.table.height_m(self.instant, psi), from, from + turn);
+        let shorter = turn(from, to, self.period);
+        if self.period < TAU {
+            over(shorter).min(over(shorter - self.period.copysign(shorter)))
+        } else {
+            over(shorter)
+        }
     }
 }
 
@@ -67,21 +82,22 @@ impl Transition<'_> {
 pub(crate) fn steps(ahead: &Transition, before: &Instant, from: &[Choice], to: &[Choice], blind: bool) -> Vec<f64> {
     let mut costs = Vec::with_capacity(from.len() * to.len());
     let still = ahead.still_since(before);
+    let period = ahead.period;
     for start in from {
         // The pose that statics predicts from here: computed only when a choice lies elsewhere.
         let mut predicted = None;
         for end in to {
-            costs.push(if near(start.psi, end.psi) {
+            costs.push(if near(start.psi, end.psi, period) {
                 0.0
             } else if blind {
-                PREDICTED_JUMP.deviance() + per_turn(start.psi, end.psi)
+                PREDICTED_JUMP.deviance() + per_turn(start.psi, end.psi, period)
             } else {
                 let rest = *predicted.get_or_insert_with(|| ahead.rest(before, start.psi));
-                if is_same_pose(rest, end.psi) {
+                if is_same_pose(rest, end.psi, period) {
                     PREDICTED_JUMP.deviance()
                 } else {
                     let barrier = ahead.barrier_m(start.psi, end.psi) / ahead.barrier_sd_m;
-                    let unpredicted = UNPREDICTED_JUMP.deviance() + per_turn(start.psi, end.psi);
+                    let unpredicted = UNPREDICTED_JUMP.deviance() + per_turn(start.psi, end.psi, period);
                     (PREDICTED_JUMP.deviance() + barrier * barrier).min(if still {
                         EXCLUDED.deviance()
                     } else {
@@ -95,6 +111,6 @@ pub(crate) fn steps(ahead: &Transition, before: &Instant, from: &[Choice], to: &
 }
 
 /// Additional cost of a jump, proportional to its turn.
-fn per_turn(from: f64, to: f64) -> f64 {
-    PER_HALF_TURN.deviance() * turn(from, to).abs() / PI
+fn per_turn(from: f64, to: f64, period: f64) -> f64 {
+    PER_HALF_TURN.deviance() * turn(from, to, period).abs() / PI
 }

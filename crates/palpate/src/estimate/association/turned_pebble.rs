@@ -23,7 +23,7 @@ pub(super) fn turned_pebble() -> (Measurements, Fit) {
     let run = simulate(&pebble, &plan.motion.sample(5.0).expect("possible"), &options).expect("possible");
     let measurements = Measurements::new(&run.log, None);
     let psi = run.truth.motion.iter().map(|pose| pose.psi_rad).collect();
-    let (noise, prior) = (Noise { sensor_m: 1e-4, balance_m: 2e-5 }, Prior { size_m: SIZE_M, scale_m: 0.5 * SIZE_M });
+    let (noise, prior) = (Noise { sensor_m: 1e-4, balance_m: 2e-5 }, Prior::new(SIZE_M, 0.5 * SIZE_M));
     let order = pebble.harmonics_m().len();
     let stopping = StoppingCriteria { iterations: 20, tolerance: 1e-7 };
     let estimate = Smoother::new(&measurements, order, noise, prior).run(pebble.coefficients(), psi, stopping);

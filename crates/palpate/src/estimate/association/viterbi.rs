@@ -51,9 +51,9 @@ impl<'a> Trellis<'a> {
         end.map_or((Vec::new(), 0.0), |(choice, (_, cost))| (self.through(self.until.len() - 1, choice), *cost))
     }
 
-    /// Cost of the cheapest path on which a sample is not near `psi`, and the choice of that sample on it.
-    pub fn elsewhere(&self, index: usize, psi: f64) -> (f64, usize) {
-        let others = self.choices[index].iter().enumerate().filter(|(_, choice)| !near(choice.psi, psi));
+    /// Cost of the cheapest path on which a sample is not near `psi` (up to multiples of `period`), and the choice of that sample on it.
+    pub fn elsewhere(&self, index: usize, psi: f64, period: f64) -> (f64, usize) {
+        let others = self.choices[index].iter().enumerate().filter(|(_, choice)| !near(choice.psi, psi, period));
         others
             .map(|(choice, _)| (self.until[index][choice].1 + self.after[index][choice].1, choice))
             .min_by(|a, b| a.0.total_cmp(&b.0))
@@ -105,7 +105,7 @@ mod tests {
         assert!((cost - 16.0).abs() < 1e-12);
         // The other pose at all samples costs two more.
         for index in 0..8 {
-            let (other, choice) = trellis.elsewhere(index, 0.0);
+            let (other, choice) = trellis.elsewhere(index, 0.0, std::f64::consts::TAU);
             assert!((other - cost - 2.0).abs() < 1e-12, "{other}");
             assert_eq!(trellis.through(index, choice), [1; 8]);
         }

@@ -5,6 +5,7 @@ pub(crate) mod fit;
 pub(crate) mod laplace;
 pub(crate) mod motion_prior;
 pub(crate) mod order;
+pub(crate) mod symmetry;
 pub(crate) mod variance_components;
 
 #[cfg(test)]

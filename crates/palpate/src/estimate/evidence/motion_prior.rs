@@ -6,7 +6,7 @@
 
 use crate::estimate::measurements::Measurements;
 use crate::estimate::model::contact::residuals;
-use crate::estimate::motion::{outlying_steps, unwrap};
+use crate::estimate::motion::{outlying_steps, unwrap_to};
 use crate::estimate::solver::gauss_newton::Estimate;
 
 /// −ln of a probability.
@@ -40,10 +40,10 @@ pub(crate) const UNSTABLE_POSE: Nats = Nats(10.0);
 pub(crate) const CERTAIN: Nats = Nats(5.0);
 
 /// −ln of the prior probability of a motion: its jumps and its unstable poses. `balance_m` is the standard deviation of the
-/// balance.
-pub(crate) fn neg_log_prior(measurements: &Measurements, estimate: &Estimate, balance_m: f64) -> f64 {
+/// balance; poses that differ by a multiple of `period` are one.
+pub(crate) fn neg_log_prior(measurements: &Measurements, estimate: &Estimate, balance_m: f64, period: f64) -> f64 {
     let mut psi = estimate.psi.clone();
-    unwrap(&mut psi);
+    unwrap_to(&mut psi, period);
     let jumps = outlying_steps(&psi).len();
     let poses = measurements.instants.iter().zip(&estimate.psi);
     let unstable =

@@ -42,7 +42,7 @@ fn free() -> VarianceComponents {
     VarianceComponents { sensor: true, floor_m: 1e-6 * SIZE_M }
 }
 
-const PRIOR: Prior = Prior { size_m: SIZE_M, scale_m: 0.5 * SIZE_M };
+const PRIOR: Prior = Prior::new(SIZE_M, 0.5 * SIZE_M);
 
 fn flat_sided() -> SupportFunction {
     let unit = rounded_polygon(3, 0.3, 0.22).expect("in range");

@@ -97,7 +97,10 @@ pub(crate) fn updated_scale(coefficients: &[f64], variance: &[f64], prior: Prior
     let order = Layout::of_coefficients(coefficients).order;
     let (mut sum, mut count) = (0.0, 0.0);
     for k in 2..=order {
-        for index in [k, order + k] {
+        for (index, free) in [k, order + k].into_iter().zip(prior.is_free(k)) {
+            if !free {
+                continue;
+            }
             sum += (k as f64).powi(4) * (coefficients[index].powi(2) + variance[index]);
             count += 1.0;
         }

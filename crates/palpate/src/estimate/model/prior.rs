@@ -1,6 +1,7 @@
 //! The prior of the shape (`docs/theory.md`, maximum likelihood): independent harmonics whose standard deviations fall with the
 //! square of their number, and a penalty on v < 0 that keeps the shape convex.
 
+use crate::shape::Symmetry;
 use pulp::{Arch, Simd, WithSimd};
 
 /// The prior of the coefficients: a_k, b_k ~ N(0, (c/k²)²) for k ≥ 2, and wide priors on the mean radius and on the first
@@ -11,18 +12,40 @@ pub(crate) struct Prior {
     pub size_m: f64,
     /// c above, metres.
     pub scale_m: f64,
+    /// Harmonics that it excludes have the standard deviation [`EXCLUDED_SD`]; a mirror maps θ to −θ.
+    pub symmetry: Symmetry,
 }
 
 /// Prior standard deviation of the mean radius, as a multiple of the size: so wide that it does not bias it.
 const RADIUS_SD: f64 = 10.0;
 
+/// Prior standard deviation of a harmonic that the symmetry excludes, as a share of the size: nothing that a log could tell, and
+/// large enough for the normal equations.
+const EXCLUDED_SD: f64 = 1e-9;
+
 impl Prior {
+    /// Without symmetry.
+    pub const fn new(size_m: f64, scale_m: f64) -> Self {
+        Self { size_m, scale_m, symmetry: Symmetry::NONE }
+    }
+
+    /// Whether the symmetry leaves a_k and b_k free.
+    pub fn is_free(&self, k: usize) -> [bool; 2] {
+        let allowed = self.symmetry.allows_harmonic(k);
+        [allowed, allowed && !self.symmetry.mirror]
+    }
+
     /// Prior standard deviations of the coefficient vector (a0, a1 … aK, b1 … bK).
     pub fn standard_deviations(&self, order: usize) -> Vec<f64> {
-        let harmonic = |k: usize| if k == 1 { self.size_m } else { self.scale_m / (k * k) as f64 };
+        let harmonic = |k: usize, free: bool| match (free, k) {
+            (false, _) => EXCLUDED_SD * self.size_m,
+            (true, 1) => self.size_m,
+            (true, _) => self.scale_m / (k * k) as f64,
+        };
         let mut sd = vec![RADIUS_SD * self.size_m];
-        sd.extend((1..=order).map(harmonic));
-        sd.extend((1..=order).map(harmonic));
+        for which in 0..2 {
+            sd.extend((1..=order).map(|k| harmonic(k, self.is_free(k)[which])));
+        }
         sd
     }
 }

@@ -130,7 +130,7 @@ mod tests {
             estimate: Estimate { coefficients, psi, cost: 0.0 },
             order: 3,
             noise: NOISE,
-            prior: Prior { size_m: SIZE_M, scale_m: SIZE_M },
+            prior: Prior::new(SIZE_M, SIZE_M),
             log_evidence: 0.0,
         };
         (measurements, fit, felt)

@@ -28,7 +28,7 @@ use crate::reconstruct::options::{MOST_HARMONICS, ReconstructOptions};
 use crate::reconstruct::paper::given_start::LEAST_NOISE;
 use crate::reconstruct::paper::outline_equations::OutlineEquations;
 use crate::reconstruct::paper::piece::Piece;
-use crate::reconstruct::result::reconstruction::{Pose, Reconstruction};
+use crate::reconstruct::result::reconstruction::{FoundSymmetry, Pose, Reconstruction};
 use crate::reconstruct::search::segments::segments;
 use crate::reconstruct::verdict::assemble::{outline, pose};
 use crate::reconstruct::verdict::doubt::{Doubt, Verdict};
@@ -172,7 +172,7 @@ impl<'a> Job<'a> {
             size_m,
             integration_sd_m: expected_m.hypot(INTEGRATION_SD * size_m),
             expected_m,
-            prior: OutlineEquations::prior(order, Prior { size_m, scale_m: PRIOR_SCALE * size_m }),
+            prior: OutlineEquations::prior(order, Prior::new(size_m, PRIOR_SCALE * size_m)),
         }
     }
 
@@ -302,6 +302,7 @@ impl<'a> Job<'a> {
             coverage: counts.iter().filter(|count| **count > 0).count() as f64 / NODES as f64,
             outline,
             motion,
+            symmetry: FoundSymmetry::default(),
             verdict: Verdict::new(vec![Doubt::UncertifiedMethod { method: self.method }]),
             findings: None,
             chi2_per_dof: squares.iter().sum::<f64>() / dof,

@@ -133,7 +133,7 @@ mod tests {
                 Contact { psi, r1: one.r, d1: one.d, r2: two.r, d2: two.d }
             })
             .collect();
-        let prior = OutlineEquations::prior(8, Prior { size_m: 0.03, scale_m: 0.015 });
+        let prior = OutlineEquations::prior(8, Prior::new(0.03, 0.015));
         let equations = OutlineEquations::new(&measurements, &contacts, 8, 1e-6);
         for angle in [0.0, 1.1] {
             let (coefficients, _) = equations.turned(angle).and(&prior).solve().expect("solvable");

@@ -6,6 +6,7 @@
 use super::resample::{carry_over, thinned_in_ranges};
 use super::restarts::along_weakest_direction;
 use crate::estimate::association::alternatives::{Ambiguity, compare_evidence};
+use crate::estimate::association::copies::carried_copies;
 use crate::estimate::association::decode::{Aside, Decoded, decode};
 use crate::estimate::association::predictive::PredictiveShape;
 use crate::estimate::association::short_segments::reassociated;
@@ -27,6 +28,7 @@ use crate::reconstruct::options::ReconstructOptions;
 use crate::reconstruct::options::error::ReconstructError;
 use crate::reconstruct::search::schedule::Found;
 use crate::shape::SupportFunction;
+use std::f64::consts::TAU;
 use std::ops::Range;
 
 /// Times that a motion is decoded and fitted again: what does not settle by then is a wrong arrangement, or a matter of a few
@@ -94,6 +96,8 @@ pub(crate) struct Refined {
     pub measurements: Measurements,
     /// For each sample, the distance of another pose that explains it about as well, radians; 0 where there is none.
     pub ambiguity_rad: Vec<f64>,
+    /// The probability of the symmetry of `fine`, or of none.
+    pub symmetry_probability: f64,
 }
 
 impl<'a> Job<'a> {
@@ -102,7 +106,7 @@ impl<'a> Job<'a> {
         let measurements = Measurements::new(log, stated_m);
         let scatter_m = contact_scatter_m(&measurements);
         let size_m = measurements.size_m();
-        Self { log, options, measurements, stated_m, scatter_m, prior: Prior { size_m, scale_m: PRIOR_SCALE * size_m } }
+        Self { log, options, measurements, stated_m, scatter_m, prior: Prior::new(size_m, PRIOR_SCALE * size_m) }
     }
 
     /// Takes one arrangement of the search to the optimum over all samples.
@@ -115,7 +119,8 @@ impl<'a> Job<'a> {
         let psi = decode(&medium, &rough, self.floor_m(), None).psi;
         let rough = Fit { estimate: Estimate { psi, ..rough.estimate }, ..rough };
         let settled = self.to_fixed_point(&medium, &found.ranges, rough)?;
-        Ok(self.with_restarts(&medium, &found.ranges, settled))
+        let general = self.with_restarts(&medium, &found.ranges, settled);
+        Ok(self.with_symmetry(&medium, &found.ranges, general))
     }
 
     /// The best of an optimum and of those reached from the restarts along the valley of its cost.
@@ -153,13 +158,14 @@ impl<'a> Job<'a> {
 
     /// Chooses the number of harmonics, fits all samples and decodes the motion, until the decoding relocates no sample. `rough`
     /// is a fit to the thinned log.
-    fn to_fixed_point(
+    pub(super) fn to_fixed_point(
         &self,
         medium: &Measurements,
         ranges: &[Range<usize>],
         rough: Fit,
     ) -> Result<Refined, ReconstructError> {
         let Fit { estimate: mut start, noise, prior, .. } = rough;
+        let period = prior.symmetry.period_rad();
         let mut decoded: Option<Vec<f64>> = None;
         let mut medium = medium.clone();
         let (mut attempt, mut relocated) = (0, self.measurements.len() / FIRST_SHARE);
@@ -200,14 +206,14 @@ impl<'a> Job<'a> {
                 let mut ambiguity = Ambiguity::new(std::mem::take(&mut decoded_now.margin));
                 let mut alternatives = std::mem::take(&mut decoded_now.alternatives);
                 let motions = superseded.iter().chain([&decoded_now.psi]);
-                alternatives.extend(motions.filter_map(|motion| ambiguity.unsettled(&fine.estimate.psi, motion)));
+                alternatives.extend(motions.filter_map(|motion| ambiguity.unsettled(&fine.estimate.psi, motion, period)));
                 alternatives.extend(reassociated(&measurements, &fine, &self.starts(&fine), &mut ambiguity));
                 match compare_evidence(&measurements, &fine, &alternatives, &mut ambiguity) {
                     Some(better) if !last => {
-                        decoded_now.relocated = moved(&fine.estimate.psi, &better.psi);
+                        decoded_now.relocated = moved(&fine.estimate.psi, &better.psi, period);
                         decoded_now.psi = better.psi;
                     }
-                    _ => return Ok(Refined { coarse, fine, measurements, ambiguity_rad: ambiguity.ambiguity_rad() }),
+                    _ => return Ok(Refined { coarse, fine, measurements, ambiguity_rad: ambiguity.ambiguity_rad(), symmetry_probability: f64::NAN }),
                 }
             }
             attempt += 1;
@@ -281,16 +287,27 @@ impl<'a> Job<'a> {
             return None;
         }
         let mut again = self.decoded_without(weighted, fine, &aside, &beside)?;
-        again.relocated = moved(&fine.estimate.psi, &again.psi);
+        again.relocated = moved(&fine.estimate.psi, &again.psi, fine.prior.symmetry.period_rad());
         Some(again)
+    }
+
+    /// The motion of a fit, unwrapped; of a symmetric object the one that statics allows.
+    pub(super) fn motion(&self, fine: &Fit) -> Vec<f64> {
+        let mut psi = fine.estimate.psi.clone();
+        let period = fine.prior.symmetry.period_rad();
+        if period < TAU {
+            let palms: Vec<PalmPair> = self.log.samples.iter().map(|sample| sample.palms).collect();
+            psi = carried_copies(&SupportFunction::from_coefficients(&fine.estimate.coefficients), &palms, &psi, period);
+        }
+        unwrap(&mut psi);
+        psi
     }
 
     /// The first sample after each jump in a fit.
     fn starts(&self, fine: &Fit) -> Vec<usize> {
-        let mut psi = fine.estimate.psi.clone();
-        unwrap(&mut psi);
-        let shape = SupportFunction::from_coefficients(&fine.estimate.coefficients);
         let palms: Vec<PalmPair> = self.log.samples.iter().map(|sample| sample.palms).collect();
+        let shape = SupportFunction::from_coefficients(&fine.estimate.coefficients);
+        let psi = self.motion(fine);
         detect_jumps(&shape, &palms, &psi).iter().map(|jump| jump.sample).collect()
     }
 }

@@ -3,3 +3,4 @@
 pub(crate) mod job;
 pub(crate) mod resample;
 pub(crate) mod restarts;
+pub(crate) mod symmetric;

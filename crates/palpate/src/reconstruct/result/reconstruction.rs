@@ -3,7 +3,7 @@
 use crate::mechanics::Jump;
 use crate::reconstruct::verdict::certificate::Findings;
 use crate::reconstruct::verdict::doubt::Verdict;
-use crate::shape::SupportFunction;
+use crate::shape::{SupportFunction, Symmetry};
 
 /// Shape, motion and centre of mass of the object behind a log, with error bars and a verdict.
 ///
@@ -19,6 +19,11 @@ pub struct Reconstruction {
     pub outline: Vec<OutlinePoint>,
     /// One pose per sample of the log, in the same order.
     pub motion: Vec<Pose>,
+    /// How the object is symmetric. The boundary is completed by it: what was felt once is known on every copy, and `touches`
+    /// counts all of them. ψ is then defined up to multiples of its period between pieces; the motion given is one that statics
+    /// allows.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub symmetry: FoundSymmetry,
     /// What it is worth, with every doubt.
     pub verdict: Verdict,
     /// What the verdict rests on; `None` where there is no certificate, or where a result was read from files.
@@ -51,6 +56,24 @@ impl Reconstruction {
     /// Certified, and force/torque balance holds within the noise, so that the centre of mass is certified as well.
     pub fn is_com_certified(&self) -> bool {
         self.verdict.is_com_certified()
+    }
+}
+
+/// The symmetry of an object as the log has it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct FoundSymmetry {
+    /// The most likely one.
+    pub symmetry: Symmetry,
+    /// Its probability, or that of no symmetry where there is none, 0 to 1; NaN where this was not asked.
+    #[cfg_attr(feature = "serde", serde(with = "crate::number_or_null"))]
+    pub probability: f64,
+}
+
+impl Default for FoundSymmetry {
+    /// Not asked.
+    fn default() -> Self {
+        Self { symmetry: Symmetry::NONE, probability: f64::NAN }
     }
 }
 

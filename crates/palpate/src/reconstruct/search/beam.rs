@@ -461,7 +461,7 @@ impl<'a> BeamSearch<'a> {
         let mut kept: Vec<Hypothesis> = Vec::new();
         for hypothesis in ranked {
             let far_behind = kept.first().is_some_and(|best| hypothesis.score > best.score + MOST_BEHIND);
-            let duplicate = || kept.iter().any(|other| same_motion(&other.estimate.psi, &hypothesis.estimate.psi));
+            let duplicate = || kept.iter().any(|other| same_motion(&other.estimate.psi, &hypothesis.estimate.psi, TAU));
             if kept.len() < BEAM && !far_behind && !duplicate() {
                 kept.push(hypothesis);
             }

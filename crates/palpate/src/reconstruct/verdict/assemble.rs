@@ -2,7 +2,7 @@
 //! (`docs/theory.md`, error bars).
 
 use super::certificate::Findings;
-use crate::estimate::coverage::{NODES, contact_paths, touches};
+use crate::estimate::coverage::{NODES, completed, contact_paths, touches};
 use crate::estimate::jumps::{detect_jumps, jump_reversals};
 use crate::estimate::measurements::{Instant, Measurements};
 use crate::estimate::model::balance_tolerance::unstable_samples;
@@ -17,7 +17,7 @@ use crate::math::statistics::correlation_time;
 use crate::mechanics::Jump;
 use crate::palms::PalmPair;
 use crate::reconstruct::options::limits::CertificateLimits;
-use crate::reconstruct::result::reconstruction::{OutlinePoint, Pose, Reconstruction};
+use crate::reconstruct::result::reconstruction::{FoundSymmetry, OutlinePoint, Pose, Reconstruction};
 use crate::shape::SupportFunction;
 use std::f64::consts::TAU;
 
@@ -39,15 +39,17 @@ pub(crate) struct Candidate {
 
 /// Assembles the result. `None` when the information matrix cannot be factored (the log does not determine the shape).
 /// `ambiguity_rad` is, for each sample, the distance of another pose that explains it about as well (radians, 0 where there is
-/// none).
+/// none); `symmetry_probability` that of the symmetry of the fit.
 pub(crate) fn assemble(
     log: &Log,
     measurements: &Measurements,
     mut fit: Fit,
-    ambiguity_rad: &[f64],
+    (ambiguity_rad, symmetry_probability): (&[f64], f64),
     expected: Expected,
     limits: &CertificateLimits,
 ) -> Option<Candidate> {
+    // A mirror holds in the frame of the fit, so that error bars are evaluated there.
+    let in_own_frame = fit.clone();
     let turned = fit.estimate.psi[0];
     turn_frame(&mut fit, turned);
     unwrap(&mut fit.estimate.psi);
@@ -60,7 +62,8 @@ pub(crate) fn assemble(
 
     let angles: Vec<(f64, f64)> =
         measurements.instants.iter().zip(psi).map(|(instant, psi)| instant.contact_angles(*psi)).collect();
-    let counts = touches(&contact_paths(measurements, &angles, &starts));
+    let symmetry = fit.prior.symmetry;
+    let counts = completed(&touches(&contact_paths(measurements, &angles, &starts)), symmetry, turned);
     let node_angle = |node: usize| TAU * node as f64 / NODES as f64;
     let felt: Vec<f64> = (0..NODES).filter(|&node| counts[node] > 0).map(node_angle).collect();
 
@@ -73,9 +76,10 @@ pub(crate) fn assemble(
     let of_sensor1: Vec<f64> = residuals_m.iter().filter_map(|both| both.0).collect();
     let of_sensor2: Vec<f64> = residuals_m.iter().filter_map(|both| both.1).collect();
     let inflation = 0.5 * (correlation_time(&of_sensor1) + correlation_time(&of_sensor2));
-    let error_bars = ErrorBars::new(measurements, &fit, &felt, inflation)?;
+    let felt_there: Vec<f64> = felt.iter().map(|theta| theta - turned).collect();
+    let error_bars = ErrorBars::new(measurements, &in_own_frame, &felt_there, inflation)?;
 
-    let outline = outline(&shape, &counts, |theta| error_bars.r_sd_m(theta));
+    let outline = outline(&shape, &counts, |theta| error_bars.r_sd_m(theta - turned));
     let angle_sd = angle_scatter_rad(measurements);
     let motion: Vec<Pose> = log
         .samples
@@ -83,7 +87,7 @@ pub(crate) fn assemble(
         .enumerate()
         .map(|(index, sample)| {
             let instant = &measurements.instants[index];
-            let (psi_sd, com_sd) = error_bars.pose_sd(index, instant, &fit, angle_sd);
+            let (psi_sd, com_sd) = error_bars.pose_sd(index, instant, &in_own_frame, angle_sd);
             let pose = pose(sample, instant, &shape, coefficients, psi[index]);
             let psi_sd_rad = psi_sd.max(ambiguity_rad[index]);
             Pose { psi_sd_rad, com_sd_m: com_sd, piece: piece_of(index), ..pose }
@@ -129,6 +133,7 @@ pub(crate) fn assemble(
         shape,
         coverage: felt.len() as f64 / NODES as f64,
         outline,
+        symmetry: FoundSymmetry { symmetry, probability: symmetry_probability },
         verdict,
         findings: Some(findings),
         chi2_per_dof,

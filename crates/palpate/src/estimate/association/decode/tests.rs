@@ -68,7 +68,7 @@ impl Scene {
         let coefficients = self.shape.coefficients();
         let order = coefficients.len() / 2;
         let noise = Noise { sensor_m: FLOOR_M, balance_m: 0.1 * FLOOR_M };
-        let prior = Prior { size_m: SIZE_M, scale_m: 0.5 * SIZE_M };
+        let prior = Prior::new(SIZE_M, 0.5 * SIZE_M);
         Fit {
             estimate: Estimate { coefficients, psi: psi.to_vec(), cost: 0.0 },
             order,

@@ -169,7 +169,7 @@ fn the_predictive_shape_is_the_posterior_of_the_samples() {
     };
     let measurements = Measurements::new(&Log { samples: (0..12).map(sample).collect() }, None);
     let estimate = Estimate { coefficients: COEFFICIENTS.to_vec(), psi: vec![0.7; 12], cost: 0.0 };
-    let prior = Prior { size_m: SIZE_M, scale_m: 0.5 * SIZE_M };
+    let prior = Prior::new(SIZE_M, 0.5 * SIZE_M);
     let mut fit = Fit { estimate, order: 2, noise: NOISE, prior, log_evidence: 0.0 };
     let predictive = PredictiveShape::from(&measurements, &fit).expect("a shape");
     assert_eq!(predictive.coefficients, COEFFICIENTS);

@@ -26,7 +26,7 @@ const UNKNOWNS: usize = 2 * ORDER + 1;
 const NOISE: Noise = Noise { sensor_m: 1e-4, balance_m: 5e-5 };
 
 /// Too wide to matter.
-const NO_PRIOR: Prior = Prior { size_m: SIZE_M, scale_m: 1e6 };
+const NO_PRIOR: Prior = Prior::new(SIZE_M, 1e6);
 
 const TO_THE_END: StoppingCriteria = StoppingCriteria { iterations: 200, tolerance: 1e-13 };
 
@@ -159,7 +159,7 @@ fn elimination_of_psi_is_the_schur_complement_of_the_whole() {
     for (third, convex) in [(7e-4, true), (6e-3, false)] {
         let mut a = shape().coefficients();
         a[2 * ORDER] = third;
-        let prior = Prior { size_m: SIZE_M, scale_m: 0.01 };
+        let prior = Prior::new(SIZE_M, 0.01);
         let normal = Smoother::new(&measurements, ORDER, NOISE, prior).linearise(&a, &psi);
 
         let x = joined(&a, &psi);
@@ -226,7 +226,7 @@ fn dense_optimum(log: &Log, prior: Prior, mut x: DVector<f64>) -> (DVector<f64>,
 fn the_optimum_is_that_of_a_dense_solver() {
     let run = run(40, 1e-4);
     let measurements = Measurements::new(&run.log, None);
-    let prior = Prior { size_m: SIZE_M, scale_m: 0.01 };
+    let prior = Prior::new(SIZE_M, 0.01);
     let start = vec![SIZE_M, 1e-3, 1e-3, 0.0, 0.0, 0.0, 0.0];
     let found = Smoother::new(&measurements, ORDER, NOISE, prior).run(start.clone(), true_psi(&run), TO_THE_END);
     let (x, cost) = dense_optimum(&run.log, prior, joined(&start, &true_psi(&run)));
@@ -250,7 +250,7 @@ fn the_optimum_is_that_of_a_dense_solver() {
 fn chord_steps_lead_to_the_same_optimum() {
     let run = run(200, 1e-4);
     let measurements = Measurements::new(&run.log, None);
-    let prior = Prior { size_m: SIZE_M, scale_m: 0.01 };
+    let prior = Prior::new(SIZE_M, 0.01);
     let smoother = Smoother::new(&measurements, ORDER, NOISE, prior);
     let start: Vec<f64> = shape().coefficients().iter().map(|a| 1.02 * a).collect();
     let near = smoother.run_chord(start, true_psi(&run), StoppingCriteria { iterations: 50, tolerance: 1e-9 });
@@ -262,7 +262,7 @@ fn chord_steps_lead_to_the_same_optimum() {
 fn the_gradient_alone_is_that_of_the_normal_equations() {
     let run = run(30, 1e-4);
     let measurements = Measurements::new(&run.log, None);
-    let prior = Prior { size_m: SIZE_M, scale_m: 0.01 };
+    let prior = Prior::new(SIZE_M, 0.01);
     let smoother = Smoother::new(&measurements, ORDER, NOISE, prior);
     // Somewhere, not at a minimum; once convex and once with nodes that are not.
     for third in [7e-4, 6e-3] {
@@ -288,7 +288,7 @@ fn a_long_log_gives_bit_identical_results_on_any_number_of_threads() {
     let count = 2 * SHARE + 100;
     let run = run(count, 1e-4);
     let measurements = Measurements::new(&run.log, None);
-    let prior = Prior { size_m: SIZE_M, scale_m: 0.01 };
+    let prior = Prior::new(SIZE_M, 0.01);
     let (a, psi) = (shape().coefficients(), true_psi(&run));
     let smoother = Smoother::new(&measurements, ORDER, NOISE, prior);
     let work = || {
@@ -324,7 +324,7 @@ fn a_posterior_as_prior_replaces_the_samples_it_came_from() {
         |range: std::ops::Range<usize>| Measurements::new(&Log { samples: run.log.samples[range].to_vec() }, None);
     let (first, second, whole) = (half(0..20), half(20..40), half(0..40));
     let (a, psi) = (shape().coefficients(), true_psi(&run));
-    let prior = Prior { size_m: SIZE_M, scale_m: 0.01 };
+    let prior = Prior::new(SIZE_M, 0.01);
     let of_first = Smoother::new(&first, ORDER, NOISE, prior).linearise(&a, &psi[..20]);
     // The minimum of the quadratic that the first half leaves.
     let step = of_first.matrix.clone().cholesky().expect("positive definite").solve(&of_first.gradient);

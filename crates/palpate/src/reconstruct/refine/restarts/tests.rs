@@ -25,7 +25,7 @@ fn optimum(samples: usize) -> (Measurements, Fit) {
     let psi = run.truth.motion.iter().take(samples).map(|pose| pose.psi_rad).collect();
     let measurements = Measurements::new(&run.log, None);
     let noise = Noise { sensor_m: 1e-4, balance_m: 2e-5 };
-    let prior = Prior { size_m: SIZE_M, scale_m: 0.5 * SIZE_M };
+    let prior = Prior::new(SIZE_M, 0.5 * SIZE_M);
     let estimate = Estimate { coefficients: shape.coefficients(), psi, cost: 0.0 };
     (measurements, Fit { estimate, order: 3, noise, prior, log_evidence: 0.0 })
 }
@@ -107,7 +107,7 @@ fn restarts_are_made_from_a_least_length_of_the_valley_on() {
         let factor = excess * LEAST_LENGTH * fit.estimate.coefficients[0] / sd_m;
         let mut scaled = fit.clone();
         scaled.noise = Noise { sensor_m: factor * fit.noise.sensor_m, balance_m: factor * fit.noise.balance_m };
-        scaled.prior = Prior { size_m: factor * fit.prior.size_m, scale_m: factor * fit.prior.scale_m };
+        scaled.prior = Prior::new(factor * fit.prior.size_m, factor * fit.prior.scale_m);
         assert_eq!(along_weakest_direction(&measurements, &scaled).is_some(), counts, "{excess}");
     }
 }

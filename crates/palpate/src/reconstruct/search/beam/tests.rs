@@ -8,7 +8,7 @@ use crate::simulate::{SimulateOptions, simulate};
 const SIZE_M: f64 = 0.03;
 const ORDER: usize = 3;
 const TOLERANCE: Tolerance = Tolerance { scatter_m: 1e-5, size_m: SIZE_M, balance: [1.0, 1.0] };
-const PRIOR: Prior = Prior { size_m: SIZE_M, scale_m: 0.5 * SIZE_M };
+const PRIOR: Prior = Prior::new(SIZE_M, 0.5 * SIZE_M);
 
 fn shape() -> SupportFunction {
     SupportFunction::new(SIZE_M, vec![[2e-3, -1e-3], [1.8e-3, 6e-4], [-5e-4, 7e-4]])
@@ -452,7 +452,7 @@ fn the_common_rotation_carries_one_motion_to_the_other_up_to_whole_turns() {
 #[test]
 fn samples_count_as_moved_beyond_the_limit() {
     let here = vec![0.4; 1000];
-    let angle = 2.0 * f64::asin(ELSEWHERE);
+    let angle = ELSEWHERE;
     for (off, count) in [(0.98 * angle, 0), (1.02 * angle, 3), (-0.98 * angle, 0), (-1.02 * angle, 3)] {
         let mut there = here.clone();
         for sample in [10, 20, 900] {

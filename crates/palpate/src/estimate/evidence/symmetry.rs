@@ -1,0 +1,168 @@
+//! Symmetry of the object by the evidence: which symmetric models a general fit leaves open, and how likely each is.
+//!
+//! A symmetric model is the general one with some coefficients u zero (harmonics that are no multiple of the order; sines in the
+//! frame of the mirror). Models that are nested like this have the ratio of evidences p(u = 0 | log) / p(u = 0), both densities at
+//! once known from the Gaussian posterior and the prior of the general fit (J. M. Dickey, *Ann. Math. Stat.* 42, 204, 1971). Where
+//! the pieces of a symmetric object were laid on each other, the ratio still ranks the models; the fit of the symmetric model, with
+//! an evidence of its own, decides.
+
+use crate::estimate::measurements::Measurements;
+use crate::estimate::model::layout::{Layout, rotate};
+use crate::estimate::model::prior::Prior;
+use crate::estimate::solver::gauss_newton::{Fit, Smoother};
+use crate::shape::Symmetry;
+use nalgebra::{DMatrix, DVector};
+use std::f64::consts::PI;
+
+/// Orders of rotation that are considered: those of things that people make. 1 is a mirror alone.
+const ORDERS: [u32; 7] = [1, 2, 3, 4, 5, 6, 8];
+
+/// Symmetric models besides the general one: each order with a mirror and without, but for no symmetry at all.
+const MODELS: f64 = 13.0;
+
+/// Prior probability that an object is symmetric in one way or another; its models share it evenly.
+const SYMMETRIC: f64 = 0.5;
+
+/// Steps of the golden sections that refine the axis of a mirror: to a thousandth of the interval.
+const AXIS_STEPS: usize = 14;
+
+/// ln of the prior odds of one symmetric model against the general one.
+pub(crate) fn log_prior_odds() -> f64 {
+    (SYMMETRIC / MODELS / (1.0 - SYMMETRIC)).ln()
+}
+
+/// A symmetric model that a general fit leaves open.
+pub(crate) struct SymmetricModel {
+    pub symmetry: Symmetry,
+    /// The most likely coefficients under it, in the frame of its mirror.
+    pub coefficients: Vec<f64>,
+    /// By how much the general frame is turned for that, radians: r(θ) becomes r(θ − turn), ψ becomes ψ − turn.
+    pub turn: f64,
+    /// ln of the ratio of its evidence to that of the general model.
+    pub log_ratio: f64,
+}
+
+/// The symmetric models, the most likely first. Empty where the log does not determine the general one.
+pub(crate) fn symmetric_models(measurements: &Measurements, fit: &Fit) -> Vec<SymmetricModel> {
+    let smoother = Smoother::new(measurements, fit.order, fit.noise, fit.prior).strictly_convex();
+    let normal = smoother.linearise(&fit.estimate.coefficients, &fit.estimate.psi);
+    let Some(factor) = smoother.factor(&normal) else { return Vec::new() };
+    let general =
+        General { mean: fit.estimate.coefficients.clone(), covariance: factor.inverse(), prior: fit.prior };
+    let mut models: Vec<SymmetricModel> = ORDERS
+        .into_iter()
+        .flat_map(|order| [Symmetry { order, mirror: false }, Symmetry { order, mirror: true }])
+        .filter(|symmetry| symmetry.is_any())
+        .filter_map(|symmetry| general.with(symmetry))
+        .collect();
+    models.sort_by(|a, b| b.log_ratio.total_cmp(&a.log_ratio));
+    models
+}
+
+/// The Gaussian posterior of a general fit.
+struct General {
+    mean: Vec<f64>,
+    covariance: DMatrix<f64>,
+    prior: Prior,
+}
+
+impl General {
+    fn with(&self, symmetry: Symmetry) -> Option<SymmetricModel> {
+        if !symmetry.mirror {
+            return self.restricted(symmetry, 0.0);
+        }
+        let mut best: Option<SymmetricModel> = None;
+        let axes = self.axes(symmetry);
+        let width = 0.5 * PI / Layout::of_coefficients(&self.mean).order as f64;
+        for turn in axes {
+            let found = self.restricted(symmetry, turn);
+            if let Some(found) = found
+                && best.as_ref().is_none_or(|best| found.log_ratio > best.log_ratio)
+            {
+                best = Some(found);
+            }
+        }
+        // Golden sections about the best of them.
+        const GOLDEN: f64 = 0.618_033_988_749_894_9;
+        let middle = best.as_ref()?.turn;
+        let value = |turn: f64| self.restricted(symmetry, turn).map_or(f64::NEG_INFINITY, |found| found.log_ratio);
+        let (mut low, mut high) = (middle - width, middle + width);
+        for _ in 0..AXIS_STEPS {
+            let (left, right) = (high - GOLDEN * (high - low), low + GOLDEN * (high - low));
+            if value(left) > value(right) { high = right } else { low = left }
+        }
+        let refined = self.restricted(symmetry, 0.5 * (low + high))?;
+        best.filter(|best| best.log_ratio > refined.log_ratio).or(Some(refined))
+    }
+
+    /// Turns that would make the largest allowed harmonic a cosine: the axis of a mirror is among them.
+    fn axes(&self, symmetry: Symmetry) -> Vec<f64> {
+        let layout = Layout::of_coefficients(&self.mean);
+        let squares = |k: usize| {
+            let (a, b) = (self.mean[Layout::cosine(k)], self.mean[layout.sine(k)]);
+            a * a + b * b
+        };
+        let allowed = (1..=layout.order).filter(|&k| symmetry.allows_harmonic(k));
+        // A harmonic k turns k times as fast as the frame: its square counts as often as it says something of the axis.
+        let Some(largest) = allowed.max_by(|&a, &b| {
+            ((a * a) as f64 * squares(a)).total_cmp(&((b * b) as f64 * squares(b)))
+        }) else {
+            return Vec::new();
+        };
+        let phase = f64::atan2(self.mean[layout.sine(largest)], self.mean[Layout::cosine(largest)]);
+        // a cos kθ + b sin kθ = A cos k(θ − phase/k); any half period of the harmonic more is a mirror of it as well. Axes repeat
+        // with half the period of the object.
+        let axes = (2 * largest).div_ceil(symmetry.order.max(1) as usize);
+        (0..axes).map(|axis| -(phase + PI * axis as f64) / largest as f64).collect()
+    }
+
+    /// The model whose mirror, if it has one, lies at θ = 0 in the frame turned by `turn`.
+    fn restricted(&self, symmetry: Symmetry, turn: f64) -> Option<SymmetricModel> {
+        let layout = Layout::of_coefficients(&self.mean);
+        let prior = Prior { symmetry, ..self.prior };
+        let mut mean = self.mean.clone();
+        rotate(&mut mean, turn);
+        let covariance = if turn == 0.0 { self.covariance.clone() } else { turned(&self.covariance, layout, turn) };
+        let free = |index: usize| match index {
+            0 => true,
+            _ if index <= layout.order => prior.is_free(index)[0],
+            _ => prior.is_free(index - layout.order)[1],
+        };
+        let zero: Vec<usize> = (0..layout.unknowns()).filter(|&index| !free(index)).collect();
+        let of_zero = DVector::from_iterator(zero.len(), zero.iter().map(|&index| mean[index]));
+        let block = DMatrix::from_fn(zero.len(), zero.len(), |i, j| covariance[(zero[i], zero[j])]);
+        let factor = block.cholesky()?;
+        let solved = factor.solve(&of_zero);
+        let half_log_determinant: f64 = factor.l_dirty().diagonal().iter().map(|value| value.ln()).sum();
+        let general_sd = self.prior.standard_deviations(layout.order);
+        let log_ratio = -0.5 * of_zero.dot(&solved) - half_log_determinant
+            + zero.iter().map(|&index| general_sd[index].ln()).sum::<f64>();
+        let coefficients = (0..layout.unknowns())
+            .map(|index| {
+                let shift: f64 = zero.iter().zip(&solved).map(|(&other, solved)| covariance[(index, other)] * solved).sum();
+                if free(index) { mean[index] - shift } else { 0.0 }
+            })
+            .collect();
+        log_ratio.is_finite().then_some(SymmetricModel { symmetry, coefficients, turn, log_ratio })
+    }
+}
+
+/// A covariance of coefficients in a frame turned by `turn`.
+fn turned(covariance: &DMatrix<f64>, layout: Layout, turn: f64) -> DMatrix<f64> {
+    let columns = |matrix: DMatrix<f64>| -> DMatrix<f64> {
+        let mut out = matrix;
+        for mut column in out.column_iter_mut() {
+            for k in 1..=layout.order {
+                let (sin, cos) = (turn * k as f64).sin_cos();
+                let (cosine, sine) = (Layout::cosine(k), layout.sine(k));
+                let (x, y) = (column[cosine], column[sine]);
+                (column[cosine], column[sine]) = (x * cos - y * sin, x * sin + y * cos);
+            }
+        }
+        out
+    };
+    columns(columns(covariance.clone()).transpose())
+}
+
+#[cfg(test)]
+mod tests;

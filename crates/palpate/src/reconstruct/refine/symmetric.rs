@@ -1,0 +1,74 @@
+//! Symmetric models of the object in place of the general one, where the evidence prefers them (`docs/theory.md`, symmetry).
+
+use crate::estimate::coverage::{NODES, contact_paths, overlap, touches};
+use crate::estimate::evidence::symmetry::{log_prior_odds, symmetric_models};
+use crate::estimate::measurements::Measurements;
+use crate::estimate::model::prior::Prior;
+use crate::estimate::motion::{outlying_steps, unwrap_to};
+use crate::estimate::solver::gauss_newton::{Estimate, Fit};
+use crate::reconstruct::refine::job::{Job, Refined};
+use crate::reconstruct::refine::resample::carry_over;
+use crate::shape::Symmetry;
+use std::ops::Range;
+
+/// Symmetric models that are fitted at most, the most likely first: each costs as much as the general one.
+const MOST_MODELS: usize = 3;
+
+/// A symmetric model is fitted where the posterior of the general one does not exclude it by more than this, in nats: a generous
+/// limit, since a piece at a wrong pose spoils that posterior, and the fit decides.
+const NOT_EXCLUDED: f64 = 200.0;
+
+/// Least share of the felt boundary that must have been felt on two copies: with less, a symmetric model extrapolates.
+const OVERLAP: f64 = 0.2;
+
+impl Job<'_> {
+    /// The most likely of the general optimum and of those with a symmetry.
+    pub(super) fn with_symmetry(&self, medium: &Measurements, ranges: &[Range<usize>], general: Refined) -> Refined {
+        let mut models = symmetric_models(&general.measurements, &general.fine);
+        models.retain(|model| model.log_ratio > -NOT_EXCLUDED);
+        let general_evidence = general.fine.log_evidence;
+        // ln of the posterior odds against the general model, of each model that was fitted.
+        let mut log_odds: Vec<f64> = Vec::new();
+        let mut best: Option<(f64, Refined)> = None;
+        for model in models.into_iter().take(MOST_MODELS) {
+            let prior = Prior { symmetry: model.symmetry, ..general.fine.prior };
+            let mut psi: Vec<f64> = general.fine.estimate.psi.iter().map(|psi| psi - model.turn).collect();
+            unwrap_to(&mut psi, model.symmetry.period_rad());
+            let psi = carry_over(&self.measurements, &psi, &model.coefficients, medium, ranges);
+            let estimate = Estimate { coefficients: model.coefficients, psi, cost: f64::INFINITY };
+            let rough = Fit { estimate, prior, ..general.coarse.clone() };
+            let Ok(mut refined) = self.to_fixed_point(medium, ranges, rough) else { continue };
+            refined.fine.estimate.psi = self.motion(&refined.fine);
+            if std::env::var_os("PALPATE_SYM").is_some() {
+                eprintln!("{:?} ratio {:.1} evidence {:.1} overlap {:.2}", model.symmetry, model.log_ratio, refined.fine.log_evidence - general_evidence, self.overlap(&refined.fine));
+            }
+            if self.overlap(&refined.fine) < OVERLAP {
+                continue;
+            }
+            let odds = refined.fine.log_evidence - general_evidence + log_prior_odds();
+            log_odds.push(odds);
+            if best.as_ref().is_none_or(|(least, _)| odds > *least) {
+                best = Some((odds, refined));
+            }
+        }
+        let largest = log_odds.iter().copied().fold(0.0, f64::max);
+        let sum = (-largest).exp() + log_odds.iter().map(|odds| (odds - largest).exp()).sum::<f64>();
+        match best {
+            Some((odds, refined)) if odds > 0.0 => {
+                Refined { symmetry_probability: (odds - largest).exp() / sum, ..refined }
+            }
+            _ => Refined { symmetry_probability: (-largest).exp() / sum, ..general },
+        }
+    }
+
+    /// Share of the felt boundary that was felt on two copies.
+    fn overlap(&self, fine: &Fit) -> f64 {
+        let symmetry: Symmetry = fine.prior.symmetry;
+        let psi = &fine.estimate.psi;
+        let angles: Vec<(f64, f64)> =
+            self.measurements.instants.iter().zip(psi).map(|(instant, psi)| instant.contact_angles(*psi)).collect();
+        let counts = touches(&contact_paths(&self.measurements, &angles, &outlying_steps(psi)));
+        debug_assert_eq!(counts.len(), NODES);
+        overlap(&counts, symmetry, 0.0)
+    }
+}
