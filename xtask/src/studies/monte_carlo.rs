@@ -136,13 +136,13 @@ impl Trial<'_> {
     }
 
     fn worth_a_look(&self) -> bool {
-        !self.solved() || !self.certified() || self.wrong()
+        !self.solved() || !self.certified() || self.wrong() || self.outcome.row.symmetry_order > Some(1) || self.outcome.row.symmetry_mirror == Some(true)
     }
 
     fn tell(&self) {
         let row = &self.outcome.row;
         println!(
-            "seed {} {} {}: jumps {} felt {:.2} solved {} certified {} wrong {} r {:.4} mm (from truth {:.4}, bound {:.4}) psi {:.2} deg alternatives {} {:.1} s; {}",
+            "seed {} {} {}: jumps {} felt {:.2} solved {} certified {} wrong {} r {:.4} mm (from truth {:.4}, bound {:.4}) psi {:.2} deg alternatives {} symmetry {}{} {:.1} s; {}",
             self.seed,
             row.object,
             self.noise.name(),
@@ -156,6 +156,8 @@ impl Trial<'_> {
             number(row.bound_r_m) * 1e3,
             number(row.rms_psi_rad).to_degrees(),
             row.alternatives.unwrap_or(0),
+            row.symmetry_order.unwrap_or(0),
+            if row.symmetry_mirror == Some(true) { "m" } else { "" },
             self.seconds(),
             row.reason
         );

@@ -84,7 +84,7 @@ macro_rules! column {
 }
 
 /// All columns, in order; [`Row`] says what they mean.
-const COLUMNS: [Column; 33] = [
+const COLUMNS: [Column; 35] = [
     column!(Count, job),
     Column { name: "status", of: Of::Text(|row| row.status.name()) },
     column!(MaybeCount, seed),
@@ -115,6 +115,8 @@ const COLUMNS: [Column; 33] = [
     column!(Number, bound_r_m),
     column!(MaybeCount, harmonics),
     column!(MaybeCount, alternatives),
+    column!(MaybeCount, symmetry_order),
+    column!(MaybeFlag, symmetry_mirror),
     column!(Number, chi2_per_dof),
     column!(Number, sensor_sd_m),
     Column { name: "reason", of: Of::Text(|row| &row.reason) },

@@ -65,6 +65,10 @@ pub struct Row {
     pub harmonics: Option<u64>,
     /// Arrangements that fit equally well, 1 when the result is unique.
     pub alternatives: Option<u64>,
+    /// Order of rotation of the symmetry that was found, 1 for none.
+    pub symmetry_order: Option<u64>,
+    /// Whether the object was found to be its own mirror image.
+    pub symmetry_mirror: Option<bool>,
     /// Weighted squared residuals per degree of freedom.
     pub chi2_per_dof: Option<f64>,
     /// Standard deviation of the contact positions, stated or estimated, metres.

@@ -121,6 +121,8 @@ fn tell(row: &mut Row, found: &Reconstruction, truth: Option<&Truth>) {
     row.coverage = finite(found.coverage);
     row.harmonics = Some(found.shape.harmonics_m().len() as u64);
     row.alternatives = Some(found.alternatives as u64);
+    row.symmetry_order = Some(u64::from(found.symmetry.symmetry.order));
+    row.symmetry_mirror = Some(found.symmetry.symmetry.mirror);
     row.chi2_per_dof = finite(found.chi2_per_dof);
     row.sensor_sd_m = finite(found.sensor_sd_m);
     row.reason = found.verdict.to_string();

@@ -12,7 +12,6 @@ use crate::reconstruct::result::reconstruction::Reconstruction;
 use crate::reconstruct::verdict::assemble::{Candidate, Expected, assemble};
 use crate::reconstruct::verdict::doubt::{Doubt, Verdict};
 use rayon::prelude::*;
-use std::f64::consts::TAU;
 
 /// Explanations that are waited for besides the first, where noisy contacts miss the balance: each costs a refinement.
 const FURTHER_EXPLANATIONS: usize = 2;
@@ -63,7 +62,8 @@ impl Job<'_> {
     /// the answer, else none is certified as unique.
     pub fn judge(&self, found: &Found) -> Result<Candidate, ReconstructError> {
         let first = self.refine(found, 0)?;
-        let alternatives = alternatives(&found.thin, &found.estimates, &first.coarse);
+        let period = first.fine.prior.symmetry.period_rad();
+        let alternatives = alternatives(&found.thin, &found.estimates, &first.coarse, period);
         let mut results = vec![self.assemble(first)?];
         // A certified answer requires that all others are ruled out; one that is explained but not certified stays the answer
         // without them.
@@ -109,8 +109,9 @@ fn same_result(a: &Reconstruction, b: &Reconstruction) -> bool {
     same_motion(&psi(a), &psi(b), a.symmetry.symmetry.period_rad())
 }
 
-/// The arrangements but the first that explain the thinned log about as well as the chosen one, or better.
-fn alternatives(thin: &Measurements, candidates: &[Estimate], chosen: &Fit) -> Vec<usize> {
+/// The arrangements but the first that explain the thinned log about as well as the chosen one, or better. Poses that differ by
+/// a multiple of `period` are one.
+fn alternatives(thin: &Measurements, candidates: &[Estimate], chosen: &Fit, period: f64) -> Vec<usize> {
     let smoother = Smoother::new(thin, chosen.order, chosen.noise, chosen.prior);
     let smoothed: Vec<Estimate> = candidates
         .par_iter()
@@ -119,7 +120,7 @@ fn alternatives(thin: &Measurements, candidates: &[Estimate], chosen: &Fit) -> V
     let best = smoothed.iter().map(|estimate| estimate.cost).fold(f64::INFINITY, f64::min);
     (1..smoothed.len())
         .filter(|&index| smoothed[index].cost < best + NEAR_EQUAL)
-        .filter(|&index| !smoothed[..index].iter().any(|other| same_motion(&other.psi, &smoothed[index].psi, TAU)))
+        .filter(|&index| !smoothed[..index].iter().any(|other| same_motion(&other.psi, &smoothed[index].psi, period)))
         .take(MOST_ALTERNATIVES)
         .collect()
 }

@@ -9,7 +9,7 @@
 use crate::estimate::measurements::Measurements;
 use crate::estimate::model::layout::{Layout, rotate};
 use crate::estimate::model::prior::Prior;
-use crate::estimate::solver::gauss_newton::{Fit, Smoother};
+use crate::estimate::solver::gauss_newton::{Estimate, Fit, Smoother, StoppingCriteria};
 use crate::shape::Symmetry;
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::PI;
@@ -40,7 +40,38 @@ pub(crate) struct SymmetricModel {
     pub turn: f64,
     /// ln of the ratio of its evidence to that of the general model.
     pub log_ratio: f64,
+    /// Squared standard deviations by which the general posterior misses it, and how many of the unknowns that it excludes the log
+    /// determines.
+    pub missed: f64,
+    pub determined: f64,
 }
+
+impl SymmetricModel {
+    /// Whether the log contradicts it: the general posterior misses it by more than chance.
+    pub fn is_contradicted(&self) -> bool {
+        self.missed > self.determined + CONTRADICTED_SDS * (2.0 * self.determined).sqrt() + 1.0
+    }
+}
+
+/// A symmetric model is contradicted when χ² of what it excludes is so many standard deviations above its expectation: an object
+/// that is nearly symmetric is not called so when the log can tell, however much simpler the model is.
+const CONTRADICTED_SDS: f64 = 3.0;
+
+/// A symmetric model at its own optimum, held against the general one that has this optimum for a start. `None` where the log does
+/// not determine the general one.
+pub(crate) fn against_general(measurements: &Measurements, symmetric: &Fit) -> Option<SymmetricModel> {
+    let symmetry = symmetric.prior.symmetry;
+    let prior = Prior { symmetry: Symmetry::NONE, ..symmetric.prior };
+    let smoother = Smoother::new(measurements, symmetric.order, symmetric.noise, prior).strictly_convex();
+    let Estimate { coefficients, psi, .. } = symmetric.estimate.clone();
+    let general = smoother.run(coefficients, psi, STOPPING);
+    let normal = smoother.linearise(&general.coefficients, &general.psi);
+    let covariance = smoother.factor(&normal)?.inverse();
+    General { mean: general.coefficients, covariance, prior }.near(symmetry)
+}
+
+/// Effort of the general fit that begins at a symmetric one.
+const STOPPING: StoppingCriteria = StoppingCriteria { iterations: 20, tolerance: 1e-7 };
 
 /// The symmetric models, the most likely first. Empty where the log does not determine the general one.
 pub(crate) fn symmetric_models(measurements: &Measurements, fit: &Fit) -> Vec<SymmetricModel> {
@@ -71,8 +102,16 @@ impl General {
         if !symmetry.mirror {
             return self.restricted(symmetry, 0.0);
         }
+        self.mirrored(symmetry, self.axes(symmetry))
+    }
+
+    /// The same, with the mirror near θ = 0.
+    fn near(&self, symmetry: Symmetry) -> Option<SymmetricModel> {
+        if symmetry.mirror { self.mirrored(symmetry, vec![0.0]) } else { self.restricted(symmetry, 0.0) }
+    }
+
+    fn mirrored(&self, symmetry: Symmetry, axes: Vec<f64>) -> Option<SymmetricModel> {
         let mut best: Option<SymmetricModel> = None;
-        let axes = self.axes(symmetry);
         let width = 0.5 * PI / Layout::of_coefficients(&self.mean).order as f64;
         for turn in axes {
             let found = self.restricted(symmetry, turn);
@@ -135,7 +174,10 @@ impl General {
         let solved = factor.solve(&of_zero);
         let half_log_determinant: f64 = factor.l_dirty().diagonal().iter().map(|value| value.ln()).sum();
         let general_sd = self.prior.standard_deviations(layout.order);
-        let log_ratio = -0.5 * of_zero.dot(&solved) - half_log_determinant
+        let missed = of_zero.dot(&solved);
+        let determined =
+            zero.iter().map(|&index| 1.0 - (covariance[(index, index)] / general_sd[index].powi(2)).min(1.0)).sum();
+        let log_ratio = -0.5 * missed - half_log_determinant
             + zero.iter().map(|&index| general_sd[index].ln()).sum::<f64>();
         let coefficients = (0..layout.unknowns())
             .map(|index| {
@@ -143,7 +185,7 @@ impl General {
                 if free(index) { mean[index] - shift } else { 0.0 }
             })
             .collect();
-        log_ratio.is_finite().then_some(SymmetricModel { symmetry, coefficients, turn, log_ratio })
+        log_ratio.is_finite().then_some(SymmetricModel { symmetry, coefficients, turn, log_ratio, missed, determined })
     }
 }
 

@@ -1,7 +1,7 @@
 //! Symmetric models of the object in place of the general one, where the evidence prefers them (`docs/theory.md`, symmetry).
 
 use crate::estimate::coverage::{NODES, contact_paths, overlap, touches};
-use crate::estimate::evidence::symmetry::{log_prior_odds, symmetric_models};
+use crate::estimate::evidence::symmetry::{against_general, log_prior_odds, symmetric_models};
 use crate::estimate::measurements::Measurements;
 use crate::estimate::model::prior::Prior;
 use crate::estimate::motion::{outlying_steps, unwrap_to};
@@ -18,6 +18,9 @@ const MOST_MODELS: usize = 3;
 /// limit, since a piece at a wrong pose spoils that posterior, and the fit decides.
 const NOT_EXCLUDED: f64 = 200.0;
 
+/// Where one model holds, those further behind the likeliest than this are not fitted, in nats.
+const FAR_BEHIND: f64 = 20.0;
+
 /// Least share of the felt boundary that must have been felt on two copies: with less, a symmetric model extrapolates.
 const OVERLAP: f64 = 0.2;
 
@@ -30,7 +33,11 @@ impl Job<'_> {
         // ln of the posterior odds against the general model, of each model that was fitted.
         let mut log_odds: Vec<f64> = Vec::new();
         let mut best: Option<(f64, Refined)> = None;
+        let likeliest = models.first().map_or(0.0, |model| model.log_ratio);
         for model in models.into_iter().take(MOST_MODELS) {
+            if best.is_some() && model.log_ratio < likeliest - FAR_BEHIND {
+                break;
+            }
             let prior = Prior { symmetry: model.symmetry, ..general.fine.prior };
             let mut psi: Vec<f64> = general.fine.estimate.psi.iter().map(|psi| psi - model.turn).collect();
             unwrap_to(&mut psi, model.symmetry.period_rad());
@@ -42,13 +49,19 @@ impl Job<'_> {
             if std::env::var_os("PALPATE_SYM").is_some() {
                 eprintln!("{:?} ratio {:.1} evidence {:.1} overlap {:.2}", model.symmetry, model.log_ratio, refined.fine.log_evidence - general_evidence, self.overlap(&refined.fine));
             }
-            if self.overlap(&refined.fine) < OVERLAP {
+            let contradicted = against_general(&refined.measurements, &refined.fine);
+            if std::env::var_os("PALPATE_SYM").is_some() {
+                if let Some(m) = &contradicted { eprintln!("   missed {:.1} of {:.1} local ratio {:.1}", m.missed, m.determined, m.log_ratio); }
+            }
+            let contradicted = contradicted.is_none_or(|model| model.is_contradicted());
+            if contradicted || self.overlap(&refined.fine) < OVERLAP {
                 continue;
             }
             let odds = refined.fine.log_evidence - general_evidence + log_prior_odds();
             log_odds.push(odds);
             if best.as_ref().is_none_or(|(least, _)| odds > *least) {
-                best = Some((odds, refined));
+                // The search compares arrangements by the general model.
+                best = Some((odds, Refined { coarse: general.coarse.clone(), ..refined }));
             }
         }
         let largest = log_odds.iter().copied().fold(0.0, f64::max);
