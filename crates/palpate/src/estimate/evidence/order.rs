@@ -25,19 +25,20 @@ pub(crate) fn choose_order(
     variance_components: VarianceComponents,
 ) -> Option<Fitted> {
     let here = Layout::of_coefficients(&start.coefficients).order;
-    let middle = ORDERS.iter().position(|&order| order >= here).unwrap_or(ORDERS.len() - 1);
+    let orders = orders(prior.symmetry.order);
+    let middle = orders.iter().position(|&order| order >= here).unwrap_or(orders.len() - 1);
     let Fitted { fit: first, mut weighted } =
-        fit(measurements, ORDERS[middle], start, noise, prior, variance_components, ROUNDS)?;
+        fit(measurements, orders[middle], start, noise, prior, variance_components, ROUNDS)?;
     let again = |weighted: &Measurements, order: usize, from: &Fit| {
         fit(weighted, order, from.estimate.clone(), from.noise, from.prior, variance_components, ROUNDS)
     };
     let mut best = first.clone();
     let climbs: [&mut dyn Iterator<Item = usize>; 2] =
-        [&mut ORDERS[middle + 1..].iter().copied(), &mut ORDERS[..middle].iter().rev().copied()];
-    for orders in climbs {
+        [&mut orders[middle + 1..].iter().copied(), &mut orders[..middle].iter().rev().copied()];
+    for climb in climbs {
         let mut from = first.clone();
         let mut worse = 0;
-        for order in orders {
+        for order in climb {
             let Some(next) = again(&weighted, order, &from) else { break };
             (from, weighted) = (next.fit, next.weighted);
             if from.log_evidence > best.log_evidence {
@@ -52,6 +53,32 @@ pub(crate) fn choose_order(
         }
     }
     // One step more than the maximum of the evidence, so that the error bars include harmonics that were not resolved.
-    let richer = ORDERS.iter().copied().find(|&order| order > best.order).unwrap_or(best.order);
+    let richer = orders.iter().copied().find(|&order| order > best.order).unwrap_or(best.order);
     again(&weighted, richer, &best).or(Some(Fitted { fit: best, weighted }))
+}
+
+/// The numbers of harmonics that are tried for a symmetry of this order: those that let the object have a harmonic more than the one
+/// before.
+fn orders(symmetry: u32) -> Vec<usize> {
+    let symmetry = symmetry.max(1) as usize;
+    let mut allowed = 0;
+    let more = |order: &usize| {
+        let any = order / symmetry > allowed;
+        allowed = order / symmetry;
+        any
+    };
+    ORDERS.into_iter().filter(more).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_number_of_harmonics_has_one_more_that_the_symmetry_allows() {
+        assert_eq!(orders(1), ORDERS);
+        assert_eq!(orders(2), [3, 4, 6, 8, 10, 12, 16, 20, 24, 32, 40, 48]);
+        assert_eq!(orders(6), [6, 12, 20, 24, 32, 40, 48]);
+        assert_eq!(orders(8), [8, 16, 24, 32, 40, 48]);
+    }
 }
