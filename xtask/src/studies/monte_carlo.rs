@@ -136,7 +136,11 @@ impl Trial<'_> {
     }
 
     fn worth_a_look(&self) -> bool {
-        !self.solved() || !self.certified() || self.wrong() || self.outcome.row.symmetry_order > Some(1) || self.outcome.row.symmetry_mirror == Some(true)
+        !self.solved()
+            || !self.certified()
+            || self.wrong()
+            || self.outcome.row.symmetry_order > Some(1)
+            || self.outcome.row.symmetry_mirror == Some(true)
     }
 
     fn tell(&self) {

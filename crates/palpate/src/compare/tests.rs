@@ -53,6 +53,7 @@ fn found(shape: &SupportFunction, psi: &[f64], felt: impl Fn(f64) -> bool) -> Re
         chi2_per_dof: 1.0,
         jumps: Vec::new(),
         coverage: 1.0,
+        symmetry: crate::reconstruct::FoundSymmetry::default(),
         alternatives: 1,
         others: Vec::new(),
         sensor_sd_m: 0.0,

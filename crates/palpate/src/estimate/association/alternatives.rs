@@ -157,7 +157,9 @@ mod tests {
         let mut wrong = right.clone();
         wrong.estimate.psi = elsewhere(&right, 50..52, 1.5);
         let mut ambiguity = Ambiguity::new(vec![f64::INFINITY; measurements.len()]);
-        let alternative = ambiguity.unsettled(&wrong.estimate.psi, &right.estimate.psi, std::f64::consts::TAU).expect("two samples differ");
+        let alternative = ambiguity
+            .unsettled(&wrong.estimate.psi, &right.estimate.psi, std::f64::consts::TAU)
+            .expect("two samples differ");
         assert_eq!(alternative.samples, [50, 51]);
         let better = compare_evidence(&measurements, &wrong, &[alternative], &mut ambiguity)
             .expect("the right poses are likelier");

@@ -39,7 +39,8 @@ fn jump(shape: &SupportFunction, palms: &[PalmPair], here: f64, next: f64, perio
     let landscape = EnergyLandscape::new(shape, &palms[palms.len() - 1]);
     let shortest = turn(here, next, period);
     let copies = (TAU / period).round() as i64;
-    let mut turns: Vec<f64> = (-copies..=copies).map(|copy| shortest + copy as f64 * period).filter(|turn| turn.abs() <= PI).collect();
+    let mut turns: Vec<f64> =
+        (-copies..=copies).map(|copy| shortest + copy as f64 * period).filter(|turn| turn.abs() <= PI).collect();
     turns.sort_by(|a, b| a.abs().total_cmp(&b.abs()));
     let barrier = |turn: f64| barrier_m(|psi| landscape.height_m(psi), here, here + turn);
     let lowest = turns.iter().map(|&turn| barrier(turn)).fold(f64::INFINITY, f64::min);

@@ -139,7 +139,8 @@ pub(crate) fn decode(measurements: &Measurements, fit: &Fit, floor_m: f64, aside
         |path: &[usize]| -> Vec<Choice> { path.iter().zip(&choices).map(|(&choice, all)| all[choice]).collect() };
     let chosen = along(&path);
     let psi: Vec<f64> = chosen.iter().map(|choice| choice.psi).collect();
-    let elsewhere: Vec<(f64, usize)> = (0..psi.len()).map(|index| trellis.elsewhere(index, psi[index], period)).collect();
+    let elsewhere: Vec<(f64, usize)> =
+        (0..psi.len()).map(|index| trellis.elsewhere(index, psi[index], period)).collect();
     let mut alternatives: Vec<(Vec<usize>, Vec<usize>)> = Vec::new();
     for (index, &(other, choice)) in
         elsewhere.iter().enumerate().filter(|(_, (other, _))| *other < cost + CERTAIN.deviance())

@@ -69,11 +69,7 @@ impl Transition<'_> {
     pub fn barrier_m(&self, from: f64, to: f64) -> f64 {
         let over = |turn: f64| barrier_m(|psi| self.table.height_m(self.instant, psi), from, from + turn);
         let shorter = turn(from, to, self.period);
-        if self.period < TAU {
-            over(shorter).min(over(shorter - self.period.copysign(shorter)))
-        } else {
-            over(shorter)
-        }
+        if self.period < TAU { over(shorter).min(over(shorter - self.period.copysign(shorter))) } else { over(shorter) }
     }
 }
 

@@ -133,8 +133,11 @@ mod tests {
         let orientations: Vec<f64> = path.iter().zip(&choices).map(|(&c, choices)| choices[c].psi).collect();
         assert_eq!(orientations[4..], [1.0; 4]);
         assert_eq!(orientations.windows(2).filter(|pair| pair[0] != pair[1]).count(), 1);
-        let margin: Vec<f64> =
-            orientations.iter().enumerate().map(|(index, psi)| trellis.elsewhere(index, *psi).0 - cost).collect();
+        let margin: Vec<f64> = orientations
+            .iter()
+            .enumerate()
+            .map(|(index, psi)| trellis.elsewhere(index, *psi, std::f64::consts::TAU).0 - cost)
+            .collect();
         assert!(margin[0].is_infinite() && margin[7].is_infinite());
         assert!(margin[3] < 4.0 && margin[5] > 40.0, "{margin:?}");
     }

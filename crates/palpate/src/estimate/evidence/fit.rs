@@ -53,9 +53,8 @@ pub(crate) fn fit(
         }
         let normal = smoother.linearise(&estimate.coefficients, &estimate.psi);
         let factor = smoother.factor(&normal)?;
-        let log_evidence =
-            log_evidence(&smoother, &estimate, &normal, &factor)
-                - neg_log_prior(&weighted, &estimate, noise.balance_m, prior.symmetry.period_rad());
+        let log_evidence = log_evidence(&smoother, &estimate, &normal, &factor)
+            - neg_log_prior(&weighted, &estimate, noise.balance_m, prior.symmetry.period_rad());
         let variance: Vec<f64> = factor.inverse().diagonal().iter().copied().collect();
         best = Some(Fit { estimate: estimate.clone(), order, noise, prior, log_evidence });
         let next = updated_noise(&smoother, &estimate, &variance, variance_components);

@@ -78,8 +78,7 @@ pub(crate) fn symmetric_models(measurements: &Measurements, fit: &Fit) -> Vec<Sy
     let smoother = Smoother::new(measurements, fit.order, fit.noise, fit.prior).strictly_convex();
     let normal = smoother.linearise(&fit.estimate.coefficients, &fit.estimate.psi);
     let Some(factor) = smoother.factor(&normal) else { return Vec::new() };
-    let general =
-        General { mean: fit.estimate.coefficients.clone(), covariance: factor.inverse(), prior: fit.prior };
+    let general = General { mean: fit.estimate.coefficients.clone(), covariance: factor.inverse(), prior: fit.prior };
     let mut models: Vec<SymmetricModel> = ORDERS
         .into_iter()
         .flat_map(|order| [Symmetry { order, mirror: false }, Symmetry { order, mirror: true }])
@@ -143,9 +142,9 @@ impl General {
         };
         let allowed = (1..=layout.order).filter(|&k| symmetry.allows_harmonic(k));
         // A harmonic k turns k times as fast as the frame: its square counts as often as it says something of the axis.
-        let Some(largest) = allowed.max_by(|&a, &b| {
-            ((a * a) as f64 * squares(a)).total_cmp(&((b * b) as f64 * squares(b)))
-        }) else {
+        let Some(largest) =
+            allowed.max_by(|&a, &b| ((a * a) as f64 * squares(a)).total_cmp(&((b * b) as f64 * squares(b))))
+        else {
             return Vec::new();
         };
         let phase = f64::atan2(self.mean[layout.sine(largest)], self.mean[Layout::cosine(largest)]);
@@ -177,11 +176,12 @@ impl General {
         let missed = of_zero.dot(&solved);
         let determined =
             zero.iter().map(|&index| 1.0 - (covariance[(index, index)] / general_sd[index].powi(2)).min(1.0)).sum();
-        let log_ratio = -0.5 * missed - half_log_determinant
-            + zero.iter().map(|&index| general_sd[index].ln()).sum::<f64>();
+        let log_ratio =
+            -0.5 * missed - half_log_determinant + zero.iter().map(|&index| general_sd[index].ln()).sum::<f64>();
         let coefficients = (0..layout.unknowns())
             .map(|index| {
-                let shift: f64 = zero.iter().zip(&solved).map(|(&other, solved)| covariance[(index, other)] * solved).sum();
+                let shift: f64 =
+                    zero.iter().zip(&solved).map(|(&other, solved)| covariance[(index, other)] * solved).sum();
                 if free(index) { mean[index] - shift } else { 0.0 }
             })
             .collect();

@@ -14,6 +14,7 @@ use crate::plan::{PalmLimits, plan_turn};
 use crate::sensor::Touchpad;
 use crate::shape::{RandomShape, SupportFunction, random_shape, rounded_polygon};
 use crate::simulate::{SimulateOptions, simulate};
+use std::f64::consts::TAU;
 
 const SIZE_M: f64 = 0.03;
 const NOISE_M: f64 = 5e-5;
@@ -88,15 +89,15 @@ fn stated_noise_is_not_estimated() {
 fn the_motion_prior_counts_jumps_and_unstable_poses() {
     let (measurements, start) = setting(&pebble(), 200, NOISE_M);
     // A fast slide may look like a jump.
-    let before = neg_log_prior(&measurements, &start, NOISE_M);
+    let before = neg_log_prior(&measurements, &start, NOISE_M, TAU);
     assert!(before <= PREDICTED_JUMP.0, "{before}");
     let mut jumping = start.clone();
     jumping.psi[50] += 0.5;
-    assert_eq!(neg_log_prior(&measurements, &jumping, NOISE_M) - before, 2.0 * PREDICTED_JUMP.0, "there and back");
+    assert_eq!(neg_log_prior(&measurements, &jumping, NOISE_M, TAU) - before, 2.0 * PREDICTED_JUMP.0, "there and back");
     // With the centre of mass mirrored in the centre of the shape, the same poses are highest where they were lowest.
     let mut turned = start;
     turned.coefficients.iter_mut().skip(1).for_each(|a| *a = -*a);
-    let unstable = neg_log_prior(&measurements, &turned, NOISE_M) / UNSTABLE_POSE.0;
+    let unstable = neg_log_prior(&measurements, &turned, NOISE_M, TAU) / UNSTABLE_POSE.0;
     assert!(unstable > 150.0, "{unstable}");
 }
 

@@ -206,14 +206,23 @@ impl<'a> Job<'a> {
                 let mut ambiguity = Ambiguity::new(std::mem::take(&mut decoded_now.margin));
                 let mut alternatives = std::mem::take(&mut decoded_now.alternatives);
                 let motions = superseded.iter().chain([&decoded_now.psi]);
-                alternatives.extend(motions.filter_map(|motion| ambiguity.unsettled(&fine.estimate.psi, motion, period)));
+                alternatives
+                    .extend(motions.filter_map(|motion| ambiguity.unsettled(&fine.estimate.psi, motion, period)));
                 alternatives.extend(reassociated(&measurements, &fine, &self.starts(&fine), &mut ambiguity));
                 match compare_evidence(&measurements, &fine, &alternatives, &mut ambiguity) {
                     Some(better) if !last => {
                         decoded_now.relocated = moved(&fine.estimate.psi, &better.psi, period);
                         decoded_now.psi = better.psi;
                     }
-                    _ => return Ok(Refined { coarse, fine, measurements, ambiguity_rad: ambiguity.ambiguity_rad(), symmetry_probability: f64::NAN }),
+                    _ => {
+                        return Ok(Refined {
+                            coarse,
+                            fine,
+                            measurements,
+                            ambiguity_rad: ambiguity.ambiguity_rad(),
+                            symmetry_probability: f64::NAN,
+                        });
+                    }
                 }
             }
             attempt += 1;
@@ -297,7 +306,8 @@ impl<'a> Job<'a> {
         let period = fine.prior.symmetry.period_rad();
         if period < TAU {
             let palms: Vec<PalmPair> = self.log.samples.iter().map(|sample| sample.palms).collect();
-            psi = carried_copies(&SupportFunction::from_coefficients(&fine.estimate.coefficients), &palms, &psi, period);
+            psi =
+                carried_copies(&SupportFunction::from_coefficients(&fine.estimate.coefficients), &palms, &psi, period);
         }
         unwrap(&mut psi);
         psi

@@ -46,14 +46,8 @@ impl Job<'_> {
             let rough = Fit { estimate, prior, ..general.coarse.clone() };
             let Ok(mut refined) = self.to_fixed_point(medium, ranges, rough) else { continue };
             refined.fine.estimate.psi = self.motion(&refined.fine);
-            if std::env::var_os("PALPATE_SYM").is_some() {
-                eprintln!("{:?} ratio {:.1} evidence {:.1} overlap {:.2}", model.symmetry, model.log_ratio, refined.fine.log_evidence - general_evidence, self.overlap(&refined.fine));
-            }
-            let contradicted = against_general(&refined.measurements, &refined.fine);
-            if std::env::var_os("PALPATE_SYM").is_some() {
-                if let Some(m) = &contradicted { eprintln!("   missed {:.1} of {:.1} local ratio {:.1}", m.missed, m.determined, m.log_ratio); }
-            }
-            let contradicted = contradicted.is_none_or(|model| model.is_contradicted());
+            let contradicted =
+                against_general(&refined.measurements, &refined.fine).is_none_or(|model| model.is_contradicted());
             if contradicted || self.overlap(&refined.fine) < OVERLAP {
                 continue;
             }

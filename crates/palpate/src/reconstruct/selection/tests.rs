@@ -16,6 +16,7 @@ fn candidate(explained: bool, log_evidence: f64, chi2_per_dof: f64, physical: &[
         chi2_per_dof,
         jumps: physical.iter().map(jump).collect(),
         coverage: 0.0,
+        symmetry: crate::reconstruct::FoundSymmetry::default(),
         alternatives: 1,
         others: Vec::new(),
         sensor_sd_m: 1e-6,

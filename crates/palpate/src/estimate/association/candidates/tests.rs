@@ -4,6 +4,7 @@ use crate::log::{Log, Sample};
 use crate::mechanics::EnergyLandscape;
 use crate::palms::PalmPair;
 use crate::shape::SupportFunction;
+use std::f64::consts::TAU;
 
 const SIZE_M: f64 = 0.03;
 const COEFFICIENTS: [f64; 7] = [SIZE_M, 2e-3, 3e-3, 1e-3, -1e-3, 1.5e-3, -5e-4];
@@ -42,7 +43,7 @@ fn regular(sides: usize) -> Vec<f64> {
 fn all_minima_of_a_harmonic_are_found_with_their_values_wherever_the_grid_begins() {
     for (waves, start) in [(1, 0.0), (3, 0.0), (3, -2.3), (7, 1e3), (20, 0.77)] {
         let function = |psi: f64| (f64::from(waves) * psi + 0.4).cos();
-        let found = minima(start, &function);
+        let found = minima(start, TAU, &function);
         assert_eq!(found.len(), waves as usize, "{waves} from {start}");
         for (psi, value) in found {
             // At the minima the phase is an odd multiple of π.
@@ -55,7 +56,7 @@ fn all_minima_of_a_harmonic_are_found_with_their_values_wherever_the_grid_begins
 
 #[test]
 fn a_minimum_at_the_seam_of_the_grid_is_found_once() {
-    let found = minima(0.0, &|psi: f64| -psi.cos());
+    let found = minima(0.0, TAU, &|psi: f64| -psi.cos());
     assert_eq!(found.len(), 1);
     assert!(apart(found[0].0, 0.0) < resolution(), "{found:?}");
 }
@@ -63,7 +64,7 @@ fn a_minimum_at_the_seam_of_the_grid_is_found_once() {
 #[test]
 fn minima_of_different_depth_are_all_found() {
     // The derivative 2 sin 2ψ + 0.6 sin ψ vanishes with a minimum at 0 and one at π.
-    let found = minima(0.1, &|psi: f64| -(2.0 * psi).cos() - 0.6 * psi.cos());
+    let found = minima(0.1, TAU, &|psi: f64| -(2.0 * psi).cos() - 0.6 * psi.cos());
     assert_eq!(found.len(), 2);
     for (minimum, depth) in [(std::f64::consts::PI, -0.4), (0.0, -1.6)] {
         let near = found.iter().find(|(psi, _)| apart(*psi, minimum) < resolution()).expect("found");
@@ -96,13 +97,13 @@ fn candidates_come_best_first_and_are_limited_in_number() {
         (SupportTable::new(&coefficients), Spread { contact_m2: 1e-8, balance_m2: 1e-8, balance_memory: 1.0 });
     let instant = sample_of(&coefficients, 0.3);
     let misfit = |psi: f64| spread.misfit(&table, &instant, psi);
-    assert!(minima(0.3, &misfit).len() > MOST_CANDIDATES);
-    let found = candidates(&table, &instant, spread, 0.3);
+    assert!(minima(0.3, TAU, &misfit).len() > MOST_CANDIDATES);
+    let found = candidates(&table, &instant, spread, 0.3, TAU);
     assert_eq!(found.len(), MOST_CANDIDATES);
     assert!(found.windows(2).all(|pair| pair[0].1 <= pair[1].1), "{found:?}");
     assert!(found.iter().all(|(psi, value)| *value == misfit(*psi)));
     // The best of all are among them.
-    let mut all: Vec<f64> = minima(0.3, &misfit).iter().map(|(_, value)| *value).collect();
+    let mut all: Vec<f64> = minima(0.3, TAU, &misfit).iter().map(|(_, value)| *value).collect();
     all.sort_by(f64::total_cmp);
     assert!(found.iter().zip(&all).all(|(kept, best)| kept.1 == *best));
 }
@@ -112,12 +113,12 @@ fn orientations_missed_by_much_more_than_the_best_are_no_candidates() {
     let (table, instant) = (SupportTable::new(&COEFFICIENTS), sample_of(&COEFFICIENTS, 0.8));
     // Only the contacts count, so that all misfits are inversely proportional to their variance.
     let spread = |contact_m2: f64| Spread { contact_m2, balance_m2: 1e9, balance_memory: 1.0 };
-    let mut found = minima(0.8, &|psi| spread(1.0).misfit(&table, &instant, psi));
+    let mut found = minima(0.8, TAU, &|psi| spread(1.0).misfit(&table, &instant, psi));
     found.sort_by(|a, b| a.1.total_cmp(&b.1));
     let (best, second) = (found[0].1, found[1]);
     let beyond_m2 = second.1 - best;
     for (excess, kept) in [(0.99 * IMPLAUSIBLE, true), (1.01 * IMPLAUSIBLE, false)] {
-        let all = candidates(&table, &instant, spread(beyond_m2 / excess), 0.8);
+        let all = candidates(&table, &instant, spread(beyond_m2 / excess), 0.8, TAU);
         assert_eq!(all.iter().any(|(psi, _)| apart(*psi, second.0) < 1e-3), kept, "{excess}: {all:?}");
         assert!(apart(all[0].0, 0.8) < 1e-3);
     }
@@ -153,7 +154,7 @@ fn of_orientations_that_explain_the_contacts_well_enough_the_balanced_one_is_cho
         let value = residuals(&instant, &COEFFICIENTS, psi).value;
         value[0] * value[0] + value[1] * value[1]
     };
-    let others = minima(rest, &contacts);
+    let others = minima(rest, TAU, &contacts);
     let (other, _) = others.iter().copied().find(|(psi, _)| apart(*psi, rest) > 0.1).expect("another minimum");
     // Any contact is as good, and the other one is nearer; but it is not balanced.
     let found = best_orientation(&instant, &COEFFICIENTS, other, 1e9);

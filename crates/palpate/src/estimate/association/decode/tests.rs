@@ -11,7 +11,7 @@ use crate::mechanics::passage::SAME_POSE_RAD;
 use crate::palms::{PalmMotion, PalmPair};
 use crate::shape::NamedShape;
 use crate::simulate::{SimulateOptions, simulate};
-use std::f64::consts::PI;
+use std::f64::consts::{PI, TAU};
 
 const SIZE_M: f64 = 0.03;
 
@@ -89,7 +89,7 @@ impl Scene {
     /// The costs of the steps from the pose of the sample before `to` to these poses.
     fn steps_to(&self, to: usize, barrier_sd_m: f64, still_m: f64, blind: bool, ends: &[f64]) -> Vec<f64> {
         let (shape, table, instant) = (&self.shape, &self.table(), &self.measurements.instants[to]);
-        let ahead = Transition { shape, table, instant, barrier_sd_m, still_m };
+        let ahead = Transition { shape, table, instant, barrier_sd_m, still_m, period: TAU };
         let choice = |&psi: &f64| Choice { psi, misfit: 0.0 };
         let (from, ends) = ([choice(&self.psi[to - 1])], ends.iter().map(choice).collect::<Vec<_>>());
         steps(&ahead, &self.measurements.instants[to - 1], &from, &ends, blind)
@@ -145,10 +145,10 @@ fn a_jump_by_more_than_half_a_turn_is_predicted_though_the_shorter_path_leads_ov
     let [pose] = landscape.stable_poses()[..] else { panic!("one pose") };
     let heights = (0..10_000).map(|i| 2.0 * PI * f64::from(i) / 10_000.0).map(|psi| (landscape.height_m(psi), psi));
     let top = heights.max_by(|a, b| a.0.total_cmp(&b.0)).expect("trials").1;
-    let direction = turn(top, pose.psi_rad);
+    let direction = turn(top, pose.psi_rad, TAU);
     let start = top - direction.signum() * 0.12;
-    assert!(turn(start, pose.psi_rad) * direction > 0.0, "the shorter path leads back over the top");
-    assert!(is_same_pose(landscape.descend(start), pose.psi_rad), "the descent is the longer path");
+    assert!(turn(start, pose.psi_rad, TAU) * direction > 0.0, "the shorter path leads back over the top");
+    assert!(is_same_pose(landscape.descend(start), pose.psi_rad, TAU), "the descent is the longer path");
     let scene = Scene { measurements: problem_of(&shape, &palms, &[start; 2]), psi: vec![start; 2], shape, jump: 1 };
     for (off, predicted) in [(0.0, true), (0.99 * SAME_POSE_RAD, true), (1.01 * SAME_POSE_RAD, false)] {
         let end = pose.psi_rad - direction.signum() * off;
@@ -218,8 +218,8 @@ fn a_blind_step_costs_the_same_whatever_statics_predicts() {
     let ends = [from + 0.1, rest, rest + 1.0];
     let expected = [
         0.0,
-        PREDICTED_JUMP.deviance() + PER_HALF_TURN.deviance() * turn(from, rest).abs() / PI,
-        PREDICTED_JUMP.deviance() + PER_HALF_TURN.deviance() * turn(from, rest + 1.0).abs() / PI,
+        PREDICTED_JUMP.deviance() + PER_HALF_TURN.deviance() * turn(from, rest, TAU).abs() / PI,
+        PREDICTED_JUMP.deviance() + PER_HALF_TURN.deviance() * turn(from, rest + 1.0, TAU).abs() / PI,
     ];
     assert_eq!(scene.steps_to(scene.jump, STEEP, f64::INFINITY, true, &ends), expected);
 }
@@ -228,7 +228,7 @@ fn a_blind_step_costs_the_same_whatever_statics_predicts() {
 fn the_costs_of_steps_go_from_pose_to_pose_in_order() {
     let scene = scene();
     let (shape, table, instant) = (&scene.shape, &scene.table(), &scene.measurements.instants[SLOW]);
-    let ahead = Transition { shape, table, instant, barrier_sd_m: STEEP, still_m: 0.0 };
+    let ahead = Transition { shape, table, instant, barrier_sd_m: STEEP, still_m: 0.0, period: TAU };
     let choice = |psi: f64| Choice { psi, misfit: 0.0 };
     let psi = scene.psi[SLOW];
     let costs = steps(
@@ -250,20 +250,21 @@ fn an_object_between_crossed_palms_stays_where_it_was() {
     let crossed = |instant: &Instant| instant.turned(0.0, -instant.phi2 - 0.1);
     let (shape, table) = (&scene.shape, &scene.table());
     let rest = |before: &Instant, instant: &Instant| {
-        Transition { shape, table, instant, barrier_sd_m: FLAT, still_m: 0.0 }.rest(before, scene.psi[scene.jump - 1])
+        Transition { shape, table, instant, barrier_sd_m: FLAT, still_m: 0.0, period: TAU }
+            .rest(before, scene.psi[scene.jump - 1])
     };
-    assert!(is_same_pose(rest(&before, &instant), scene.psi[scene.jump]));
+    assert!(is_same_pose(rest(&before, &instant), scene.psi[scene.jump], TAU));
     assert_eq!(rest(&before, &crossed(&instant)), scene.psi[scene.jump - 1]);
     assert_eq!(rest(&crossed(&before), &instant), scene.psi[scene.jump - 1]);
 }
 
 #[test]
 fn the_anchor_is_the_middle_of_the_longest_run_without_a_jump() {
-    assert_eq!(anchor(&[0.0, 0.0, 0.0, 1.0, 1.1, 1.2, 1.3, 1.4, 2.0, 2.0]), 5);
-    assert_eq!(anchor(&[0.0; 9]), 4);
-    assert_eq!(anchor(&[0.0, 0.0, 0.0, 1.0, 2.0]), 1);
-    assert_eq!(anchor(&[0.0, 1.0, 2.0, 2.0, 2.0, 2.0 + 1.01 * LONGEST_STEP]), 3);
-    assert_eq!(anchor(&[]), 0);
+    assert_eq!(anchor(&[0.0, 0.0, 0.0, 1.0, 1.1, 1.2, 1.3, 1.4, 2.0, 2.0], TAU), 5);
+    assert_eq!(anchor(&[0.0; 9], TAU), 4);
+    assert_eq!(anchor(&[0.0, 0.0, 0.0, 1.0, 2.0], TAU), 1);
+    assert_eq!(anchor(&[0.0, 1.0, 2.0, 2.0, 2.0, 2.0 + 1.01 * LONGEST_STEP], TAU), 3);
+    assert_eq!(anchor(&[], TAU), 0);
 }
 
 #[test]
@@ -375,7 +376,7 @@ fn a_sample_at_a_wrong_pose_is_relocated_and_its_margin_is_large() {
     let decoded = decode(&scene.measurements, &scene.fit(&wrong), FLOOR_M, None);
     assert_eq!(decoded.relocated, 1);
     for (sample, (found, truth)) in decoded.psi.iter().zip(&scene.psi).enumerate() {
-        assert!(turn(*found, *truth).abs() < 1e-3, "{found} {truth} at {sample}");
+        assert!(turn(*found, *truth, TAU).abs() < 1e-3, "{found} {truth} at {sample}");
     }
     // Any other pose of it costs a jump there and another back.
     assert!(
@@ -394,7 +395,7 @@ fn a_sample_near_its_true_pose_is_refined_without_being_relocated() {
         beside[SLOW] += off;
         let decoded = decode(&scene.measurements, &scene.fit(&beside), FLOOR_M, None);
         assert_eq!(decoded.relocated, relocated, "{off}");
-        assert!(turn(decoded.psi[SLOW], scene.psi[SLOW]).abs() < 1e-3, "{}", decoded.psi[SLOW]);
+        assert!(turn(decoded.psi[SLOW], scene.psi[SLOW], TAU).abs() < 1e-3, "{}", decoded.psi[SLOW]);
     }
 }
 
@@ -407,8 +408,8 @@ fn the_motion_is_changed_only_for_a_sufficient_gain() {
     beside[SLOW] += 0.5 * (SAME_POSE_RAD + LONGEST_STEP);
     let gain = |floor_m: f64| {
         let spread = spread(&scene.measurements, &table, &beside, floor_m);
-        let best = candidates(&table, instant, spread, beside[SLOW])[0];
-        assert!(is_same_pose(best.0, scene.psi[SLOW]));
+        let best = candidates(&table, instant, spread, beside[SLOW], TAU)[0];
+        assert!(is_same_pose(best.0, scene.psi[SLOW], TAU));
         spread.misfit(&table, instant, beside[SLOW]) - best.1
     };
     for (worth, relocated) in [(1.02 * WORTH_CHANGING, 1), (0.98 * WORTH_CHANGING, 0)] {
@@ -429,7 +430,7 @@ fn the_margin_of_a_pose_of_a_symmetric_object_is_the_cost_of_one_jump() {
     let scene = ellipse(0.0);
     let fit = scene.fit(&scene.psi);
     let margins = decode(&scene.measurements, &fit, FLOOR_M, None).margin;
-    let anchor = anchor(&scene.psi);
+    let anchor = anchor(&scene.psi, TAU);
     for (sample, margin) in margins.iter().enumerate() {
         // All samples on that side of the anchor, which stays where it is, may be turned around together.
         let expected =
@@ -465,12 +466,12 @@ fn a_sample_before_a_jump_that_was_not_seen_may_as_well_be_after_it() {
         decoded.alternatives.iter().find(|alternative| alternative.samples.contains(&at)).expect("another motion");
     let other = followed(&scene.shape, &scene.palms(at + 1), &scene.palms(at), scene.psi[at + 1]).0;
     assert!(
-        turn(alternative.psi[at], other).abs() < 1e-2 && !near(alternative.psi[at], scene.psi[at]),
+        turn(alternative.psi[at], other, TAU).abs() < 1e-2 && !near(alternative.psi[at], scene.psi[at], TAU),
         "{} {other}",
         alternative.psi[at]
     );
     for sample in (0..scene.psi.len()).filter(|&sample| sample != at) {
-        assert!(near(alternative.psi[sample], scene.psi[sample]), "the other samples stay: {sample}");
+        assert!(near(alternative.psi[sample], scene.psi[sample], TAU), "the other samples stay: {sample}");
     }
     // A jump as well, but over a small barrier.
     assert!(
@@ -507,7 +508,7 @@ fn samples_set_aside_may_be_wherever_the_predictive_shape_explains_them() {
             &mut choices,
             &scene.measurements,
             &table,
-            FLOOR_M,
+            (FLOOR_M, TAU),
             Aside { samples: &[5], blind: &|_| true, predictive: &predictive },
         );
         assert!(choices.iter().enumerate().all(|(index, choices)| index == 5 || choices[0].misfit == -777.0));
@@ -516,9 +517,9 @@ fn samples_set_aside_may_be_wherever_the_predictive_shape_explains_them() {
             predictive.neg_log_predictive(instant, psi) + instability_cost(&table, instant, psi, FLOOR_M)
         };
         assert!(choices[5].iter().all(|choice| (choice.misfit - of(choice.psi)).abs() < 1e-9), "{:?}", choices[5]);
-        assert!(turn(choices[5][0].psi, scene.psi[5]).abs() < 0.01, "the given pose is refined");
+        assert!(turn(choices[5][0].psi, scene.psi[5], TAU).abs() < 0.01, "the given pose is refined");
         let turned =
-            choices[5].iter().find(|choice| is_same_pose(choice.psi, scene.psi[5] + PI)).expect("turned around");
+            choices[5].iter().find(|choice| is_same_pose(choice.psi, scene.psi[5] + PI, TAU)).expect("turned around");
         assert!(turned.misfit > 0.0);
     }
 }

@@ -4,6 +4,7 @@ use crate::estimate::solver::gauss_newton::Estimate;
 use crate::log::{Log, Sample};
 use crate::palms::PalmPair;
 use crate::shape::SupportFunction;
+use std::f64::consts::TAU;
 
 const SIZE_M: f64 = 0.03;
 const NOISE: Noise = Noise { sensor_m: 2e-4, balance_m: 5e-5 };
@@ -118,7 +119,7 @@ fn regular(sides: usize) -> (PredictiveShape, Instant, f64) {
 #[test]
 fn a_symmetric_shape_is_as_likely_after_half_a_turn() {
     let (predictive, instant, rest) = regular(2);
-    let (margin, others) = predictive.elsewhere(&instant, rest);
+    let (margin, others) = predictive.elsewhere(&instant, rest, TAU);
     assert!(margin.abs() < 1e-3, "{margin}");
     let turned = others.first().copied().expect("another orientation");
     assert!((0.5 * (turned - rest)).cos().abs() < 1e-4, "{turned} {rest}");
@@ -130,7 +131,7 @@ fn the_margin_is_the_difference_between_the_likeliest_other_orientation_and_the_
     // Not quite regular any more, so that the three poses differ.
     (predictive.coefficients[1], predictive.coefficients[2]) = (1e-4, 3e-4);
     let near_rest = rest + 0.05;
-    let (margin, others) = predictive.elsewhere(&instant, near_rest);
+    let (margin, others) = predictive.elsewhere(&instant, near_rest, TAU);
     let neg_log_predictive = |psi: f64| predictive.neg_log_predictive(&instant, psi);
     let scanned = |from: f64, to: f64| {
         let trials =
@@ -149,13 +150,13 @@ fn the_margin_is_the_difference_between_the_likeliest_other_orientation_and_the_
         others.windows(2).all(|pair| neg_log_predictive(pair[0]) <= neg_log_predictive(pair[1])),
         "the likeliest first"
     );
-    assert!(others.iter().all(|other| !near(*other, near_rest)));
+    assert!(others.iter().all(|other| !near(*other, near_rest, TAU)));
 }
 
 #[test]
 fn of_many_other_orientations_the_likeliest_few_are_reported() {
     let (predictive, instant, rest) = regular(7);
-    let (margin, others) = predictive.elsewhere(&instant, rest);
+    let (margin, others) = predictive.elsewhere(&instant, rest, TAU);
     assert_eq!(others.len(), OTHER_ORIENTATIONS);
     assert!(margin.abs() < 1e-3, "{margin}");
 }

@@ -1,6 +1,7 @@
 use super::*;
 use crate::estimate::association::turned_pebble::turned_pebble;
 use crate::estimate::motion::SHORT_SEGMENT;
+use crate::math::angle::wrapped;
 use std::ops::Range;
 
 #[test]

@@ -4,6 +4,7 @@ use crate::palms::PalmMotion;
 use crate::reconstruct::search::windows::windows;
 use crate::shape::SupportFunction;
 use crate::simulate::{SimulateOptions, simulate};
+use std::f64::consts::TAU;
 
 const SIZE_M: f64 = 0.03;
 const ORDER: usize = 3;
@@ -115,7 +116,7 @@ fn hypotheses_far_behind_the_best_are_dropped() {
         assert!((behind(noisy) - worth).abs() < 0.5, "{}", behind(noisy));
         let ranked = with_scatter(noisy).ranked(&together, vec![wrong.clone(), truth.clone()]);
         assert_eq!(ranked.len(), kept, "{worth}");
-        assert!(same_motion(&ranked[0].estimate.psi, &truth.psi), "the best first");
+        assert!(same_motion(&ranked[0].estimate.psi, &truth.psi, TAU), "the best first");
     }
 }
 
@@ -133,7 +134,7 @@ fn of_many_distinct_hypotheses_the_best_are_kept() {
     alone.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut distinct: Vec<(f64, Vec<f64>)> = Vec::new();
     for (score, psi) in alone {
-        if !distinct.iter().any(|(_, other)| same_motion(other, &psi)) {
+        if !distinct.iter().any(|(_, other)| same_motion(other, &psi, TAU)) {
             distinct.push((score, psi));
         }
     }
@@ -233,7 +234,7 @@ fn a_window_joined_to_a_placed_one_is_followed_without_a_search() {
         assert_eq!((beam_search.offset[window], beam_search.thin.len()), (Some(72), 96));
         let placed = &beam_search.beam[0].estimate.psi;
         let truth = [&psi[24 * seed.start..24 * seed.end], &psi[24 * window..24 * (window + 1)]].concat();
-        let turn = common_rotation(placed, &truth);
+        let turn = common_rotation(placed, &truth, TAU);
         assert!(placed.iter().zip(&truth).all(|(a, b)| (a - b - turn).abs() < 0.01), "{placed:?} {truth:?}");
     }
 }
@@ -248,7 +249,7 @@ fn a_window_joined_to_nothing_is_searched_and_that_is_charged() {
     one_search.charge(1, ORDER);
     assert_eq!(budget.left, one_search.left);
     assert_eq!(beam_search.offset[3], Some(72));
-    assert!(same_motion(&beam_search.beam[0].estimate.psi, &psi));
+    assert!(same_motion(&beam_search.beam[0].estimate.psi, &psi, TAU));
 }
 
 #[test]
@@ -266,7 +267,7 @@ fn a_search_returns_a_few_distinct_placements_best_first() {
         };
         assert!(placements[..index].iter().all(|other| apart(other) > 1e-3), "the same placement twice");
     }
-    let turn = common_rotation(&hypothesis.psi, &psi[..72]);
+    let turn = common_rotation(&hypothesis.psi, &psi[..72], TAU);
     assert!(placements[0].psi.iter().zip(&psi[72..]).all(|(a, b)| (0.5 * (a - b - turn)).sin().abs() < 0.02));
 }
 
@@ -442,11 +443,11 @@ fn the_common_rotation_carries_one_motion_to_the_other_up_to_whole_turns() {
     let a: Vec<f64> = (0..20).map(|index| 0.3 * f64::from(index)).collect();
     for turn in [0.7, -3.0, 3.0] {
         let b: Vec<f64> = a.iter().zip(0..).map(|(a, index)| a - turn + TAU * f64::from(index % 3)).collect();
-        assert!((common_rotation(&a, &b) - turn).abs() < 1e-12, "{turn}");
-        assert!(same_motion(&a, &b) && moved(&a, &b) == 0);
+        assert!((common_rotation(&a, &b, TAU) - turn).abs() < 1e-12, "{turn}");
+        assert!(same_motion(&a, &b, TAU) && moved(&a, &b, TAU) == 0);
     }
     // Where the differences are spread, their mean.
-    assert!((common_rotation(&[0.1, 0.2, 0.3], &[0.0; 3]) - 0.2).abs() < 1e-12);
+    assert!((common_rotation(&[0.1, 0.2, 0.3], &[0.0; 3], TAU) - 0.2).abs() < 1e-12);
 }
 
 #[test]
@@ -458,10 +459,10 @@ fn samples_count_as_moved_beyond_the_limit() {
         for sample in [10, 20, 900] {
             there[sample] += off;
         }
-        assert_eq!(moved(&here, &there), count, "{off}");
+        assert_eq!(moved(&here, &there, TAU), count, "{off}");
         // Whatever both are turned by.
         there.iter_mut().for_each(|psi| *psi += 2.0);
-        assert_eq!(moved(&here, &there), count, "{off}");
+        assert_eq!(moved(&here, &there, TAU), count, "{off}");
     }
 }
 
@@ -469,7 +470,7 @@ fn samples_count_as_moved_beyond_the_limit() {
 fn two_motions_are_the_same_up_to_three_degrees() {
     let here = vec![0.0; 100];
     let beside = |off: f64| -> Vec<f64> { (0..100).map(|index| if index % 2 == 0 { off } else { -off }).collect() };
-    assert!(same_motion(&here, &beside(3.0f64.to_radians())));
-    assert!(!same_motion(&here, &beside(3.1f64.to_radians())));
-    assert!(same_motion(&[], &[]));
+    assert!(same_motion(&here, &beside(3.0f64.to_radians()), TAU));
+    assert!(!same_motion(&here, &beside(3.1f64.to_radians()), TAU));
+    assert!(same_motion(&[], &[], TAU));
 }
