@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use palpate::compare::{compare, true_support};
-use palpate::reconstruct::{Method, Reconstructor, diagnostics};
+use palpate::reconstruct::{FoundSymmetry, Method, Reconstructor, diagnostics};
 use palpate::{Reconstruction, Truth};
 use palpate_io::{LogFile, Summary, TruthSummary};
 use palpate_report::{ReportInput, TruthOverlay};
@@ -200,6 +200,9 @@ pub fn told(summary: &Summary, out: &Path) -> String {
         summary.samples,
         three_digits(1e3 * summary.sensor_sd_m)
     ));
+    if summary.symmetry.order > 1 || summary.symmetry.mirror {
+        lines.push(format!("  is      {}", FoundSymmetry::from(summary.symmetry)));
+    }
     if let Some(truth) = &summary.truth {
         lines.push(format!(
             "  errors  shape {} mm (form alone {} mm), orientation {} deg, centre of mass {} mm (root mean square)",
@@ -270,11 +273,13 @@ mod tests {
             r#"{"certified": false, "com_certified": false, "reason": "3 different objects; and so on",
             "doubts": [{"kind": "not-convex", "text": ""}, {"kind": "new", "text": "3 different objects; and so on"}],
             "chi2_per_dof": 1, "jumps": [1.5], "coverage": 0.5, "alternatives": 3, "sensor_sd_m": 0.0001, "balance_sd_m": null,
-            "samples": 100, "harmonics": 8, "seconds": 1, "version": "0.1.0"}"#,
+            "samples": 100, "harmonics": 8, "seconds": 1, "version": "0.1.0",
+            "symmetry": {"order": 2, "mirror": false, "probability": 0.96}}"#,
         )
         .expect("a summary");
         let expected = "NOT certified\n  - the shape is not convex\n  - 3 different objects; and so on\n  \
             felt    50 % of the boundary in 100 samples, 1 jump; sensor noise 0.100 mm\n  \
+            is      the same after half a turn (probability 0.96); after a jump ψ is known up to turns of 180°\n  \
             others  that fit equally well: out/alternatives\n  report  out/report.html";
         assert_eq!(told(&summary, Path::new("out")), expected);
     }

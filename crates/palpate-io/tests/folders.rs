@@ -3,8 +3,8 @@
 use std::fs;
 use std::path::Path;
 
-use palpate::reconstruct::{Doubt, Jump, Method, OutlinePoint, Pose, Verdict};
-use palpate::shape::SupportFunction;
+use palpate::reconstruct::{Doubt, FoundSymmetry, Jump, Method, OutlinePoint, Pose, Verdict};
+use palpate::shape::{SupportFunction, Symmetry};
 use palpate::truth::TruePose;
 use palpate::{Reconstruction, Truth};
 use palpate_io::{
@@ -51,7 +51,11 @@ fn reconstruction() -> Reconstruction {
             physical: true,
         }],
         coverage: 0.98,
-        symmetry: FoundSymmetry::default(),
+        symmetry: FoundSymmetry {
+            symmetry: Symmetry { order: 3, mirror: true },
+            probability: Some(0.9),
+            deviation_sd_m: Some(1e-5),
+        },
         alternatives: 1,
         others: Vec::new(),
         sensor_sd_m: 1e-4,

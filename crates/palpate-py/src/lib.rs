@@ -27,6 +27,8 @@ mod _palpate {
     #[pymodule_export]
     use crate::estimate::result::ResultData;
     #[pymodule_export]
+    use crate::estimate::symmetry::SymmetryData;
+    #[pymodule_export]
     use crate::measured::log::LogData;
     #[pymodule_export]
     use crate::measured::sensor::Pad;

@@ -34,3 +34,11 @@ def simulation(egg: palpate.SupportFunction, plan: palpate.PlannedMotion) -> pal
 @pytest.fixture(scope="session")
 def result(simulation: palpate.Simulation) -> palpate.Result:
     return palpate.reconstruct(simulation.log)
+
+
+@pytest.fixture(scope="session")
+def triangle() -> palpate.Result:
+    motion = palpate.PalmMotion.random(5, 60)
+    pad = palpate.Touchpad(noise_sd_m=5e-5)
+    simulation = palpate.simulate(palpate.SupportFunction.named("triangle"), motion, touchpad=pad, rate_hz=20, seed=5)
+    return palpate.reconstruct(simulation.log)

@@ -47,6 +47,7 @@ def everything() -> list[object]:
         log,
         truth,
         result,
+        result.symmetry,
         palpate.reconstruct(palpate.Log.from_csv(LOGS / "stone_zigzag_oracle.csv")),
         *palpate.reconstruct(log, method="ode").doubts,
         palpate.compare(result, truth),

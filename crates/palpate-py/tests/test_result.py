@@ -40,6 +40,26 @@ def test_columns_fit_each_other(result: palpate.Result) -> None:
     assert_allclose(np.std(result.residual1), result.sensor_sd_m, rtol=0.2)
 
 
+def test_a_symmetry_completes_the_boundary(triangle: palpate.Result) -> None:
+    symmetry = triangle.symmetry
+    assert triangle.certified
+    assert (symmetry.order, symmetry.mirror) == (3, True)
+    assert (symmetry.probability or 0) > 0.9
+    assert (symmetry.deviation_sd_m or 0) > 0
+    assert "the same after 1/3 of a turn and in a mirror" in str(symmetry)
+    assert triangle.summary["symmetry"]["order"] == 3
+    # What a contact passed over itself, and its copies.
+    assert np.all(triangle.touches[triangle.felt_itself] > 0)
+    assert 0.5 < np.mean(triangle.felt_itself) < 0.95 < triangle.coverage
+    assert_allclose(triangle.r, np.roll(triangle.r, 240), atol=1e-12)
+    assert "1/3 of a turn" in triangle._repr_html_()
+
+
+def test_most_objects_have_no_symmetry(result: palpate.Result) -> None:
+    assert (result.symmetry.order, result.symmetry.deviation_sd_m) == (1, None)
+    assert result.symmetry == result.symmetry
+
+
 def test_error_bars_hold_the_truth(result: palpate.Result, simulation: palpate.Simulation) -> None:
     truth = simulation.truth
     turn = float(np.angle(np.mean(np.exp(1j * (truth.psi_rad - result.psi)))))

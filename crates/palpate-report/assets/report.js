@@ -61,7 +61,12 @@ function report(data, before) {
     const place = Math.round((theta - (outline.theta[0] || 0)) / spacing);
     return ((place % nodes) + nodes) % nodes;
   };
-  const felt = outline.touches.map((touches) => touches > 0);
+  // What is known, what a contact itself passed over, and what follows from that by symmetry.
+  const known = outline.touches.map((touches) => touches > 0);
+  const felt = known.map((yes, node) => yes && outline.itself[node]);
+  const copied = known.map((yes, node) => yes && !felt[node]);
+  const LINES = ["unfelt", "copied", "felt"];
+  const lineOf = (node) => (felt[node] ? 2 : copied[node] ? 1 : 0);
 
   // When, and in which piece, each part of the boundary was first felt.
   const firstFelt = new Array(nodes).fill(Infinity);
@@ -501,7 +506,7 @@ function report(data, before) {
   /** How much wider the band is drawn, so that it can be seen: 1, 2, 5, 10 ... */
   const radius = finite(data.meanRadius) && data.meanRadius > 0 ? data.meanRadius : 1;
   const exaggeration = (() => {
-    const wide = quantile(outline.band.filter((_, node) => felt[node]), 0.9);
+    const wide = quantile(outline.band.filter((_, node) => known[node]), 0.9);
     if (!(wide > 0)) return 1;
     let factor = 1;
     for (const next of [2, 5, 10, 20, 50, 100, 200, 500, 1000]) if (wide * next <= 0.07 * radius) factor = next;
@@ -547,14 +552,14 @@ function report(data, before) {
         return [x + by * scale * cos(theta), y - by * scale * sin(theta)];
       };
       draw(svg, "path", { class: "body", d: ring(place) });
-      for (const [kind, first, last] of runs((node) => (finite(drawnBand(node)) && finite(outline.x[node]) && finite(outline.y[node]) ? (felt[node] ? 2 : 1) : 0))) {
+      for (const [kind, first, last] of runs((node) => (finite(drawnBand(node)) && finite(outline.x[node]) && finite(outline.y[node]) ? (known[node] ? 2 : 1) : 0))) {
         if (!kind) continue;
         const run = Array.from({ length: last - first + 1 }, (_, k) => (first + k) % nodes).filter((n) => finite(drawnBand(n)) && whole(place(n)));
         const edge = run.map((n) => shifted(n, drawnBand(n))).concat(run.map((n) => shifted(n, -drawnBand(n))).reverse());
         draw(svg, "path", { class: kind === 2 ? "band" : "band guess", d: `${path(edge.filter(whole))}Z` });
       }
-      for (const [kind, first, last] of runs((node) => felt[node])) {
-        draw(svg, "path", { class: kind ? "felt" : "unfelt", d: runPath(first, last, place) });
+      for (const [kind, first, last] of runs(lineOf)) {
+        draw(svg, "path", { class: LINES[kind], d: runPath(first, last, place) });
       }
       if (truth && truth.aligned.length) draw(svg, "path", { class: "truth", d: `${path(truth.aligned.map(([x, y]) => at(x, y)))}Z` });
       // Where the outward normal points along the axes.
@@ -582,7 +587,8 @@ function report(data, before) {
       byId("shape-legend").appendChild(entry);
     };
     item((svg) => draw(svg, "path", { class: "felt", d: "M1 7H25" }), "felt");
-    if (felt.some((yes) => !yes)) item((svg) => draw(svg, "path", { class: "unfelt", d: "M1 7H25" }), "never felt");
+    if (copied.includes(true)) item((svg) => draw(svg, "path", { class: "copied", d: "M1 7H25" }), "follows from symmetry");
+    if (known.includes(false)) item((svg) => draw(svg, "path", { class: "unfelt", d: "M1 7H25" }), "never felt");
     item((svg) => draw(svg, "rect", { class: "band", x: 0, y: 2, width: 26, height: 10 }), `95 % band${exaggeration > 1 ? ` × ${exaggeration}` : ""}${cut ? ", cut off where wide" : ""}`);
     if (truth && truth.aligned.length) item((svg) => draw(svg, "path", { class: "truth", d: "M1 7H25" }), "truth");
     item((svg) => comMark(svg, 13, 7, 6), "centre of mass");
@@ -616,7 +622,7 @@ function report(data, before) {
       ["θ", `${fixed(outline.theta[node], 1)}°`],
       ["r", `${fixed(outline.r[node], 3)} mm ± ${lengthText(outline.band[node])}`],
       ["curvature radius", `${fixed(outline.v[node], 1)} mm`],
-      ["felt", touches === 0 ? "never" : touches === 1 ? "once" : `${touches} times`],
+      [copied[node] ? "copies felt" : "felt", touches === 0 ? "never" : touches === 1 ? "once" : `${touches} times`],
     ];
   }
 
@@ -632,12 +638,12 @@ function report(data, before) {
       onMove: (value) => hoverNode(nodeAt(value)), onLeave: () => hoverNode(null),
       paint(layer, X, Y) {
         const place = (node) => [X(theta[node]), Y(outline.r[node])];
-        for (const [kind, first, last] of runs((node) => felt[node])) {
-          draw(layer, "path", { class: kind ? "felt" : "unfelt", d: runPath(first, Math.min(last, nodes - 1), place) });
+        for (const [kind, first, last] of runs(lineOf)) {
+          draw(layer, "path", { class: LINES[kind], d: runPath(first, Math.min(last, nodes - 1), place) });
         }
         if (trueShown) draw(layer, "path", { class: "truth", d: path(theta.map((angle, node) => [X(angle), Y(trueR[node])])) });
       },
-      lane: { unit: "mm", band: outline.band, keep: (node) => felt[node], errors: trueShown ? [{ values: truth.rError }] : [] },
+      lane: { unit: "mm", band: outline.band, keep: (node) => known[node], errors: trueShown ? [{ values: truth.rError }] : [] },
       rendered({ svg, X, Y }) {
         scales = { X, Y };
         dots = [1, 2].map((palm) => {

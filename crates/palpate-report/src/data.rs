@@ -70,6 +70,8 @@ struct Outline {
     y: Vec<f64>,
     v: Vec<f64>,
     touches: Vec<u32>,
+    /// Whether a contact itself passed over it: the others of those that count as felt are known by symmetry.
+    itself: Vec<bool>,
 }
 
 /// Residuals of one sensor: those shown, and statistics over all.
@@ -208,6 +210,7 @@ fn outline(result: &Reconstruction, mm: Millimetres) -> Outline {
         y: points.iter().map(|p| mm.of(p.y_m)).collect(),
         v: points.iter().map(|p| mm.of(p.curvature_radius_m)).collect(),
         touches: points.iter().map(|p| p.touches).collect(),
+        itself: result.felt_itself().into_iter().step_by(stride).collect(),
     }
 }
 

@@ -89,9 +89,16 @@ pub(crate) fn verdict(result: &Reconstruction) -> String {
             format!("<div class=\"reason\"><b>Why:</b><ul>{items}</ul></div>")
         }
     };
+    let symmetry = result.symmetry.symmetry.is_any().then(|| {
+        format!(
+            "<p class=\"reason\"><b>Symmetry:</b> the object is {}. Unfelt copies of felt boundary follow from that.</p>",
+            escape(&result.symmetry.to_string())
+        )
+    });
+    let symmetry = symmetry.unwrap_or_default();
     format!(
         "<div class=\"verdict {class}\"><span class=\"badge\"><svg viewBox=\"0 0 20 20\" aria-hidden=\"true\">\
-         <path d=\"{icon}\"/></svg>{badge}</span><div><p>{sentence}</p>{reason}</div></div>"
+         <path d=\"{icon}\"/></svg>{badge}</span><div><p>{sentence}</p>{reason}{symmetry}</div></div>"
     )
 }
 
@@ -226,7 +233,8 @@ fn key_figures_of(input: &ReportInput, result: &Reconstruction) -> String {
     add(
         "Boundary felt",
         (number(100.0 * result.coverage), "%"),
-        "Share of the normal directions that a contact passed over at least once. The rest is extrapolated by the prior.",
+        "Share of the normal directions that a contact passed over at least once, or passed over a symmetric copy of. The rest is \
+         extrapolated by the prior.",
     );
     add(
         "Jumps",

@@ -45,7 +45,7 @@ impl Arguments {
 }
 
 /// Every limit, in the order of the table.
-const NAMES: [&str; 16] = [
+const NAMES: [&str; 17] = [
     "model_allowance",
     "chi2_sds",
     "chi2_excess_stated",
@@ -60,6 +60,7 @@ const NAMES: [&str; 16] = [
     "r_sd",
     "r_sd_with_short_jumps",
     "short_jump_rad",
+    "symmetry_probability",
     "balance_sensor_sds",
     "balance_allowances",
 ];

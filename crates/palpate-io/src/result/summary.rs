@@ -101,8 +101,10 @@ pub struct SymmetrySummary {
     /// Whether it is its own mirror image.
     pub mirror: bool,
     /// The probability of this, 0 to 1; `null` where it was not asked.
-    #[serde(with = "number_or_null")]
-    pub probability: f64,
+    pub probability: Option<f64>,
+    /// Standard deviation of the difference of r between copies that were both felt, metres; `null` where there is none.
+    #[serde(default)]
+    pub deviation_sd_m: Option<f64>,
 }
 
 impl Default for SymmetrySummary {
@@ -113,14 +115,15 @@ impl Default for SymmetrySummary {
 }
 
 impl From<FoundSymmetry> for SymmetrySummary {
-    fn from(FoundSymmetry { symmetry: Symmetry { order, mirror }, probability }: FoundSymmetry) -> Self {
-        Self { order, mirror, probability }
+    fn from(found: FoundSymmetry) -> Self {
+        let FoundSymmetry { symmetry: Symmetry { order, mirror }, probability, deviation_sd_m } = found;
+        Self { order, mirror, probability, deviation_sd_m }
     }
 }
 
 impl From<SymmetrySummary> for FoundSymmetry {
-    fn from(SymmetrySummary { order, mirror, probability }: SymmetrySummary) -> Self {
-        Self { symmetry: Symmetry { order, mirror }, probability }
+    fn from(SymmetrySummary { order, mirror, probability, deviation_sd_m }: SymmetrySummary) -> Self {
+        Self { symmetry: Symmetry { order, mirror }, probability, deviation_sd_m }
     }
 }
 

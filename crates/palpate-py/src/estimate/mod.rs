@@ -5,3 +5,4 @@ pub(crate) mod information;
 pub(crate) mod jump;
 pub(crate) mod reconstruct;
 pub(crate) mod result;
+pub(crate) mod symmetry;

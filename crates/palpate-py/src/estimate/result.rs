@@ -14,6 +14,7 @@ use pyo3::types::PyDict;
 
 use crate::estimate::doubt::DoubtData;
 use crate::estimate::jump::JumpData;
+use crate::estimate::symmetry::SymmetryData;
 use crate::interop::arrays::{self, Table};
 use crate::interop::errors::{self, InternalError, OrRaise};
 use crate::interop::pickled::{self, Pickled};
@@ -38,7 +39,10 @@ use crate::object::shape::Shape;
 /// curvature_radius : numpy.ndarray
 ///     Radius of curvature, shape (m,), metres.
 /// touches : numpy.ndarray
-///     How many separate passes of a contact went over each angle, shape (m,); 0 = never felt.
+///     How many separate passes of a contact went over each angle or a symmetric copy of it, shape (m,); 0 = never felt.
+/// felt_itself : numpy.ndarray
+///     Whether a contact passed over each angle itself, shape (m,); where `touches` is positive without, the boundary follows from
+///     symmetry. After `Result.load` it is what the poses say.
 /// time : numpy.ndarray
 ///     Times of the samples, shape (n,), seconds.
 /// psi, psi_sd : numpy.ndarray
@@ -76,6 +80,8 @@ pub struct ResultData {
     curvature_radius: Py<PyArray1<f64>>,
     #[pyo3(get)]
     touches: Py<PyArray1<u32>>,
+    #[pyo3(get)]
+    felt_itself: Py<PyArray1<bool>>,
     #[pyo3(get)]
     time: Py<PyArray1<f64>>,
     #[pyo3(get)]
@@ -119,6 +125,7 @@ impl ResultData {
             boundary: arrays::table(py, &boundary),
             curvature_radius: along(|point| point.curvature_radius_m),
             touches: arrays::column(py, found.outline.iter().map(|point| point.touches).collect()),
+            felt_itself: arrays::column(py, found.felt_itself()),
             time: over(|pose| pose.time_s),
             psi: over(|pose| pose.psi_rad),
             psi_sd: over(|pose| pose.psi_sd_rad),
@@ -212,6 +219,12 @@ impl ResultData {
     #[getter]
     fn coverage(&self) -> f64 {
         self.found.coverage
+    }
+
+    /// Symmetry: how the object is symmetric, as far as the log can tell.
+    #[getter]
+    fn symmetry(&self) -> SymmetryData {
+        SymmetryData(self.found.symmetry)
     }
 
     /// int: number of distinct arrangements that fit equally well; 1 when the answer is unique.
@@ -416,6 +429,8 @@ impl ResultData {
             [one] => format!("<p>{one}</p>"),
             several => format!("<ul><li>{}</li></ul>", several.join("</li><li>")),
         };
+        let symmetric = found.symmetry.symmetry.is_any();
+        let symmetry = symmetric.then(|| format!("<p>The object is {}.</p>", escaped(&found.symmetry.to_string())));
         let rows = [
             ("mean radius", format!("{:.3} mm", 1e3 * found.shape.mean_radius_m())),
             ("boundary felt", format!("{:.0} %", 100.0 * found.coverage)),
@@ -428,15 +443,16 @@ impl ResultData {
         let rows: String =
             rows.iter().map(|(name, value)| format!("<tr><td>{name}</td><td>{value}</td></tr>")).collect();
         format!(
-            "<div style=\"display:flex;gap:1.5em;align-items:center\">{}<div><b>{}</b>{reason}<table>{rows}</table></div></div>",
+            "<div style=\"display:flex;gap:1.5em;align-items:center\">{}<div><b>{}</b>{reason}{}<table>{rows}</table></div></div>",
             svg::result(found),
-            self.verdict()
+            self.verdict(),
+            symmetry.unwrap_or_default()
         )
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> Pickled<'py> {
         let found = &self.found;
-        let verdict = (self.doubts(), found.alternatives);
+        let verdict = (self.doubts(), found.alternatives, self.symmetry());
         let numbers = [found.chi2_per_dof, found.coverage, found.sensor_sd_m, found.balance_sd_m, self.seconds];
         let outline: Vec<[f64; 7]> = found.outline.iter().map(palpate_io::point_row).collect();
         let motion: Vec<[f64; 11]> = found.motion.iter().map(motion_row).collect();
@@ -449,7 +465,7 @@ impl ResultData {
     #[expect(clippy::too_many_arguments, reason = "the parts of a pickled result")]
     fn _made(
         py: Python<'_>,
-        verdict: (Vec<PyRef<DoubtData>>, usize),
+        verdict: (Vec<PyRef<DoubtData>>, usize, PyRef<SymmetryData>),
         numbers: [f64; 5],
         shape: &Shape,
         tables: (Table, Table),
@@ -457,7 +473,7 @@ impl ResultData {
         others: Vec<PyRef<Self>>,
         log: Option<Py<LogData>>,
     ) -> PyResult<Self> {
-        let (doubts, alternatives) = verdict;
+        let (doubts, alternatives, symmetry) = verdict;
         let [chi2_per_dof, coverage, sensor_sd_m, balance_sd_m, seconds] = numbers;
         let found = Reconstruction {
             findings: None,
@@ -469,7 +485,7 @@ impl ResultData {
             jumps: jumps.iter().map(|jump| jump.0).collect(),
             coverage,
             alternatives,
-            symmetry: symmetry.into(),
+            symmetry: symmetry.0,
             others: others.iter().map(|other| (*other.found).clone()).collect(),
             sensor_sd_m,
             balance_sd_m,

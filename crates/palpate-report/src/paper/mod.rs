@@ -120,7 +120,7 @@ fn rest<'a>(trial: &Trial<'a>) -> Rest<'a> {
 mod tests {
     use super::*;
     use palpate::compare::RigidMotion;
-    use palpate::reconstruct::{Doubt, Verdict};
+    use palpate::reconstruct::{Doubt, FoundSymmetry, Verdict};
     use palpate::sensor::VisionSystem;
     use palpate::shape::SupportFunction;
     use palpate::{Log, Reconstruction, Truth};

@@ -20,16 +20,21 @@ pub(crate) fn touches(paths: &[Vec<f64>]) -> Vec<u32> {
     let mut counts = vec![0; NODES];
     for path in paths {
         for (low, high) in passes(path) {
-            let step = TAU / NODES as f64;
-            // A pass reaches half a node further than its ends.
-            let first = ((low / step) - 0.5).ceil() as i64;
-            let last = ((high / step) + 0.5).floor() as i64;
-            for node in first..=last.min(first + MOST_TURNS * NODES as i64) {
-                counts[node.rem_euclid(NODES as i64) as usize] += 1;
+            for node in nodes_between(low, high, NODES) {
+                counts[node] += 1;
             }
         }
     }
     counts
+}
+
+/// The nodes, of so many in all, that a pass from one angle up to another goes over. It reaches half a node further than its ends.
+pub(crate) fn nodes_between(low: f64, high: f64, nodes: usize) -> impl Iterator<Item = usize> {
+    let step = TAU / nodes as f64;
+    let first = ((low / step) - 0.5).ceil() as i64;
+    let last = ((high / step) + 0.5).floor() as i64;
+    let nodes = nodes as i64;
+    (first..=last.min(first + MOST_TURNS * nodes)).map(move |node| node.rem_euclid(nodes) as usize)
 }
 
 /// The monotone parts of a path, as (lowest, highest) angle.
@@ -103,7 +108,8 @@ pub(crate) fn felt_nodes(measurements: &Measurements, psi: &[f64]) -> impl Itera
     (0..NODES).filter(move |&node| counts[node] > 0)
 }
 
-/// How often each node of the outline was felt, itself or a copy of it, from how often it was felt itself. The mirror, where there is one, lies at `axis` (radians).
+/// How often each node of the outline was felt, itself or a copy of it, from how often it was felt itself. The mirror, where there
+/// is one, lies at `axis` (radians).
 pub(crate) fn completed(counts: &[u32], symmetry: Symmetry, axis: f64) -> Vec<u32> {
     let nodes = counts.len();
     let copies = |node: usize| images(node, nodes, symmetry, axis).map(|image| counts[image]).sum();
@@ -123,7 +129,7 @@ pub(crate) fn overlap(counts: &[u32], symmetry: Symmetry, axis: f64) -> f64 {
 }
 
 /// The images of a node, itself among them.
-fn images(node: usize, nodes: usize, symmetry: Symmetry, axis: f64) -> impl Iterator<Item = usize> {
+pub(crate) fn images(node: usize, nodes: usize, symmetry: Symmetry, axis: f64) -> impl Iterator<Item = usize> {
     let order = symmetry.order.max(1) as usize;
     let mirrored = symmetry.mirror.then(|| {
         let twice_axis = (2.0 * axis / TAU * nodes as f64).round() as i64;

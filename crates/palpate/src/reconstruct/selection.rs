@@ -53,7 +53,7 @@ impl Job<'_> {
     /// The result of a refined arrangement.
     pub fn assemble(&self, refined: Refined) -> Result<Candidate, ReconstructError> {
         let expected = Expected { stated_m: self.stated_m, scatter_m: self.scatter_m };
-        let found = (&refined.ambiguity_rad[..], refined.symmetry_probability);
+        let found = (&refined.ambiguity_rad[..], refined.symmetry);
         assemble(self.log, &refined.measurements, refined.fine, found, expected, &self.options.limits)
             .ok_or(ReconstructError::NotSolvable)
     }

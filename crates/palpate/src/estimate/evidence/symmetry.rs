@@ -6,13 +6,14 @@
 //! the pieces of a symmetric object were laid on each other, the ratio still ranks the models; the fit of the symmetric model, with
 //! an evidence of its own, decides.
 
+use crate::estimate::coverage::{NODES, felt_nodes, images};
 use crate::estimate::measurements::Measurements;
 use crate::estimate::model::layout::{Layout, rotate};
 use crate::estimate::model::prior::Prior;
 use crate::estimate::solver::gauss_newton::{Estimate, Fit, Smoother, StoppingCriteria};
 use crate::shape::Symmetry;
 use nalgebra::{DMatrix, DVector};
-use std::f64::consts::PI;
+use std::f64::consts::{PI, TAU};
 
 /// Orders of rotation that are considered: those of things that people make. 1 is a mirror alone.
 const ORDERS: [u32; 7] = [1, 2, 3, 4, 5, 6, 8];
@@ -57,9 +58,16 @@ impl SymmetricModel {
 /// that is nearly symmetric is not called so when the log can tell, however much simpler the model is.
 const CONTRADICTED_SDS: f64 = 3.0;
 
+/// What the general model says of a symmetric one.
+pub(crate) struct AgainstGeneral {
+    pub model: SymmetricModel,
+    /// Standard deviation of the difference of r between copies that were both felt, metres.
+    pub deviation_sd_m: f64,
+}
+
 /// A symmetric model at its own optimum, held against the general one that has this optimum for a start. `None` where the log does
 /// not determine the general one.
-pub(crate) fn against_general(measurements: &Measurements, symmetric: &Fit) -> Option<SymmetricModel> {
+pub(crate) fn against_general(measurements: &Measurements, symmetric: &Fit) -> Option<AgainstGeneral> {
     let symmetry = symmetric.prior.symmetry;
     let prior = Prior { symmetry: Symmetry::NONE, ..symmetric.prior };
     let smoother = Smoother::new(measurements, symmetric.order, symmetric.noise, prior).strictly_convex();
@@ -67,7 +75,11 @@ pub(crate) fn against_general(measurements: &Measurements, symmetric: &Fit) -> O
     let general = smoother.run(coefficients, psi, STOPPING);
     let normal = smoother.linearise(&general.coefficients, &general.psi);
     let covariance = smoother.factor(&normal)?.inverse();
-    General { mean: general.coefficients, covariance, prior }.near(symmetry)
+    let general_model = General { mean: general.coefficients, covariance, prior };
+    let mut felt = vec![false; NODES];
+    felt_nodes(measurements, &general.psi).for_each(|node| felt[node] = true);
+    let deviation_sd_m = general_model.deviation_sd_m(symmetry, &felt);
+    Some(AgainstGeneral { model: general_model.near(symmetry)?, deviation_sd_m })
 }
 
 /// Effort of the general fit that begins at a symmetric one.
@@ -152,6 +164,29 @@ impl General {
         // with half the period of the object.
         let axes = (2 * largest).div_ceil(symmetry.order.max(1) as usize);
         (0..axes).map(|axis| -(phase + PI * axis as f64) / largest as f64).collect()
+    }
+
+    /// Root mean square, over pairs of copies that were both felt, of the standard deviation of the difference of r between them,
+    /// whatever the frame is turned by.
+    fn deviation_sd_m(&self, symmetry: Symmetry, felt: &[bool]) -> f64 {
+        let layout = Layout::of_coefficients(&self.mean);
+        let rotation = layout.rotation(&self.mean);
+        let square = rotation.norm_squared();
+        let angle = |node: usize| TAU * node as f64 / felt.len() as f64;
+        let variance = |(node, image): (usize, usize)| {
+            let mut row = layout.support_row(angle(node)) - layout.support_row(angle(image));
+            if square > 0.0 {
+                row -= &rotation * (row.dot(&rotation) / square);
+            }
+            row.dot(&(&self.covariance * &row)).max(0.0)
+        };
+        let images = |node: usize| images(node, felt.len(), symmetry, 0.0).map(move |image| (node, image));
+        let pairs = (0..felt.len()).flat_map(images);
+        let (sum, count) = pairs
+            .filter(|&(node, image)| node < image && felt[node] && felt[image])
+            .map(variance)
+            .fold((0.0, 0_usize), |(sum, count), variance| (sum + variance, count + 1));
+        (sum / count.max(1) as f64).sqrt()
     }
 
     /// The model whose mirror, if it has one, lies at θ = 0 in the frame turned by `turn`.

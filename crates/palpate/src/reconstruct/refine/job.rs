@@ -26,6 +26,7 @@ use crate::log::Log;
 use crate::palms::PalmPair;
 use crate::reconstruct::options::ReconstructOptions;
 use crate::reconstruct::options::error::ReconstructError;
+use crate::reconstruct::result::reconstruction::FoundSymmetry;
 use crate::reconstruct::search::schedule::Found;
 use crate::shape::SupportFunction;
 use std::f64::consts::TAU;
@@ -96,8 +97,8 @@ pub(crate) struct Refined {
     pub measurements: Measurements,
     /// For each sample, the distance of another pose that explains it about as well, radians; 0 where there is none.
     pub ambiguity_rad: Vec<f64>,
-    /// The probability of the symmetry of `fine`, or of none.
-    pub symmetry_probability: f64,
+    /// The symmetry of `fine`, or that it has none.
+    pub symmetry: FoundSymmetry,
 }
 
 impl<'a> Job<'a> {
@@ -220,7 +221,7 @@ impl<'a> Job<'a> {
                             fine,
                             measurements,
                             ambiguity_rad: ambiguity.ambiguity_rad(),
-                            symmetry_probability: f64::NAN,
+                            symmetry: FoundSymmetry::default(),
                         });
                     }
                 }

@@ -8,6 +8,7 @@ use crate::estimate::motion::{outlying_steps, unwrap_to};
 use crate::estimate::solver::gauss_newton::{Estimate, Fit};
 use crate::reconstruct::refine::job::{Job, Refined};
 use crate::reconstruct::refine::resample::carry_over;
+use crate::reconstruct::result::reconstruction::FoundSymmetry;
 use crate::shape::Symmetry;
 use std::ops::Range;
 
@@ -46,12 +47,17 @@ impl Job<'_> {
             let rough = Fit { estimate, prior, ..general.coarse.clone() };
             let Ok(mut refined) = self.to_fixed_point(medium, ranges, rough) else { continue };
             refined.fine.estimate.psi = self.motion(&refined.fine);
-            let contradicted =
-                against_general(&refined.measurements, &refined.fine).is_none_or(|model| model.is_contradicted());
-            if contradicted || self.overlap(&refined.fine) < OVERLAP {
+            let against_general = against_general(&refined.measurements, &refined.fine);
+            let Some(held) = against_general.filter(|held| !held.model.is_contradicted()) else { continue };
+            if self.overlap(&refined.fine) < OVERLAP {
                 continue;
             }
             let odds = refined.fine.log_evidence - general_evidence + log_prior_odds();
+            refined.symmetry = FoundSymmetry {
+                symmetry: model.symmetry,
+                probability: None,
+                deviation_sd_m: Some(held.deviation_sd_m),
+            };
             log_odds.push(odds);
             if best.as_ref().is_none_or(|(least, _)| odds > *least) {
                 // The search compares arrangements by the general model.
@@ -60,12 +66,9 @@ impl Job<'_> {
         }
         let largest = log_odds.iter().copied().fold(0.0, f64::max);
         let sum = (-largest).exp() + log_odds.iter().map(|odds| (odds - largest).exp()).sum::<f64>();
-        match best {
-            Some((odds, refined)) if odds > 0.0 => {
-                Refined { symmetry_probability: (odds - largest).exp() / sum, ..refined }
-            }
-            _ => Refined { symmetry_probability: (-largest).exp() / sum, ..general },
-        }
+        let (odds, mut likeliest) = best.filter(|(odds, _)| *odds > 0.0).unwrap_or((0.0, general));
+        likeliest.symmetry.probability = Some((odds - largest).exp() / sum);
+        likeliest
     }
 
     /// Share of the felt boundary that was felt on two copies.

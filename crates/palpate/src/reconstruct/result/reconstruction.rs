@@ -1,9 +1,11 @@
 //! The result of a reconstruction: plain data, shared by files, the report and Python.
 
+use crate::estimate::coverage::{LONGEST_SLIDE, nodes_between};
 use crate::mechanics::Jump;
 use crate::reconstruct::verdict::certificate::Findings;
 use crate::reconstruct::verdict::doubt::Verdict;
 use crate::shape::{SupportFunction, Symmetry};
+use std::fmt;
 
 /// Shape, motion and centre of mass of the object behind a log, with error bars and a verdict.
 ///
@@ -57,25 +59,75 @@ impl Reconstruction {
     pub fn is_com_certified(&self) -> bool {
         self.verdict.is_com_certified()
     }
+
+    /// Which points of the outline a contact itself passed over: the others of those that count as felt are known by symmetry.
+    pub fn felt_itself(&self) -> Vec<bool> {
+        if !self.symmetry.symmetry.is_any() || self.outline.is_empty() {
+            return self.outline.iter().map(|point| point.touches > 0).collect();
+        }
+        let mut itself = vec![false; self.outline.len()];
+        let contact1 = |pose: &Pose| pose.residual1_m.map(|_| pose.theta1_rad);
+        let contact2 = |pose: &Pose| pose.residual2_m.map(|_| pose.theta2_rad);
+        self.mark_felt(&mut itself, contact1);
+        self.mark_felt(&mut itself, contact2);
+        itself
+    }
+
+    fn mark_felt(&self, felt: &mut [bool], contact: impl Fn(&Pose) -> Option<f64>) {
+        let mut before: Option<(u32, f64)> = None;
+        for pose in &self.motion {
+            let Some(to) = contact(pose).filter(|theta| theta.is_finite()) else { continue };
+            // Of a step this long, or to another piece, only the end was felt.
+            let slid = before.filter(|(piece, from)| *piece == pose.piece && (to - from).abs() < LONGEST_SLIDE);
+            let from = slid.map_or(to, |(_, from)| from);
+            for node in nodes_between(from.min(to), from.max(to), felt.len()) {
+                felt[node] = self.outline[node].touches > 0;
+            }
+            before = Some((pose.piece, to));
+        }
+    }
 }
 
-/// The symmetry of an object as the log has it.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// The symmetry of an object as the log has it, or that it has none.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct FoundSymmetry {
     /// The most likely one.
     pub symmetry: Symmetry,
-    /// Its probability, or that of no symmetry where there is none, 0 to 1; NaN where this was not asked.
-    #[cfg_attr(feature = "serde", serde(with = "crate::number_or_null"))]
-    pub probability: f64,
+    /// Its probability, or that of no symmetry where there is none, 0 to 1; `None` where this was not asked.
+    pub probability: Option<f64>,
+    /// How well the log tells a deviation from it: the standard deviation of the difference of r between copies that were both felt,
+    /// metres (root mean square); `None` where there is no symmetry.
+    pub deviation_sd_m: Option<f64>,
 }
 
-impl Default for FoundSymmetry {
-    /// Not asked.
-    fn default() -> Self {
-        Self { symmetry: Symmetry::NONE, probability: f64::NAN }
+impl fmt::Display for FoundSymmetry {
+    /// In words, as in "the object is …".
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { symmetry, probability, deviation_sd_m } = self;
+        write!(f, "{symmetry}")?;
+        if !symmetry.is_any() {
+            return Ok(());
+        }
+        let limits = [
+            probability.map(|p| format!("probability {:.2}", (100.0 * p).floor() / 100.0)),
+            deviation_sd_m.map(|sd_m| {
+                format!("differences up to {:.3} mm between felt copies are not excluded", 2.0 * MM_PER_M * sd_m)
+            }),
+        ];
+        let limits: Vec<String> = limits.into_iter().flatten().collect();
+        if !limits.is_empty() {
+            write!(f, " ({})", limits.join("; "))?;
+        }
+        if symmetry.order > 1 {
+            let period = symmetry.period_rad().to_degrees();
+            write!(f, "; after a jump ψ is known up to turns of {}°", (10.0 * period).round() / 10.0)?;
+        }
+        Ok(())
     }
 }
+
+const MM_PER_M: f64 = 1e3;
 
 /// One point of the reconstructed boundary.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -126,4 +178,21 @@ pub struct Pose {
     pub residual1_m: Option<f64>,
     /// Measured minus predicted s2, metres; `None` where contact 2 was not seen.
     pub residual2_m: Option<f64>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_symmetry_reads_as_words() {
+        let symmetry = Symmetry { order: 3, mirror: true };
+        let found = FoundSymmetry { symmetry, probability: Some(0.998), deviation_sd_m: Some(2.1e-5) };
+        let words = "the same after 1/3 of a turn and in a mirror (probability 0.99; differences up to 0.042 mm between felt copies are not \
+                     excluded); after a jump ψ is known up to turns of 120°";
+        assert_eq!(found.to_string(), words);
+        assert_eq!(FoundSymmetry::default().to_string(), "not symmetric");
+        let mirror = Symmetry { order: 1, mirror: true };
+        assert_eq!(FoundSymmetry { symmetry: mirror, ..FoundSymmetry::default() }.to_string(), "its own mirror image");
+    }
 }

@@ -39,12 +39,12 @@ pub(crate) struct Candidate {
 
 /// Assembles the result. `None` when the information matrix cannot be factored (the log does not determine the shape).
 /// `ambiguity_rad` is, for each sample, the distance of another pose that explains it about as well (radians, 0 where there is
-/// none); `symmetry_probability` that of the symmetry of the fit.
+/// none); `found_symmetry` how the object is symmetric.
 pub(crate) fn assemble(
     log: &Log,
     measurements: &Measurements,
     mut fit: Fit,
-    (ambiguity_rad, symmetry_probability): (&[f64], f64),
+    (ambiguity_rad, found_symmetry): (&[f64], FoundSymmetry),
     expected: Expected,
     limits: &CertificateLimits,
 ) -> Option<Candidate> {
@@ -127,13 +127,14 @@ pub(crate) fn assemble(
         psi_sd_rad: mean_square.sqrt(),
         largest_psi_sd_rad: unambiguous().map(|pose| pose.psi_sd_rad).fold(0.0, f64::max),
         largest_felt_r_sd_m: outline.iter().filter(|p| p.touches > 0).map(|p| p.r_sd_m).fold(0.0, f64::max),
+        symmetry_probability: found_symmetry.probability.filter(|_| symmetry.is_any()),
     };
     let verdict = findings.verdict(limits);
     let result = Reconstruction {
         shape,
         coverage: felt.len() as f64 / NODES as f64,
         outline,
-        symmetry: FoundSymmetry { symmetry, probability: symmetry_probability },
+        symmetry: found_symmetry,
         verdict,
         findings: Some(findings),
         chi2_per_dof,

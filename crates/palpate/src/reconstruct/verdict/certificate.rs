@@ -50,6 +50,8 @@ pub struct Findings {
     pub largest_psi_sd_rad: f64,
     /// Largest standard deviation of r over the felt boundary, metres.
     pub largest_felt_r_sd_m: f64,
+    /// Probability of the symmetry of the object found; `None` where it has none.
+    pub symmetry_probability: Option<f64>,
 }
 
 impl Findings {
@@ -109,6 +111,9 @@ impl Findings {
         if !known || !self.largest_felt_r_sd_m.is_finite() {
             doubts.push(Doubt::UncertainBoundary { sd_m: self.largest_felt_r_sd_m });
         }
+        if let Some(probability) = self.symmetry_probability.filter(|p| *p < limits.symmetry_probability) {
+            doubts.push(Doubt::UncertainSymmetry { probability });
+        }
         doubts
     }
 }
@@ -140,6 +145,7 @@ mod tests {
             psi_sd_rad: 1e-3,
             largest_psi_sd_rad: 1e-2,
             largest_felt_r_sd_m: 1e-5,
+            symmetry_probability: None,
         }
     }
 
@@ -261,6 +267,12 @@ mod tests {
         // Where the shape is not certified, the balance raises no doubt of its own.
         let both = verdict(&Findings { convex: false, balance_m: 1.0, ..sound() });
         assert_eq!(both.doubts, [Doubt::NotConvex]);
+    }
+
+    #[test]
+    fn a_symmetry_must_be_nine_times_as_likely_as_all_else() {
+        let at = |probability| Findings { symmetry_probability: Some(probability), ..sound() };
+        crosses(&at(0.9), &at(0.899), &Doubt::UncertainSymmetry { probability: 0.899 });
     }
 
     #[test]

@@ -81,6 +81,12 @@ pub enum Doubt {
         #[cfg_attr(feature = "serde", serde(with = "crate::number_or_null"))]
         sd_m: f64,
     },
+    /// The object found is symmetric, but the log hardly tells it from one that is not.
+    UncertainSymmetry {
+        /// Probability of the symmetry, 0 to 1.
+        #[cfg_attr(feature = "serde", serde(with = "crate::number_or_null"))]
+        probability: f64,
+    },
     /// Several objects explain the log equally well.
     Alternatives {
         /// How many.
@@ -182,6 +188,12 @@ impl fmt::Display for Doubt {
             Self::UncertainBoundary { sd_m } => {
                 write!(f, "parts of the felt boundary are known only to {:.2} mm (one standard deviation)", 1e3 * sd_m)
             }
+            Self::UncertainSymmetry { probability } => write!(
+                f,
+                "the object found is symmetric with a probability of {:.0} % only: feel more of it, so that copies of the same \
+                 boundary are compared",
+                100.0 * probability
+            ),
             Self::Alternatives { objects } => write!(
                 f,
                 "{objects} different objects explain the log equally well; a motion that feels more of the boundary, or feels it \

@@ -107,7 +107,7 @@ fn a_symmetric_fit_is_contradicted_by_what_it_leaves_in_the_contacts() {
         );
         let size = |k: usize| fit.estimate.coefficients[k].hypot(fit.estimate.coefficients[ORDER + k]);
         assert!([1, 2, 4, 5].into_iter().all(|k| size(k) < 1e-9) && size(3) > 1e-3);
-        let against = against_general(&measurements, &fit).expect("determined");
+        let against = against_general(&measurements, &fit).expect("determined").model;
         assert_eq!(against.is_contradicted(), contradicted, "{} of {}", against.missed, against.determined);
     }
 }
@@ -123,4 +123,25 @@ fn contradiction_begins_three_standard_deviations_above_the_expectation() {
         determined: 8.0,
     };
     assert!(!of(20.9).is_contradicted() && of(21.1).is_contradicted());
+}
+
+#[test]
+fn copies_differ_by_what_noise_makes_them_differ() {
+    let symmetry = Symmetry { order: 3, mirror: false };
+    let prior = Prior { symmetry, ..Prior::new(SIZE_M, 0.5 * SIZE_M) };
+    const LOGS: u64 = 16;
+    let mut ratio = 0.0;
+    for seed in 4..4 + LOGS {
+        let (measurements, fit) = fitted(&triangle(), seed);
+        let shape = SupportFunction::from_coefficients(&fit.estimate.coefficients);
+        let mut felt = vec![false; NODES];
+        felt_nodes(&measurements, &fit.estimate.psi).for_each(|node| felt[node] = true);
+        let r = |node: usize| shape.radius_m(TAU * node as f64 / NODES as f64);
+        let pairs = (0..NODES).map(|node| (node, (node + NODES / 3) % NODES)).filter(|&(a, b)| felt[a] && felt[b]);
+        let squares: Vec<f64> = pairs.map(|(a, b)| (r(a) - r(b)).powi(2)).collect();
+        let symmetric = Fit { prior, ..fit };
+        let expected_m = against_general(&measurements, &symmetric).expect("determined").deviation_sd_m;
+        ratio += squares.iter().sum::<f64>() / squares.len() as f64 / expected_m.powi(2) / LOGS as f64;
+    }
+    assert!((0.5..1.5).contains(&ratio), "{ratio}");
 }
