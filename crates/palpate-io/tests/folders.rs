@@ -207,6 +207,12 @@ fn the_summary_has_the_promised_keys_and_no_number_that_json_lacks() {
   ],
   "coverage": 0.98,
   "alternatives": 1,
+  "symmetry": {
+    "order": 3,
+    "mirror": true,
+    "probability": 0.9,
+    "deviation_sd_m": 0.00001
+  },
   "sensor_sd_m": null,
   "balance_sd_m": 0.00002,
   "samples": 5,

@@ -49,6 +49,11 @@ pub(crate) fn length(metres: f64) -> (String, &'static str) {
     }
 }
 
+/// A length that is not rounding alone: below a nanometre it is 0.
+fn above_rounding(metres: f64) -> f64 {
+    if metres.abs() < 1e-9 { 0.0 } else { metres }
+}
+
 fn length_text(metres: f64) -> String {
     let (value, unit) = length(metres);
     format!("{value} {unit}")
@@ -210,7 +215,7 @@ fn key_figures_of(input: &ReportInput, result: &Reconstruction) -> String {
     );
     add(
         "Centre-of-mass offset",
-        length(centroid.x_m.hypot(centroid.y_m)),
+        length(above_rounding(centroid.x_m.hypot(centroid.y_m))),
         "Distance from the centre of mass to the centroid of the area. 0 for a uniform mass distribution.",
     );
     let (value, unit) = length(felt_half_width_m(result));

@@ -143,7 +143,7 @@ fn jumps_are_in_the_order_of_their_samples_however_the_object_rings() {
             for &start in &starts {
                 // From the second sample after the jump on, so that the jump itself is as statics has it.
                 for (index, psi) in psi.iter_mut().enumerate().skip(start + 1).take(50) {
-                    *psi += swing * (-f64::from(decay)).powi((index - start) as i32);
+                    *psi += swing * f64::powi(-decay, (index - start) as i32);
                 }
             }
             let jumps = detect_jumps(&hexagon, &palms, &psi);
