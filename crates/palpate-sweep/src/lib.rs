@@ -44,6 +44,7 @@ pub use job::row::{Row, Status};
 pub use job::score::{ReconstructChoice, ScoreChoice};
 pub use job::simulate_job::{MotionKind, NoLog, SimulateJob, Simulated};
 pub use job::touchpad::Touchpads;
+pub use job::varied::{Conditions, MotionConditions, MotionShape, NoiseShape, SensorConditions, VariedJob};
 pub use job::{Job, Outcome, Source};
 pub use plan::plan_error::{PlanError, PlanProblem};
 pub use plan::{parse_plan, read_plan};

@@ -79,9 +79,12 @@ fn an_object_that_leaps_between_neighbouring_poses_must_be_known_better() {
     assert_eq!(row.wrong, Some(false), "{:?}", row.rms_r_m);
 }
 
-/// One sample may be sixteen degrees off; the motion as a whole is known to half a degree all the same.
+/// Two samples beside a jump may be eleven and seventeen degrees off; the motion as a whole is known to a quarter of a degree all the
+/// same, and the error bars of the two say so.
 #[test]
-fn a_sample_that_may_be_a_little_elsewhere_is_forgiven() {
+fn samples_that_may_be_elsewhere_do_not_spoil_the_others() {
     let row = row(70171, MotionKind::Random, noise(0.3e-3));
-    assert!(row.certified && row.wrong == Some(false), "{:?} {}", row.rms_psi_rad, row.reason);
+    assert!(row.solved == Some(true) && row.wrong == Some(false), "{}", row.reason);
+    assert!(row.rms_psi_rad.is_some_and(|rms| rms < 0.005), "{:?}", row.rms_psi_rad);
+    assert!(row.certified || row.reason.starts_with("the pose of 2 samples cannot be told"), "{}", row.reason);
 }

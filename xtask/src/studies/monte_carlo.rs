@@ -10,7 +10,8 @@ use std::time::Instant;
 
 use anyhow::bail;
 use palpate_sweep::{
-    Job, MotionKind, Object, Outcome, ReconstructChoice, ScoreChoice, SimulateJob, Source, Status, Sweep, Touchpads,
+    Conditions, Job, MotionKind, MotionShape, NoiseShape, Object, Outcome, ReconstructChoice, ScoreChoice, SimulateJob,
+    Source, Status, Sweep, Touchpads, VariedJob,
 };
 
 use crate::studies::rows;
@@ -25,6 +26,9 @@ pub struct Arguments {
     /// Symmetric objects of even mass, in place of the mixture (only with `--jumps`).
     #[arg(long, requires = "jumps")]
     symmetric: bool,
+    /// Objects, motions, sensors and logs of many more kinds, each factor drawn by itself (only with `--jumps`).
+    #[arg(long, requires = "jumps", conflicts_with = "symmetric")]
+    varied: bool,
     /// Trials; with jumps in all, without for each kind of noise [default: 500 with jumps, 200 without].
     #[arg(long)]
     trials: Option<u64>,
@@ -48,6 +52,22 @@ pub struct Arguments {
 }
 
 impl Arguments {
+    /// The same study, without what is asked for besides.
+    fn plain(&self) -> Self {
+        Self {
+            jumps: self.jumps,
+            symmetric: self.symmetric,
+            varied: self.varied,
+            trials: self.trials,
+            seed: self.seed.clone(),
+            verbose: false,
+            keep: None,
+            out: None,
+            csv: None,
+            write: Write::default(),
+        }
+    }
+
     /// Trials from each seed on; without jumps for each kind of noise.
     fn trials(&self) -> u64 {
         self.trials.unwrap_or(if self.jumps { 500 } else { 200 })
@@ -58,13 +78,20 @@ impl Arguments {
         let seeds: Vec<String> = self.seed.iter().map(u64::to_string).collect();
         let jumps = if self.jumps { " --jumps" } else { "" };
         let symmetric = if self.symmetric { " --symmetric" } else { "" };
-        format!("cargo xtask monte-carlo{jumps}{symmetric} --trials {} --seed {}", self.trials(), seeds.join(","))
+        let varied = if self.varied { " --varied" } else { "" };
+        format!(
+            "cargo xtask monte-carlo{jumps}{symmetric}{varied} --trials {} --seed {}",
+            self.trials(),
+            seeds.join(",")
+        )
     }
 
     /// The tables that this study is for: the whole one, and the short one of the README. None has sets of trials without jumps.
     fn places(&self) -> &'static [Place] {
         match (self.jumps, self.seed.len()) {
-            _ if self.symmetric => &[],
+            (_, 1) if self.varied => &[tables::MONTE_CARLO_VARIED],
+            (_, 1) if self.symmetric => &[tables::MONTE_CARLO_SYMMETRIC],
+            _ if self.symmetric || self.varied => &[],
             (false, 1) => &[tables::MONTE_CARLO, tables::ACCURACY],
             (true, 1) => &[tables::MONTE_CARLO_JUMPS, tables::ACCURACY_JUMPS],
             (true, _) => &[tables::MONTE_CARLO_SETS],
@@ -109,7 +136,7 @@ struct Trial<'a> {
     set: u64,
     seed: u64,
     noise: NoiseKind,
-    job: &'a SimulateJob,
+    source: &'a Source,
     outcome: &'a Outcome,
 }
 
@@ -122,9 +149,31 @@ impl Trial<'_> {
         self.outcome.row.certified
     }
 
-    /// Certified, and worse than the optimum by more than chance.
+    /// Certified, and worse than the optimum by more than chance; under varied conditions, of which many have errors that no optimum
+    /// knows of, beyond its own error bars.
     fn wrong(&self) -> bool {
-        self.outcome.row.wrong == Some(true)
+        let row = &self.outcome.row;
+        match self.source {
+            Source::Varied(_) => row.beyond_error_bars == Some(true),
+            _ => row.wrong == Some(true),
+        }
+    }
+
+    fn panicked(&self) -> bool {
+        self.outcome.row.status == Status::Panicked
+    }
+
+    /// The conditions of a varied trial.
+    fn conditions(&self) -> Option<Conditions> {
+        match self.source {
+            Source::Varied(job) => Some(job.conditions()),
+            _ => None,
+        }
+    }
+
+    /// Whether the noise is as the estimator assumes it.
+    fn as_assumed(&self) -> bool {
+        self.conditions().is_none_or(|conditions| conditions.as_assumed())
     }
 
     fn felt(&self) -> f64 {
@@ -149,7 +198,13 @@ impl Trial<'_> {
             "seed {} {} {}: jumps {} felt {:.2} solved {} certified {} wrong {} r {:.4} mm (from truth {:.4}, bound {:.4}) psi {:.2} deg alternatives {} symmetry {}{} {:.1} s; {}",
             self.seed,
             row.object,
-            self.noise.name(),
+            self.conditions().map_or_else(
+                || self.noise.name(),
+                |conditions| {
+                    let (motion, sensor) = conditions.words();
+                    format!("({motion}; {sensor}; {} samples)", row.samples.unwrap_or(0))
+                }
+            ),
             row.jumps.unwrap_or(0),
             self.felt(),
             self.solved(),
@@ -169,7 +224,11 @@ impl Trial<'_> {
 
     /// Writes the log and its truth, simulated once more, into a folder.
     fn keep(&self, folder: &Path) -> anyhow::Result<()> {
-        let simulated = self.job.simulate()?;
+        let simulated = match self.source {
+            Source::Simulate(job) => job.simulate()?,
+            Source::Varied(job) => job.simulate()?,
+            Source::Log(_) => return Ok(()),
+        };
         let path = folder.join(format!("{}-{}.csv", self.seed, self.noise.name().replace(' ', "-")));
         palpate_io::write_log(&path, &simulated.simulation.log, &[("object".to_owned(), simulated.object)])?;
         palpate_io::write_truth(&palpate_io::truth_dir_of(&path), &simulated.simulation.truth)?;
@@ -193,12 +252,13 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let started = Instant::now();
     let trials: Vec<(u64, u64, NoiseKind)> =
         arguments.seed.iter().flat_map(|first| set(*first, arguments.trials(), arguments.jumps)).collect();
-    let mut jobs: Vec<SimulateJob> =
-        trials.iter().map(|(_, seed, noise)| simulation(*seed, *noise, arguments.jumps)).collect();
-    if arguments.symmetric {
-        jobs.iter_mut().for_each(|job| job.object = Object::Symmetric);
-    }
-    let sweep = sweep(&jobs);
+    let source = |seed: u64, noise: NoiseKind| match simulation(seed, noise, arguments.jumps) {
+        _ if arguments.varied => Source::Varied(VariedJob { seed }),
+        job if arguments.symmetric => Source::Simulate(SimulateJob { object: Object::Symmetric, ..job }),
+        job => Source::Simulate(job),
+    };
+    let sources: Vec<Source> = trials.iter().map(|(_, seed, noise)| source(*seed, *noise)).collect();
+    let sweep = sweep(&sources);
     let threads = std::thread::available_parallelism().unwrap_or(NonZero::<usize>::MIN);
     let outcomes = match &arguments.out {
         Some(dir) => sweep.run_in(dir, threads, &mut |_| ())?,
@@ -209,10 +269,10 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     }
     let trials: Vec<Trial> = trials
         .iter()
-        .zip(&jobs)
+        .zip(&sources)
         .zip(&outcomes)
         .filter(|(_, outcome)| outcome.row.status != Status::NoLog)
-        .map(|((&(set, seed, noise), job), outcome)| Trial { set, seed, noise, job, outcome })
+        .map(|((&(set, seed, noise), source), outcome)| Trial { set, seed, noise, source, outcome })
         .collect();
     if trials.is_empty() {
         bail!("no trial could be simulated");
@@ -220,15 +280,21 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     if arguments.verbose {
         trials.iter().filter(|trial| trial.worth_a_look()).for_each(Trial::tell);
     }
+    for trial in trials.iter().filter(|trial| trial.wrong() || trial.panicked()) {
+        let kind = if trial.panicked() { "a panic" } else { "certified and wrong" };
+        let again = Arguments { trials: Some(1), seed: vec![trial.seed], ..arguments.plain() };
+        println!("{kind}: {} --verbose", again.command());
+    }
     if let Some(folder) = &arguments.keep {
         std::fs::create_dir_all(folder)?;
         for trial in trials.iter().filter(|trial| trial.worth_a_look()) {
             trial.keep(folder)?;
         }
     }
+    let panics = trials.iter().filter(|trial| trial.panicked()).count();
     let remark = format!(
-        "{} trials in {:.0} s; {} gave a usable log (the object stayed between the palms{}).",
-        jobs.len(),
+        "{} trials in {:.0} s; {} gave a usable log (the object stayed between the palms{}); {panics} panics.",
+        sources.len(),
         started.elapsed().as_secs_f64(),
         trials.len(),
         if arguments.jumps { "" } else { ", did not jump, and half of its boundary was felt" }
@@ -277,10 +343,23 @@ fn groups<'a>(trials: &'a [Trial<'a>], jumps: bool) -> Vec<Group<'a>> {
         name,
         of: trials.iter().filter(|trial| counts(trial)).collect(),
     };
-    let mut groups: Vec<Group> = NOISES.iter().map(|noise| those(noise.name(), &|o| o.noise == *noise)).collect();
+    let varied = trials.iter().any(|trial| trial.conditions().is_some());
+    let mut groups: Vec<Group> = Vec::new();
+    if varied {
+        for (kind, name) in KINDS_OF_NOISE {
+            groups.push(those((*name).to_owned(), &|o| o.conditions().is_some_and(|c| c.sensor.noise == *kind)));
+        }
+        groups.push(those("outliers".to_owned(), &|o| o.conditions().is_some_and(|c| c.sensor.outliers > 0.0)));
+        for (kind, name) in KINDS_OF_MOTION {
+            groups.push(those((*name).to_owned(), &|o| o.conditions().is_some_and(|c| c.motion.shape == *kind)));
+        }
+        groups.push(those("noise as assumed".to_owned(), &Trial::as_assumed));
+    } else {
+        groups.extend(NOISES.iter().map(|noise| those(noise.name(), &|o| o.noise == *noise)));
+    }
     groups.push(those(ALL.to_owned(), &|_| true));
     if jumps {
-        groups.push(those(WELL_FELT.to_owned(), &|o| o.felt() >= 0.6));
+        groups.push(those(WELL_FELT.to_owned(), &|o| o.felt() >= 0.6 && o.as_assumed()));
         for (low, high) in [(0, 0), (1, 2), (3, 5), (6, 9), (10, 1000)] {
             let name = if low == high { format!("{low} jumps") } else { format!("{low} to {high} jumps") };
             groups.push(those(name, &|o| (low..=high).contains(&o.outcome.row.jumps.unwrap_or(0))));
@@ -289,6 +368,23 @@ fn groups<'a>(trials: &'a [Trial<'a>], jumps: bool) -> Vec<Group<'a>> {
     groups.retain(|group| !group.of.is_empty());
     groups
 }
+
+const KINDS_OF_NOISE: &[(NoiseShape, &str)] = &[
+    (NoiseShape::Gaussian, "Gaussian"),
+    (NoiseShape::Rounded, "rounded"),
+    (NoiseShape::Correlated, "correlated over 5 samples"),
+    (NoiseShape::GrowingWithTilt, "growing with tilt"),
+    (NoiseShape::Drifting, "drifting by 2 sd"),
+    (NoiseShape::HeavyTailed, "heavy-tailed"),
+];
+
+const KINDS_OF_MOTION: &[(MotionShape, &str)] = &[
+    (MotionShape::Smooth, "smooth motion"),
+    (MotionShape::Pauses, "pauses"),
+    (MotionShape::OnePalm, "one palm at a time"),
+    (MotionShape::Stairs, "stairs"),
+    (MotionShape::ToAndFro, "to and fro"),
+];
 
 const ALL: &str = "all";
 const WELL_FELT: &str = "at least 60 % felt";
@@ -403,9 +499,9 @@ pub(crate) fn simulation(seed: u64, noise: NoiseKind, jumps: bool) -> SimulateJo
     SimulateJob { seed, object: Object::Mixed, motion, samples: None, touchpads: noise.touchpads() }
 }
 
-fn sweep(simulations: &[SimulateJob]) -> Sweep {
-    let jobs = simulations.iter().map(|simulation| Job {
-        source: Source::Simulate(simulation.clone()),
+fn sweep(sources: &[Source]) -> Sweep {
+    let jobs = sources.iter().map(|source| Job {
+        source: source.clone(),
         reconstruct: ReconstructChoice::default(),
         score: ScoreChoice { reference: true, bound: true },
     });

@@ -21,7 +21,7 @@ use crate::workspace;
 const END: &str = "<!-- END table -->";
 
 /// Option of every task that makes tables of the documentation.
-#[derive(clap::Args)]
+#[derive(clap::Args, Default)]
 pub struct Write {
     /// Write the tables into the documentation as well; with DIR, into a copy of it there
     #[arg(long, value_name = "DIR", num_args = 0..=1, default_missing_value = "")]
@@ -47,6 +47,10 @@ pub const MONTE_CARLO: Place = Place { file: "docs/monte-carlo.md", name: "monte
 pub const MONTE_CARLO_JUMPS: Place = Place { file: "docs/monte-carlo.md", name: "monte-carlo-jumps" };
 /// `cargo xtask monte-carlo --jumps` from several seeds.
 pub const MONTE_CARLO_SETS: Place = Place { file: "docs/monte-carlo.md", name: "monte-carlo-sets" };
+/// `cargo xtask monte-carlo --jumps --varied`.
+pub const MONTE_CARLO_VARIED: Place = Place { file: "docs/monte-carlo.md", name: "monte-carlo-varied" };
+/// `cargo xtask monte-carlo --jumps --symmetric`.
+pub const MONTE_CARLO_SYMMETRIC: Place = Place { file: "docs/monte-carlo.md", name: "monte-carlo-symmetric" };
 /// `cargo xtask limits --jumps`.
 pub const LIMITS: Place = Place { file: "docs/constants.md", name: "limits" };
 /// `cargo xtask methods`.

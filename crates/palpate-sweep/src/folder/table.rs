@@ -84,7 +84,7 @@ macro_rules! column {
 }
 
 /// All columns, in order; [`Row`] says what they mean.
-const COLUMNS: [Column; 35] = [
+const COLUMNS: [Column; 36] = [
     column!(Count, job),
     Column { name: "status", of: Of::Text(|row| row.status.name()) },
     column!(MaybeCount, seed),
@@ -103,6 +103,7 @@ const COLUMNS: [Column; 35] = [
     column!(Flag, com_certified),
     column!(MaybeFlag, solved),
     column!(MaybeFlag, wrong),
+    column!(MaybeFlag, beyond_error_bars),
     column!(Number, rms_r_m),
     column!(Number, rms_form_m),
     column!(Number, hausdorff_m),

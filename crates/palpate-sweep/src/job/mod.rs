@@ -7,6 +7,7 @@ pub(crate) mod row;
 pub(crate) mod score;
 pub(crate) mod simulate_job;
 pub(crate) mod touchpad;
+pub(crate) mod varied;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
@@ -17,9 +18,10 @@ use palpate::sensor::Touchpad;
 use serde::{Deserialize, Serialize};
 
 use crate::job::log_job::LogJob;
-use crate::job::row::Row;
+use crate::job::row::{Row, Status};
 use crate::job::score::{Known, ReconstructChoice, ScoreChoice, Scored, score};
-use crate::job::simulate_job::SimulateJob;
+use crate::job::simulate_job::{NoLog, SimulateJob, Simulated};
+use crate::job::varied::VariedJob;
 use crate::sweep_error::SweepError;
 
 /// Where a log comes from, how it is reconstructed, and what the result is held against.
@@ -39,6 +41,8 @@ pub struct Job {
 pub enum Source {
     /// A simulation.
     Simulate(SimulateJob),
+    /// A simulation under conditions that are drawn.
+    Varied(VariedJob),
     /// A file.
     Log(LogJob),
 }
@@ -68,6 +72,7 @@ impl Job {
         options.limits = limits;
         let scored = panics_told(&mut row, |row| match &self.source {
             Source::Simulate(job) => self.simulate(job, &options, row),
+            Source::Varied(job) => self.varied(*job, &options, row),
             Source::Log(job) => self.read(job, base, &options, row),
         });
         let outcome = |reconstruct_s| Outcome { row, reconstruct_s, job_s: clock.elapsed().as_secs_f64() };
@@ -98,7 +103,26 @@ impl Job {
         row.counts_per_inch = pads.counts_per_inch;
         row.angle_noise_sd_rad = Some(pads.angle_noise_sd_rad);
         row.dropout = Some(pads.dropout);
-        match job.simulate() {
+        self.simulated(job.simulate(), Touchpad::from(pads).position_sd_m(), options, row)
+    }
+
+    fn varied(&self, job: VariedJob, options: &ReconstructOptions, row: &mut Row) -> Option<Scored> {
+        let conditions = job.conditions();
+        row.seed = Some(job.seed);
+        row.motion = Some(conditions.words().0);
+        row.noise_sd_m = Some(conditions.sensor.sd_m);
+        row.dropout = Some(conditions.sensor.missing);
+        self.simulated(job.simulate(), conditions.sensor.sd_m, options, row)
+    }
+
+    fn simulated(
+        &self,
+        simulated: Result<Simulated, NoLog>,
+        sensor_sd_m: f64,
+        options: &ReconstructOptions,
+        row: &mut Row,
+    ) -> Option<Scored> {
+        match simulated {
             Ok(simulated) => {
                 row.object = simulated.object;
                 row.jumps = Some(simulated.simulation.jumps.len() as u64);
@@ -106,7 +130,7 @@ impl Job {
                     log: &simulated.simulation.log,
                     truth: Some(&simulated.simulation.truth),
                     shape: Some(&simulated.shape),
-                    sensor_sd_m: Some(Touchpad::from(pads).position_sd_m()),
+                    sensor_sd_m: Some(sensor_sd_m),
                 };
                 Some(score(row, &known, options, self.score))
             }
@@ -138,8 +162,9 @@ fn panics_told<T>(row: &mut Row, work: impl FnOnce(&mut Row) -> Option<T>) -> Op
     catch_unwind(AssertUnwindSafe(|| work(row))).unwrap_or_else(|panic| {
         let what = panic.downcast_ref::<String>().map(String::as_str).or(panic.downcast_ref::<&str>().copied());
         row.reason = format!("palpate failed on this job ({}); please report it", what.unwrap_or("a panic"));
-        row.status = row.status.without_result();
-        (row.certified, row.com_certified, row.solved, row.wrong) = (false, false, None, None);
+        row.status = Status::Panicked;
+        (row.certified, row.com_certified) = (false, false);
+        (row.solved, row.wrong, row.beyond_error_bars) = (None, None, None);
         None
     })
 }
@@ -157,12 +182,12 @@ mod tests {
             panic!("no such {}", "thing")
         });
         let reason = "palpate failed on this job (no such thing); please report it".to_owned();
-        let told = Row { job: 7, status: Status::NoResult, samples: Some(60), reason, ..Row::default() };
+        let told = Row { job: 7, status: Status::Panicked, samples: Some(60), reason, ..Row::default() };
         assert_eq!((row, seconds), (told, None));
 
         let mut row = Row::default();
         let seconds: Option<f64> = panics_told(&mut row, |_| panic!("at once"));
         assert_eq!(seconds, None);
-        assert_eq!(row.status, Status::NoLog, "there was no log yet");
+        assert_eq!(row.status, Status::Panicked);
     }
 }

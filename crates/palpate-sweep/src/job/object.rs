@@ -161,7 +161,7 @@ fn symmetric(rng: &mut ChaCha8Rng) -> Result<(String, SupportFunction), ShapeErr
 }
 
 /// The shape about a centre of mass `offset_m` away from its centroid, in a random direction.
-fn off_centre(shape: &SupportFunction, offset_m: f64, rng: &mut ChaCha8Rng) -> SupportFunction {
+pub(crate) fn off_centre(shape: &SupportFunction, offset_m: f64, rng: &mut ChaCha8Rng) -> SupportFunction {
     let centroid = shape.centroid();
     let towards = rng.random_range(0.0..TAU);
     shape.translated(offset_m * towards.cos() - centroid.x_m, offset_m * towards.sin() - centroid.y_m)

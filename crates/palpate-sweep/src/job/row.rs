@@ -41,6 +41,9 @@ pub struct Row {
     pub solved: Option<bool>,
     /// Certified, and worse than the reference by more than chance.
     pub wrong: Option<bool>,
+    /// Certified, and in contradiction to its own error bars by the rule of the accuracy study: the RMS error of r,
+    /// of ψ, or, where certified, of the centre of mass is beyond five times its RMS error bar, and beyond 0.5 % of the radius or 2 degrees.
+    pub beyond_error_bars: Option<bool>,
     /// RMS error of r over the felt boundary after the best rotation, metres.
     pub rms_r_m: Option<f64>,
     /// The same after the best translation as well, metres.
@@ -96,6 +99,31 @@ impl Row {
     }
 }
 
+/// An error in terms of what a result says of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Claimed {
+    /// Root mean square of the error.
+    pub(crate) error: f64,
+    /// Root mean square of the standard deviation claimed.
+    pub(crate) sd: f64,
+    /// Errors below this harm nobody.
+    pub(crate) harmless: f64,
+}
+
+/// Own standard deviations beyond which an error is not chance.
+const BEYOND_SDS: f64 = 5.0;
+
+/// Errors that harm nobody: of r and of the centre of mass, over the mean radius; of ψ, radians (2 degrees).
+pub(crate) const HARMLESS_LENGTH: f64 = 0.005;
+pub(crate) const HARMLESS_RAD: f64 = 2.0 * std::f64::consts::PI / 180.0;
+
+impl Claimed {
+    /// Whether the error is beyond five of its own standard deviations, and large enough to matter.
+    pub(crate) fn is_beyond(self) -> bool {
+        self.error > BEYOND_SDS * self.sd && self.error > self.harmless
+    }
+}
+
 /// How far a job came.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -107,6 +135,8 @@ pub enum Status {
     NoResult,
     /// There is a result, certified or not.
     Reconstructed,
+    /// A panic: a mistake of palpate's own.
+    Panicked,
 }
 
 impl Status {
@@ -116,14 +146,7 @@ impl Status {
             Self::NoLog => "no-log",
             Self::NoResult => "no-result",
             Self::Reconstructed => "reconstructed",
-        }
-    }
-
-    /// How far the job came, if its result does not count.
-    pub(crate) fn without_result(self) -> Self {
-        match self {
-            Self::NoLog => Self::NoLog,
-            Self::NoResult | Self::Reconstructed => Self::NoResult,
+            Self::Panicked => "panicked",
         }
     }
 }
@@ -147,6 +170,13 @@ mod tests {
         let at = |error_m| Row { rms_r_m: Some(error_m), ..row() }.is_solved();
         assert_eq!((at(1.5e-4), at(1.52e-4)), (Some(true), Some(false)));
         assert_eq!(Row { reference_rms_r_m: None, ..row() }.is_solved(), None);
+    }
+
+    #[test]
+    fn an_error_is_beyond_its_bars_from_five_on_where_it_matters() {
+        let at = |error, sd| Claimed { error, sd, harmless: 1e-4 }.is_beyond();
+        assert_eq!((at(4.9e-3, 1e-3), at(5.1e-3, 1e-3)), (false, true));
+        assert_eq!((at(9.9e-5, 1e-9), at(1.01e-4, 1e-9)), (false, true));
     }
 
     #[test]

@@ -5,14 +5,14 @@
 
 use std::time::Instant;
 
-use palpate::compare::{compare, true_support};
+use palpate::compare::{TruthError, compare, true_support};
 use palpate::information::cramer_rao_bound_m;
 use palpate::reconstruct::{Method, OutlinePoint, Pose, ReconstructOptions, Reconstruction, Reconstructor, Start};
 use palpate::shape::SupportFunction;
 use palpate::{Log, Truth};
 use serde::{Deserialize, Serialize};
 
-use crate::job::row::{Row, Status};
+use crate::job::row::{Claimed, HARMLESS_LENGTH, HARMLESS_RAD, Row, Status};
 
 /// What a plan may choose of the [`ReconstructOptions`].
 ///
@@ -137,10 +137,34 @@ fn tell(row: &mut Row, found: &Reconstruction, truth: Option<&Truth>) {
             row.inside_band = inside_band(found, truth);
             row.solved = row.is_solved();
             row.wrong = row.is_beyond_chance().map(|beyond| row.certified && beyond);
+            let beyond = claims(found, &errors).into_iter().any(Claimed::is_beyond);
+            row.beyond_error_bars = Some(row.certified && beyond);
         }
         Err(error) if row.reason.is_empty() => row.reason = error.to_string(),
         Err(error) => row.reason = format!("{}; {error}", row.reason),
     }
+}
+
+/// The errors of what is certified, each with the error bar that the result gives it.
+fn claims(found: &Reconstruction, errors: &TruthError) -> Vec<Claimed> {
+    let mean_square = |values: &mut dyn Iterator<Item = f64>| {
+        let (sum, count) = values.fold((0.0, 0_usize), |(sum, count), value| (sum + value * value, count + 1));
+        sum / count.max(1) as f64
+    };
+    let of = |error: f64, sd: f64, harmless: f64| Claimed { error, sd, harmless };
+    let length = HARMLESS_LENGTH * found.shape.mean_radius_m();
+    let felt = found.outline.iter().filter(|point| point.touches > 0);
+    let r_sd = mean_square(&mut felt.map(|point| point.r_sd_m)).sqrt();
+    let psi_sd = mean_square(&mut found.motion.iter().map(|pose| pose.psi_sd_rad)).sqrt();
+    let com_sd = mean_square(&mut found.motion.iter().map(|pose| pose.com_sd_m)).sqrt();
+    let mut claims = vec![of(errors.rms_r_m, r_sd, length), of(errors.rms_psi_rad, psi_sd, HARMLESS_RAD)];
+    if found.is_com_certified() {
+        claims.push(of(errors.rms_com_m, com_sd, length));
+    } else {
+        // r is about the centre of mass: without its certificate, the form alone is claimed.
+        claims[0].error = errors.rms_form_m;
+    }
+    claims
 }
 
 /// Share of the felt outline whose true r lies inside the 95 % band, after the best rotation; `None` without bands.

@@ -1,0 +1,64 @@
+use super::motion::MotionShape;
+use super::sensor::NoiseShape;
+use super::*;
+
+fn drawn(seeds: std::ops::Range<u64>) -> Vec<Conditions> {
+    seeds.map(|seed| VariedJob { seed }.conditions()).collect()
+}
+
+#[test]
+fn conditions_stay_within_what_is_said_of_them_and_all_kinds_occur() {
+    let all = drawn(0..400);
+    for Conditions { motion, sensor, kept } in &all {
+        assert!((20.0..=600.0).contains(&motion.duration_s) && (3.0..=1000.0).contains(&motion.rate_hz));
+        assert!((20.0..=4100.0).contains(&(motion.duration_s * motion.rate_hz)), "{motion:?}");
+        assert!((2e-5..=3e-4).contains(&sensor.sd_m) && (0.0..=0.05).contains(&sensor.outliers));
+        assert!(kept.0 >= 0.0 && kept.1 <= 1.0 && kept.1 - kept.0 >= 0.29);
+    }
+    for kind in [NoiseShape::Gaussian, NoiseShape::Rounded, NoiseShape::Drifting, NoiseShape::HeavyTailed] {
+        assert!(all.iter().any(|conditions| conditions.sensor.noise == kind), "{kind:?}");
+    }
+    for kind in [MotionShape::Smooth, MotionShape::Pauses, MotionShape::OnePalm, MotionShape::Stairs] {
+        assert!(all.iter().any(|conditions| conditions.motion.shape == kind), "{kind:?}");
+    }
+    let assumed = all.iter().filter(|conditions| conditions.as_assumed()).count();
+    assert!((120..240).contains(&assumed), "{assumed}");
+}
+
+#[test]
+fn most_seeds_give_a_log_and_always_the_same() {
+    let logs: Vec<_> = (0..24).map(|seed| VariedJob { seed }.simulate()).collect();
+    assert!(logs.iter().filter(|log| log.is_ok()).count() >= 18);
+    for (seed, first) in (0..24).zip(&logs).filter_map(|(seed, log)| log.as_ref().ok().map(|log| (seed, log))) {
+        let again = VariedJob { seed }.simulate().expect("as before");
+        assert_eq!((&again.object, &again.simulation), (&first.object, &first.simulation));
+        assert!(first.shape.is_convex(), "{}", first.object);
+        assert_eq!(first.simulation.log.samples.len(), first.simulation.truth.motion.len());
+        let (x, y) = (first.shape.centroid().x_m, first.shape.centroid().y_m);
+        assert!(x.hypot(y) < 0.31 * first.shape.mean_radius_m());
+    }
+}
+
+#[test]
+fn noise_is_as_large_as_it_is_said_to_be() {
+    for seed in 0..60 {
+        let job = VariedJob { seed };
+        let sensor = job.conditions().sensor;
+        let Ok(simulated) = job.simulate() else { continue };
+        let Simulation { log, truth, .. } = &simulated.simulation;
+        let mut squares: Vec<f64> = Vec::new();
+        for (sample, pose) in log.samples.iter().zip(&truth.motion) {
+            let (one, _) = sample.palms.contact_positions_m(&simulated.shape, pose.psi_rad);
+            squares.extend(sample.s1_m.map(|s1_m| (s1_m - one).powi(2)));
+        }
+        squares.sort_by(f64::total_cmp);
+        let known = sensor.noise == NoiseShape::Gaussian && squares.len() > 200;
+        if known {
+            // The median of squares is 0.455 variances.
+            let sd_m = (squares[squares.len() / 2] / 0.455).sqrt();
+            assert!((0.75..1.25).contains(&(sd_m / sensor.sd_m)), "{seed}: {sd_m} {}", sensor.sd_m);
+        }
+        let present = squares.len() as f64 / log.samples.len() as f64;
+        assert!((present - (1.0 - sensor.missing)).abs() < 0.15, "{seed}: {present} {}", sensor.missing);
+    }
+}
