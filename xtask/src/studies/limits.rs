@@ -45,7 +45,7 @@ impl Arguments {
 }
 
 /// Every limit, in the order of the table.
-const NAMES: [&str; 17] = [
+const NAMES: [&str; 18] = [
     "model_allowance",
     "chi2_sds",
     "chi2_excess_stated",
@@ -60,6 +60,7 @@ const NAMES: [&str; 17] = [
     "r_sd",
     "r_sd_with_short_jumps",
     "short_jump_rad",
+    "outliers",
     "symmetry_probability",
     "balance_sensor_sds",
     "balance_allowances",

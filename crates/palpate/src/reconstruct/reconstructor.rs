@@ -10,6 +10,7 @@ use super::refine::job::Job;
 use super::result::reconstruction::Reconstruction;
 use super::search::schedule::{self, Found};
 use super::search::segments::segments;
+use super::selection::Explored;
 use super::start::{Start, starting_coefficients, way_of};
 use super::verdict::assemble::Candidate;
 use crate::estimate::solver::gauss_newton::Estimate;
@@ -118,6 +119,7 @@ impl<'a> Reconstructor<'a> {
         let job = Job::new(log, &self.options);
         let mut best: Option<Candidate> = None;
         let mut explanations = 0;
+        let mut explored = Explored::default();
         let mut failure = None;
         schedule::search(
             &job.measurements,
@@ -125,7 +127,10 @@ impl<'a> Reconstructor<'a> {
             job.prior,
             &|share| self.tell("searching for arrangements", 0.9 * share),
             &mut |found| {
-                match job.judge(&found) {
+                if explored.contains(&found, 0) {
+                    return false;
+                }
+                match job.judge(&found, &mut explored) {
                     Ok(candidate) => {
                         explanations += usize::from(candidate.result.verdict.is_explained());
                         if best.as_ref().is_none_or(|other| candidate.is_likelier_than(other)) {
@@ -134,7 +139,7 @@ impl<'a> Reconstructor<'a> {
                     }
                     Err(error) => failure = Some(error),
                 }
-                best.as_ref().is_some_and(|candidate| candidate.is_enough(explanations))
+                explored.is_enough() || best.as_ref().is_some_and(|candidate| candidate.is_enough(explanations))
             },
         );
         self.tell("done", 1.0);

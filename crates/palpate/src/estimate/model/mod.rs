@@ -6,5 +6,6 @@ pub(crate) mod contact_lanes;
 pub(crate) mod layout;
 pub(crate) mod noise;
 pub(crate) mod noise_from_log;
+pub(crate) mod outliers;
 pub(crate) mod prior;
 pub(crate) mod table;

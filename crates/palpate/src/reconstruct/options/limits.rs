@@ -41,6 +41,8 @@ pub struct CertificateLimits {
     pub r_sd_with_short_jumps: f64,
     /// A jump by less than this leads to a neighbouring pose: 0.25 rad.
     pub short_jump_rad: f64,
+    /// Share of the contact readings that may be gross outliers, which are left out: 0.1.
+    pub outliers: f64,
     /// Least probability of a symmetry of the object: 0.9. A less likely one would complete the boundary by a guess.
     pub symmetry_probability: f64,
     /// Balance holds while its standard deviation is at most so many of the contact positions': 3 …
@@ -66,6 +68,7 @@ impl Default for CertificateLimits {
             r_sd: 0.02,
             r_sd_with_short_jumps: 0.005,
             short_jump_rad: 0.25,
+            outliers: 0.1,
             symmetry_probability: 0.9,
             balance_sensor_sds: BALANCE_SENSOR_SDS,
             balance_allowances: BALANCE_ALLOWANCES,
@@ -102,6 +105,7 @@ impl CertificateLimits {
             ("r_sd", self.r_sd),
             ("r_sd_with_short_jumps", self.r_sd_with_short_jumps),
             ("short_jump_rad", self.short_jump_rad),
+            ("outliers", self.outliers),
             ("symmetry_probability", self.symmetry_probability),
             ("balance_sensor_sds", self.balance_sensor_sds),
             ("balance_allowances", self.balance_allowances),

@@ -19,6 +19,7 @@ use crate::estimate::model::balance_tolerance::{balance_is_missed, balance_limit
 use crate::estimate::model::layout::Layout;
 use crate::estimate::model::noise::Noise;
 use crate::estimate::model::noise_from_log::{contact_scatter_m, stated_noise_m, with_noisy_angles};
+use crate::estimate::model::outliers::set_outliers_aside;
 use crate::estimate::model::prior::Prior;
 use crate::estimate::motion::{moved, unwrap};
 use crate::estimate::solver::gauss_newton::{Estimate, Fit};
@@ -80,6 +81,8 @@ pub(crate) struct Job<'a> {
     pub log: &'a Log,
     pub options: &'a ReconstructOptions,
     pub measurements: Measurements,
+    /// Readings of a contact that were set aside as gross outliers.
+    pub outliers: usize,
     /// Standard deviation of a contact position that options or log state, metres.
     pub stated_m: Option<f64>,
     /// The same, estimated from the scatter of neighbouring samples.
@@ -104,10 +107,13 @@ pub(crate) struct Refined {
 impl<'a> Job<'a> {
     pub(crate) fn new(log: &'a Log, options: &'a ReconstructOptions) -> Self {
         let stated_m = options.sensor_sd_m.or_else(|| stated_noise_m(log));
-        let measurements = Measurements::new(log, stated_m);
+        let mut measurements = Measurements::new(log, stated_m);
+        let scatter_m = contact_scatter_m(&measurements);
+        let outliers = set_outliers_aside(&mut measurements, scatter_m);
         let scatter_m = contact_scatter_m(&measurements);
         let size_m = measurements.size_m();
-        Self { log, options, measurements, stated_m, scatter_m, prior: Prior::new(size_m, PRIOR_SCALE * size_m) }
+        let prior = Prior::new(size_m, PRIOR_SCALE * size_m);
+        Self { log, options, measurements, outliers, stated_m, scatter_m, prior }
     }
 
     /// Takes one arrangement of the search to the optimum over all samples.

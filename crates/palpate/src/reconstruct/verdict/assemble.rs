@@ -28,6 +28,8 @@ pub(crate) struct Expected {
     pub stated_m: Option<f64>,
     /// The same, from the scatter of neighbouring samples.
     pub scatter_m: f64,
+    /// Gross outliers that were set aside.
+    pub outliers: usize,
 }
 
 /// A result, and the log evidence of the fit behind it.
@@ -127,6 +129,12 @@ pub(crate) fn assemble(
         psi_sd_rad: mean_square.sqrt(),
         largest_psi_sd_rad: unambiguous().map(|pose| pose.psi_sd_rad).fold(0.0, f64::max),
         largest_felt_r_sd_m: outline.iter().filter(|p| p.touches > 0).map(|p| p.r_sd_m).fold(0.0, f64::max),
+        readings: expected.outliers
+            + residuals_m
+                .iter()
+                .map(|(one, two)| usize::from(one.is_some()) + usize::from(two.is_some()))
+                .sum::<usize>(),
+        outliers: expected.outliers,
         symmetry_probability: found_symmetry.probability.filter(|_| symmetry.is_any()),
     };
     let verdict = findings.verdict(limits);

@@ -50,15 +50,26 @@ pub struct Findings {
     pub largest_psi_sd_rad: f64,
     /// Largest standard deviation of r over the felt boundary, metres.
     pub largest_felt_r_sd_m: f64,
+    /// Contact readings, and how many of them were left out as gross outliers.
+    pub readings: usize,
+    /// See `readings`.
+    pub outliers: usize,
     /// Probability of the symmetry of the object found; `None` where it has none.
     pub symmetry_probability: Option<f64>,
 }
+
+/// Share of outliers that a refusal for other reasons mentions: so many leave some behind that are not as gross, and are not seen.
+const OUTLIERS_THAT_EXPLAIN: f64 = 0.005;
 
 impl Findings {
     /// The verdict by these limits.
     pub fn verdict(&self, limits: &CertificateLimits) -> Verdict {
         let mut doubts = self.contradictions(limits);
         doubts.extend(self.gaps(limits));
+        let share = self.outliers as f64 / self.readings.max(1) as f64;
+        if share > limits.outliers || (share > OUTLIERS_THAT_EXPLAIN && !doubts.is_empty()) {
+            doubts.push(Doubt::Outliers { outliers: self.outliers, readings: self.readings });
+        }
         let balanced = self.balance_m <= limits.balance_m(self.expected_sensor_m, self.mean_radius_m.abs());
         if doubts.is_empty() && !balanced {
             doubts.push(Doubt::Unbalanced { balance_sd_m: self.balance_m });
@@ -145,6 +156,8 @@ mod tests {
             psi_sd_rad: 1e-3,
             largest_psi_sd_rad: 1e-2,
             largest_felt_r_sd_m: 1e-5,
+            readings: 800,
+            outliers: 0,
             symmetry_probability: None,
         }
     }
@@ -267,6 +280,15 @@ mod tests {
         // Where the shape is not certified, the balance raises no doubt of its own.
         let both = verdict(&Findings { convex: false, balance_m: 1.0, ..sound() });
         assert_eq!(both.doubts, [Doubt::NotConvex]);
+    }
+
+    #[test]
+    fn outliers_are_a_doubt_when_they_are_many_and_a_reason_when_something_else_is() {
+        let at = |outliers| Findings { outliers, ..sound() };
+        crosses(&at(80), &at(81), &Doubt::Outliers { outliers: 81, readings: 800 });
+        let misfit = |outliers| verdict(&Findings { convex: false, outliers, ..sound() }).doubts;
+        assert_eq!(misfit(4), [Doubt::NotConvex]);
+        assert_eq!(misfit(5), [Doubt::NotConvex, Doubt::Outliers { outliers: 5, readings: 800 }]);
     }
 
     #[test]

@@ -81,6 +81,13 @@ pub enum Doubt {
         #[cfg_attr(feature = "serde", serde(with = "crate::number_or_null"))]
         sd_m: f64,
     },
+    /// Contact readings far from those before and after them, which were left out.
+    Outliers {
+        /// How many.
+        outliers: usize,
+        /// Of so many.
+        readings: usize,
+    },
     /// The object found is symmetric, but the log hardly tells it from one that is not.
     UncertainSymmetry {
         /// Probability of the symmetry, 0 to 1.
@@ -188,6 +195,12 @@ impl fmt::Display for Doubt {
             Self::UncertainBoundary { sd_m } => {
                 write!(f, "parts of the felt boundary are known only to {:.2} mm (one standard deviation)", 1e3 * sd_m)
             }
+            Self::Outliers { outliers, readings } => write!(
+                f,
+                "{outliers} of {readings} contact readings ({:.1} %) are outliers, far from those before and after them, and were left \
+                 out; there may be more: look for a loose cable, a second touch or lost counts",
+                100.0 * *outliers as f64 / (*readings).max(1) as f64
+            ),
             Self::UncertainSymmetry { probability } => write!(
                 f,
                 "the object found is symmetric with a probability of {:.0} % only: feel more of it, so that copies of the same \

@@ -1,0 +1,141 @@
+//! Gross outliers among the readings of a contact, before any shape is known: single readings far from those before and after, as a
+//! loose cable, a second touch or a lost count makes them (`docs/theory.md`, what the log says of itself). Where a contact jumps, or
+//! slides fast, the readings around it are as far from each other, so that it is none.
+
+use crate::estimate::measurements::{Instant, Measurements};
+
+/// Readings on each side that a reading is compared with; one with fewer than two on either side is never an outlier.
+const AROUND: usize = 3;
+
+/// A reading is an outlier when it is farther from all of those on either side than so many standard deviations of the noise …
+const NOISE_SDS: f64 = 10.0;
+
+/// … and than this share of the size of the object (less than that is no gross error), …
+const LEAST_SHARE: f64 = 0.01;
+
+/// … and so many times what the contact moves there farther still: one that slides, to a jump or from one, has no outliers.
+const SPREADS: f64 = 2.0;
+
+/// Sets the outliers of both contacts aside, and says how many there were.
+pub(crate) fn set_outliers_aside(measurements: &mut Measurements, scatter_m: f64) -> usize {
+    let limit_m = (NOISE_SDS * scatter_m).max(LEAST_SHARE * measurements.size_m());
+    let outlying1 = outlying(measurements, limit_m, |instant| (instant.weight1 > 0.0).then_some(instant.s1));
+    let outlying2 = outlying(measurements, limit_m, |instant| (instant.weight2 > 0.0).then_some(instant.s2));
+    // Not seen, as far as anything that follows is concerned.
+    outlying1
+        .iter()
+        .for_each(|&index| (measurements.instants[index].s1, measurements.instants[index].weight1) = (0.0, 0.0));
+    outlying2
+        .iter()
+        .for_each(|&index| (measurements.instants[index].s2, measurements.instants[index].weight2) = (0.0, 0.0));
+    outlying1.len() + outlying2.len()
+}
+
+/// Smallest difference between a value of one set and a value of another, or between two of the same.
+fn smallest_step<'a>(pairs: impl Iterator<Item = (&'a (usize, f64), &'a (usize, f64))>) -> f64 {
+    pairs.map(|(a, b)| (a.1 - b.1).abs()).fold(f64::INFINITY, f64::min)
+}
+
+/// Whether a reading is far from those before and after it. How far they are from each other, on either side and across, is what the
+/// contact moves.
+fn is_far(reading: f64, before: &[(usize, f64)], after: &[(usize, f64)], limit_m: f64) -> bool {
+    let within = |side: &[(usize, f64)]| {
+        smallest_step(side.iter().enumerate().flat_map(|(index, a)| side[..index].iter().map(move |b| (a, b))))
+    };
+    let across = smallest_step(before.iter().flat_map(|a| after.iter().map(move |b| (a, b))));
+    let step = within(before).max(within(after)).max(across);
+    before.iter().chain(after).all(|other| (reading - other.1).abs() > limit_m + SPREADS * step)
+}
+
+/// Places of the outliers of one contact.
+fn outlying(measurements: &Measurements, limit_m: f64, reading: impl Fn(&Instant) -> Option<f64>) -> Vec<usize> {
+    let readings: Vec<(usize, f64)> = measurements
+        .instants
+        .iter()
+        .enumerate()
+        .filter_map(|(index, instant)| reading(instant).map(|value| (index, value)))
+        .collect();
+    let is_outlier = |place: usize| {
+        let before = &readings[place.saturating_sub(AROUND)..place];
+        let after = &readings[place + 1..(place + 1 + AROUND).min(readings.len())];
+        is_far(readings[place].1, before, after, limit_m)
+    };
+    (0..readings.len()).filter(|&place| is_outlier(place)).map(|place| readings[place].0).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::log::Log;
+    use crate::palms::PalmMotion;
+    use crate::sensor::Touchpad;
+    use crate::shape::NamedShape;
+    use crate::simulate::{SimulateOptions, simulate};
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    const NOISE_M: f64 = 1e-4;
+
+    fn log(seed: u64) -> Log {
+        let stone = NamedShape::Stone.shape(0.03).expect("a valid size");
+        let motion = PalmMotion::random(seed, 60.0, 1.0).and_then(|motion| motion.sample(20.0)).expect("possible");
+        let touchpad = Touchpad { noise_sd_m: NOISE_M, ..Touchpad::ideal() };
+        simulate(&stone, &motion, &SimulateOptions { touchpad, seed, ..SimulateOptions::default() })
+            .expect("possible")
+            .log
+    }
+
+    fn found(log: &Log) -> (usize, Measurements) {
+        let mut measurements = Measurements::new(log, None);
+        (set_outliers_aside(&mut measurements, NOISE_M), measurements)
+    }
+
+    #[test]
+    fn jumps_and_slides_are_no_outliers() {
+        for seed in 0..20 {
+            assert_eq!(found(&log(seed)).0, 0, "seed {seed}");
+        }
+    }
+
+    #[test]
+    fn readings_far_off_are_set_aside_and_no_others() {
+        let mut rng = ChaCha8Rng::seed_from_u64(5);
+        for seed in 0..10 {
+            let clean = log(seed);
+            for share in [0.005, 0.05] {
+                let mut spoilt = clean.clone();
+                let mut off = Vec::new();
+                for (index, sample) in spoilt.samples.iter_mut().enumerate() {
+                    if rng.random_bool(share) {
+                        let sign = if rng.random_bool(0.5) { 1.0 } else { -1.0 };
+                        sample.s1_m = sample.s1_m.map(|s1_m| s1_m + sign * rng.random_range(0.01..0.03));
+                        off.push(index);
+                    }
+                }
+                let (count, measurements) = found(&spoilt);
+                let aside: Vec<usize> =
+                    (0..measurements.len()).filter(|&i| measurements.instants[i].weight1 == 0.0).collect();
+                assert!(measurements.instants.iter().all(|instant| instant.weight2 > 0.0));
+                assert_eq!(count, aside.len());
+                let wrongly = aside.iter().filter(|index| !off.contains(index)).count();
+                let missed = off.iter().filter(|index| !aside.contains(index)).count();
+                assert_eq!(wrongly, 0, "seed {seed}");
+                assert!(missed * 5 <= off.len() + 4, "seed {seed}: {missed} of {}", off.len());
+            }
+        }
+    }
+
+    #[test]
+    fn a_reading_is_off_from_ten_standard_deviations_on() {
+        let mut still = log(1);
+        still.samples.truncate(12);
+        let first = still.samples[0];
+        still.samples.iter_mut().for_each(|sample| *sample = first);
+        let with = |off_m: f64| {
+            let mut log = still.clone();
+            log.samples[5].s1_m = first.s1_m.map(|s1_m| s1_m + off_m);
+            found(&log).0
+        };
+        assert_eq!((with(0.99e-3), with(1.01e-3)), (0, 1));
+    }
+}
