@@ -45,7 +45,7 @@ impl Arguments {
 }
 
 /// Every limit, in the order of the table.
-const NAMES: [&str; 18] = [
+const NAMES: [&str; 19] = [
     "model_allowance",
     "chi2_sds",
     "chi2_excess_stated",
@@ -62,6 +62,7 @@ const NAMES: [&str; 18] = [
     "short_jump_rad",
     "outliers",
     "symmetry_probability",
+    "symmetry_deviation",
     "balance_sensor_sds",
     "balance_allowances",
 ];

@@ -45,6 +45,9 @@ pub struct CertificateLimits {
     pub outliers: f64,
     /// Least probability of a symmetry of the object: 0.9. A less likely one would complete the boundary by a guess.
     pub symmetry_probability: f64,
+    /// Largest standard deviation of the difference between felt copies of a symmetric object: 0.01. Beyond, the copies say nothing of
+    /// each other, and what is not felt would be a guess.
+    pub symmetry_deviation: f64,
     /// Balance holds while its standard deviation is at most so many of the contact positions': 3 …
     pub balance_sensor_sds: f64,
     /// … or so many times `model_allowance`: 4.
@@ -70,6 +73,7 @@ impl Default for CertificateLimits {
             short_jump_rad: 0.25,
             outliers: 0.1,
             symmetry_probability: 0.9,
+            symmetry_deviation: 0.01,
             balance_sensor_sds: BALANCE_SENSOR_SDS,
             balance_allowances: BALANCE_ALLOWANCES,
         }
@@ -107,6 +111,7 @@ impl CertificateLimits {
             ("short_jump_rad", self.short_jump_rad),
             ("outliers", self.outliers),
             ("symmetry_probability", self.symmetry_probability),
+            ("symmetry_deviation", self.symmetry_deviation),
             ("balance_sensor_sds", self.balance_sensor_sds),
             ("balance_allowances", self.balance_allowances),
         ];

@@ -4,12 +4,13 @@ use crate::estimate::coverage::{NODES, contact_paths, overlap, touches};
 use crate::estimate::evidence::symmetry::{against_general, log_prior_odds, symmetric_models};
 use crate::estimate::measurements::Measurements;
 use crate::estimate::model::prior::Prior;
-use crate::estimate::motion::{outlying_steps, unwrap_to};
+use crate::estimate::motion::{outlying_steps, same_motion, unwrap_to};
 use crate::estimate::solver::gauss_newton::{Estimate, Fit};
 use crate::reconstruct::refine::job::{Job, Refined};
 use crate::reconstruct::refine::resample::carry_over;
 use crate::reconstruct::result::reconstruction::FoundSymmetry;
 use crate::shape::Symmetry;
+use std::f64::consts::TAU;
 use std::ops::Range;
 
 /// Symmetric models that are fitted at most, the most likely first: each costs as much as the general one.
@@ -50,6 +51,12 @@ impl Job<'_> {
             let against_general = against_general(&refined.measurements, &refined.fine);
             let Some(held) = against_general.filter(|held| !held.model.is_contradicted()) else { continue };
             if self.overlap(&refined.fine) < OVERLAP {
+                continue;
+            }
+            // Where copies could differ by much, and the general model has the same motion, nothing is gained by a guess.
+            let radius_m = refined.fine.estimate.coefficients[0].abs();
+            let is_guess = held.deviation_sd_m > self.options.limits.symmetry_deviation * radius_m;
+            if is_guess && same_motion(&general.fine.estimate.psi, &refined.fine.estimate.psi, TAU) {
                 continue;
             }
             let odds = refined.fine.log_evidence - general_evidence + log_prior_odds();

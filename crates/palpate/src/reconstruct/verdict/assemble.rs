@@ -135,6 +135,7 @@ pub(crate) fn assemble(
                 .map(|(one, two)| usize::from(one.is_some()) + usize::from(two.is_some()))
                 .sum::<usize>(),
         outliers: expected.outliers,
+        symmetry_deviation_sd_m: found_symmetry.deviation_sd_m,
         symmetry_probability: found_symmetry.probability.filter(|_| symmetry.is_any()),
     };
     let verdict = findings.verdict(limits);

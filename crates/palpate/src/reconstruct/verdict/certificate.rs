@@ -56,6 +56,8 @@ pub struct Findings {
     pub outliers: usize,
     /// Probability of the symmetry of the object found; `None` where it has none.
     pub symmetry_probability: Option<f64>,
+    /// Standard deviation of the difference between felt copies of the same boundary, metres; `None` where it has none.
+    pub symmetry_deviation_sd_m: Option<f64>,
 }
 
 /// Share of outliers that a refusal for other reasons mentions: so many leave some behind that are not as gross, and are not seen.
@@ -122,8 +124,11 @@ impl Findings {
         if !known || !self.largest_felt_r_sd_m.is_finite() {
             doubts.push(Doubt::UncertainBoundary { sd_m: self.largest_felt_r_sd_m });
         }
-        if let Some(probability) = self.symmetry_probability.filter(|p| *p < limits.symmetry_probability) {
-            doubts.push(Doubt::UncertainSymmetry { probability });
+        if let Some((probability, deviation_sd_m)) = self.symmetry_probability.zip(self.symmetry_deviation_sd_m) {
+            let known = deviation_sd_m <= limits.symmetry_deviation * self.mean_radius_m;
+            if !(probability >= limits.symmetry_probability && known) {
+                doubts.push(Doubt::UncertainSymmetry { probability, deviation_sd_m });
+            }
         }
         doubts
     }
@@ -159,6 +164,7 @@ mod tests {
             readings: 800,
             outliers: 0,
             symmetry_probability: None,
+            symmetry_deviation_sd_m: None,
         }
     }
 
@@ -292,9 +298,13 @@ mod tests {
     }
 
     #[test]
-    fn a_symmetry_must_be_nine_times_as_likely_as_all_else() {
-        let at = |probability| Findings { symmetry_probability: Some(probability), ..sound() };
-        crosses(&at(0.9), &at(0.899), &Doubt::UncertainSymmetry { probability: 0.899 });
+    fn a_symmetry_must_be_nine_times_as_likely_as_all_else_and_its_copies_compared_to_a_hundredth() {
+        let symmetry_deviation_sd_m = Some(1e-4);
+        let at = |probability| Findings { symmetry_probability: Some(probability), symmetry_deviation_sd_m, ..sound() };
+        crosses(&at(0.9), &at(0.899), &Doubt::UncertainSymmetry { probability: 0.899, deviation_sd_m: 1e-4 });
+        let at = |sd_m| Findings { symmetry_deviation_sd_m: Some(sd_m), ..at(0.99) };
+        crosses(&at(3e-4), &at(3.01e-4), &Doubt::UncertainSymmetry { probability: 0.99, deviation_sd_m: 3.01e-4 });
+        assert!(!verdict(&at(f64::NAN)).is_certified());
     }
 
     #[test]

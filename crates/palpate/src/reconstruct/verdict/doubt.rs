@@ -93,6 +93,9 @@ pub enum Doubt {
         /// Probability of the symmetry, 0 to 1.
         #[cfg_attr(feature = "serde", serde(with = "crate::number_or_null"))]
         probability: f64,
+        /// Standard deviation of the difference between felt copies of the same boundary, metres.
+        #[cfg_attr(feature = "serde", serde(with = "crate::number_or_null"))]
+        deviation_sd_m: f64,
     },
     /// Several objects explain the log equally well.
     Alternatives {
@@ -201,11 +204,12 @@ impl fmt::Display for Doubt {
                  out; there may be more: look for a loose cable, a second touch or lost counts",
                 100.0 * *outliers as f64 / (*readings).max(1) as f64
             ),
-            Self::UncertainSymmetry { probability } => write!(
+            Self::UncertainSymmetry { probability, deviation_sd_m } => write!(
                 f,
-                "the object found is symmetric with a probability of {:.0} % only: feel more of it, so that copies of the same \
-                 boundary are compared",
-                100.0 * probability
+                "the object found is symmetric with a probability of {:.0} %, and copies of the same boundary are compared to {:.2} mm \
+                 only (one standard deviation): feel more of it twice",
+                100.0 * probability,
+                1e3 * deviation_sd_m
             ),
             Self::Alternatives { objects } => write!(
                 f,
