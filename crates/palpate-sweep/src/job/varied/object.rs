@@ -28,9 +28,9 @@ pub(super) fn draw(rng: &mut ChaCha8Rng) -> Result<(String, SupportFunction), Sh
         2 => return Object::Symmetric.draw(rng),
         3 => stadium(rng.random_range(0.2..1.0))?,
         4 => superellipse(rng.random_range(0.6..1.0), rng.random_range(2.2..4.0))?,
-        5 => constant_width(rng)?,
+        5 => constant_width(rng),
         6 => stadium(rng.random_range(1.9..2.1))?,
-        7 => nearly_round(rng)?,
+        7 => nearly_round(rng),
         8 => flat_sided(rng)?,
         _ => nearly_symmetric(rng)?,
     };
@@ -64,24 +64,24 @@ fn superellipse(ratio: f64, power: f64) -> Result<(String, SupportFunction), Sha
 }
 
 /// Constant width: odd harmonics alone, as in a Reuleaux triangle with round corners.
-fn constant_width(rng: &mut ChaCha8Rng) -> Result<(String, SupportFunction), ShapeError> {
+fn constant_width(rng: &mut ChaCha8Rng) -> (String, SupportFunction) {
     let corners: usize = [3, 5, 7][rng.random_range(0..3)];
     // v = 1 − (k² − 1) c cos kθ stays positive.
     let size = rng.random_range(0.4..0.9) / (corners * corners - 1) as f64;
     let mut harmonics = vec![[0.0, 0.0]; corners];
     harmonics[corners - 1][0] = size;
-    Ok((format!("constant width {corners}"), SupportFunction::new(1.0, harmonics)))
+    (format!("constant width {corners}"), SupportFunction::new(1.0, harmonics))
 }
 
 /// Round to about a per cent.
-fn nearly_round(rng: &mut ChaCha8Rng) -> Result<(String, SupportFunction), ShapeError> {
+fn nearly_round(rng: &mut ChaCha8Rng) -> (String, SupportFunction) {
     let harmonics = (1..=5_u32)
         .map(|k| {
             let size = 0.01 / f64::from(k);
             if k == 1 { [0.0, 0.0] } else { [rng.random_range(-size..size), rng.random_range(-size..size)] }
         })
         .collect();
-    Ok(("nearly round".to_owned(), SupportFunction::new(1.0, harmonics).damped_to_convex()))
+    ("nearly round".to_owned(), SupportFunction::new(1.0, harmonics).damped_to_convex())
 }
 
 /// A polygon with flat sides and small corners.

@@ -16,6 +16,11 @@ const LEAST_SHARE: f64 = 0.01;
 /// … and so many times what the contact moves there farther still: one that slides, to a jump or from one, has no outliers.
 const SPREADS: f64 = 2.0;
 
+/// An object that is about to jump slides faster and faster: a step the same way as the one before it, and up to so many times as long, is
+/// such a slide. Where two poses meet it goes as the square root of time, with steps up to 2.4 times the one before; where three
+/// meet, as the cube root, and 3.8 times.
+const FOLD_GROWTH: f64 = 4.0;
+
 /// Sets the outliers of both contacts aside, and says how many there were.
 pub(crate) fn set_outliers_aside(measurements: &mut Measurements, scatter_m: f64) -> usize {
     let limit_m = (NOISE_SDS * scatter_m).max(LEAST_SHARE * measurements.size_m());
@@ -45,6 +50,14 @@ fn is_far(reading: f64, before: &[(usize, f64)], after: &[(usize, f64)], limit_m
     let across = smallest_step(before.iter().flat_map(|a| after.iter().map(move |b| (a, b))));
     let step = within(before).max(within(after)).max(across);
     before.iter().chain(after).all(|other| (reading - other.1).abs() > limit_m + SPREADS * step)
+        && !slides_on(reading, before, limit_m)
+}
+
+/// Whether a reading goes on from those before it as an object does that is about to jump.
+fn slides_on(reading: f64, before: &[(usize, f64)], limit_m: f64) -> bool {
+    let [.., (_, second), (_, last)] = before else { return false };
+    let (step, next) = (last - second, reading - last);
+    step * next > 0.0 && next.abs() < FOLD_GROWTH * step.abs() + limit_m
 }
 
 /// Places of the outliers of one contact.
@@ -123,6 +136,16 @@ mod tests {
                 assert!(missed * 5 <= off.len() + 4, "seed {seed}: {missed} of {}", off.len());
             }
         }
+    }
+
+    #[test]
+    fn a_slide_into_a_jump_is_none_up_to_four_times_the_step_before() {
+        let before = |step: f64| [(0, 1.0 + 2.0 * step), (1, 1.0 + step), (2, 1.0)];
+        let after = [(4, 1.02), (5, 1.02), (6, 1.02)];
+        // A slide that starts with a step of 0.02, in units of the limit 0.01.
+        assert!(!is_far(1.0 - 0.089, &before(0.02), &after, 0.01));
+        assert!(is_far(1.0 - 0.091, &before(0.02), &after, 0.01));
+        assert!(is_far(1.0 + 0.1, &before(0.02), &after, 0.01));
     }
 
     #[test]

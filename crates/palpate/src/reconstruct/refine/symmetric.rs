@@ -26,6 +26,11 @@ const FAR_BEHIND: f64 = 20.0;
 /// Least share of the felt boundary that must have been felt on two copies: with less, a symmetric model extrapolates.
 const OVERLAP: f64 = 0.2;
 
+/// The probability behind log odds.
+fn probability(log_odds: f64) -> f64 {
+    1.0 / (1.0 + (-log_odds).exp())
+}
+
 impl Job<'_> {
     /// The most likely of the general optimum and of those with a symmetry.
     pub(super) fn with_symmetry(&self, medium: &Measurements, ranges: &[Range<usize>], general: Refined) -> Refined {
@@ -53,13 +58,14 @@ impl Job<'_> {
             if self.overlap(&refined.fine) < OVERLAP {
                 continue;
             }
-            // Where copies could differ by much, and the general model has the same motion, nothing is gained by a guess.
-            let radius_m = refined.fine.estimate.coefficients[0].abs();
-            let is_guess = held.deviation_sd_m > self.options.limits.symmetry_deviation * radius_m;
+            let odds = refined.fine.log_evidence - general_evidence + log_prior_odds();
+            // A symmetry that would be a doubt is of no use where the general model has the same motion.
+            let limits = &self.options.limits;
+            let compared = limits.symmetry_deviation * refined.fine.estimate.coefficients[0].abs();
+            let is_guess = held.deviation_sd_m > compared || probability(odds) < limits.symmetry_probability;
             if is_guess && same_motion(&general.fine.estimate.psi, &refined.fine.estimate.psi, TAU) {
                 continue;
             }
-            let odds = refined.fine.log_evidence - general_evidence + log_prior_odds();
             refined.symmetry = FoundSymmetry {
                 symmetry: model.symmetry,
                 probability: None,
