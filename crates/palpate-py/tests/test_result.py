@@ -55,9 +55,15 @@ def test_a_symmetry_completes_the_boundary(triangle: palpate.Result) -> None:
     assert "1/3 of a turn" in triangle._repr_html_()
 
 
-def test_most_objects_have_no_symmetry(result: palpate.Result) -> None:
-    assert (result.symmetry.order, result.symmetry.deviation_sd_m) == (1, None)
+def test_an_egg_is_its_own_mirror_image_and_a_pebble_is_not(result: palpate.Result) -> None:
+    assert (result.symmetry.order, result.symmetry.mirror) == (1, True)
     assert result.symmetry == result.symmetry
+    pebble = palpate.SupportFunction.named("pebble")
+    pad = palpate.Touchpad(noise_sd_m=1e-4)
+    felt = palpate.simulate(pebble, palpate.plan_turn(pebble, 40.0), touchpad=pad, rate_hz=10)
+    other = palpate.reconstruct(felt.log)
+    assert (other.symmetry.order, other.symmetry.mirror, other.symmetry.deviation_sd_m) == (1, False, None)
+    assert other.symmetry != result.symmetry
 
 
 def test_error_bars_hold_the_truth(result: palpate.Result, simulation: palpate.Simulation) -> None:

@@ -68,13 +68,18 @@ fn no_direction_is_known_less_than_the_weakest() {
 
 #[test]
 fn what_a_reconstruction_has_learnt_is_what_its_error_bars_say() {
-    let run = turned(&pebble(), 400, noisy(NOISE_M));
-    let found = palpate::reconstruct(&run.log).expect("solvable");
-    let learnt = posterior(&run.log, &found).expect("determined");
-    assert_eq!(learnt.order(), found.shape.harmonics_m().len());
-    for point in found.outline.iter().filter(|point| point.touches > 0) {
-        let ratio = learnt.r_sd_m(point.theta_rad) / point.r_sd_m;
-        assert!((ratio - 1.0).abs() < 0.05, "{} rad: {ratio}", point.theta_rad);
+    // An egg is its own mirror image, with its axis anywhere.
+    let egg = NamedShape::Egg.shape(SIZE_M).expect("a positive size").rotated(0.6);
+    for (shape, mirror) in [(pebble(), false), (egg, true)] {
+        let run = turned(&shape, 400, noisy(NOISE_M));
+        let found = palpate::reconstruct(&run.log).expect("solvable");
+        assert_eq!(found.symmetry.symmetry.mirror, mirror);
+        let learnt = posterior(&run.log, &found).expect("determined");
+        assert_eq!(learnt.order(), found.shape.harmonics_m().len());
+        for point in found.outline.iter().filter(|point| point.touches > 0) {
+            let ratio = learnt.r_sd_m(point.theta_rad) / point.r_sd_m;
+            assert!((ratio - 1.0).abs() < 0.05, "{} rad: {ratio}", point.theta_rad);
+        }
     }
 }
 

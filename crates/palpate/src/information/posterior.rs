@@ -2,8 +2,10 @@
 
 use super::error::InformationError;
 use super::shape_covariance::{Information, check};
+use crate::estimate::evidence::symmetry::turn_to_axis;
 use crate::estimate::evidence::variance_components::{updated_scale, with_balance_weights};
 use crate::estimate::measurements::Measurements;
+use crate::estimate::model::layout::rotate;
 use crate::estimate::model::noise::Noise;
 use crate::estimate::model::prior::Prior;
 use crate::estimate::solver::gauss_newton::{Estimate, Fit};
@@ -31,24 +33,30 @@ pub fn posterior(log: &Log, reconstruction: &Reconstruction) -> Result<Informati
     }
     let measurements = Measurements::new(log, Some(sensor_m));
     let size_m = measurements.size_m();
-    let estimate = Estimate { coefficients: shape.coefficients(), psi, cost: 0.0 };
+    // A mirror holds in the frame in which its axis is at θ = 0.
+    let (mut coefficients, symmetry) = (shape.coefficients(), reconstruction.symmetry.symmetry);
+    let turn = turn_to_axis(&coefficients, symmetry);
+    rotate(&mut coefficients, turn);
+    let psi = psi.into_iter().map(|psi| psi - turn).collect();
+    let estimate = Estimate { coefficients, psi, cost: 0.0 };
     let measurements = with_balance_weights(measurements, &estimate, balance_m);
     let order = shape.harmonics_m().len();
     let noise = Noise { sensor_m, balance_m };
     let of = |prior: Prior| Fit { estimate: estimate.clone(), order, noise, prior, log_evidence: 0.0 };
     let felt_rad: Vec<f64> =
         reconstruction.outline.iter().filter(|point| point.touches > 0).map(|point| point.theta_rad).collect();
+    let felt_there: Vec<f64> = felt_rad.iter().map(|theta_rad| theta_rad + turn).collect();
     let poses = &reconstruction.motion;
     let left1: Vec<f64> = poses.iter().filter_map(|pose| pose.residual1_m).collect();
     let left2: Vec<f64> = poses.iter().filter_map(|pose| pose.residual2_m).collect();
     let inflation = 0.5 * (correlation_time(&left1) + correlation_time(&left2));
     // The estimator's own prior of the harmonics follows the data; so does this one.
-    let mut prior = Prior::new(size_m, 0.5 * size_m);
+    let mut prior = Prior { symmetry, ..Prior::new(size_m, 0.5 * size_m) };
     for _ in 0..ROUNDS {
-        let information = Information::at(&measurements, &of(prior), felt_rad.clone(), 1.0)?;
+        let information = Information::at(&measurements, &of(prior), felt_there.clone(), 1.0)?;
         prior.scale_m = updated_scale(&estimate.coefficients, &information.variances_m2(), prior);
     }
-    Information::at(&measurements, &of(prior), felt_rad, inflation)
+    Ok(Information::at(&measurements, &of(prior), felt_there, inflation)?.turned(-turn, felt_rad))
 }
 
 /// Times that the prior follows the data.

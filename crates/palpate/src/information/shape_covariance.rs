@@ -7,7 +7,7 @@ use nalgebra::DMatrix;
 use super::error::InformationError;
 use crate::estimate::coverage::{NODES, felt_nodes};
 use crate::estimate::measurements::Measurements;
-use crate::estimate::model::layout::{Layout, coefficients_to_order};
+use crate::estimate::model::layout::{Layout, coefficients_to_order, rotated_covariance};
 use crate::estimate::model::noise::Noise;
 use crate::estimate::model::prior::Prior;
 use crate::estimate::solver::error_bars::ErrorBars;
@@ -108,6 +108,11 @@ impl Information {
         let covariance_m2 = error_bars.into_covariance() * inflation;
         let information = Self { layout: Layout::of_shape(fit.order), covariance_m2, felt_rad };
         if information.rms_r_sd_m().is_finite() { Ok(information) } else { Err(InformationError::NotDetermined) }
+    }
+
+    /// In the frame of the shape turned by `angle`, r(θ) becoming r(θ − angle), where the boundary at `felt_rad` was felt.
+    pub(super) fn turned(self, angle: f64, felt_rad: Vec<f64>) -> Self {
+        Self { covariance_m2: rotated_covariance(&self.covariance_m2, angle), felt_rad, ..self }
     }
 
     /// Number of harmonics K that count as unknown.

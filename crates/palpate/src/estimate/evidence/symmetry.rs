@@ -8,7 +8,7 @@
 
 use crate::estimate::coverage::{NODES, felt_nodes, images};
 use crate::estimate::measurements::Measurements;
-use crate::estimate::model::layout::{Layout, rotate};
+use crate::estimate::model::layout::{Layout, rotate, rotated_covariance};
 use crate::estimate::model::prior::Prior;
 use crate::estimate::solver::gauss_newton::{Estimate, Fit, Smoother, StoppingCriteria};
 use crate::shape::Symmetry;
@@ -113,7 +113,7 @@ impl General {
         if !symmetry.mirror {
             return self.restricted(symmetry, 0.0);
         }
-        self.mirrored(symmetry, self.axes(symmetry))
+        self.mirrored(symmetry, axes(self.mean.as_slice(), symmetry))
     }
 
     /// The same, with the mirror near θ = 0.
@@ -145,27 +145,6 @@ impl General {
         best.filter(|best| best.log_ratio > refined.log_ratio).or(Some(refined))
     }
 
-    /// Turns that would make the largest allowed harmonic a cosine: the axis of a mirror is among them.
-    fn axes(&self, symmetry: Symmetry) -> Vec<f64> {
-        let layout = Layout::of_coefficients(&self.mean);
-        let squares = |k: usize| {
-            let (a, b) = (self.mean[Layout::cosine(k)], self.mean[layout.sine(k)]);
-            a * a + b * b
-        };
-        let allowed = (1..=layout.order).filter(|&k| symmetry.allows_harmonic(k));
-        // A harmonic k turns k times as fast as the frame: its square counts as often as it says something of the axis.
-        let Some(largest) =
-            allowed.max_by(|&a, &b| ((a * a) as f64 * squares(a)).total_cmp(&((b * b) as f64 * squares(b))))
-        else {
-            return Vec::new();
-        };
-        let phase = f64::atan2(self.mean[layout.sine(largest)], self.mean[Layout::cosine(largest)]);
-        // a cos kθ + b sin kθ = A cos k(θ − phase/k); any half period of the harmonic more is a mirror of it as well. Axes repeat
-        // with half the period of the object.
-        let axes = (2 * largest).div_ceil(symmetry.order.max(1) as usize);
-        (0..axes).map(|axis| -(phase + PI * axis as f64) / largest as f64).collect()
-    }
-
     /// Root mean square, over pairs of copies that were both felt, of the standard deviation of the difference of r between them,
     /// whatever the frame is turned by.
     fn deviation_sd_m(&self, symmetry: Symmetry, felt: &[bool]) -> f64 {
@@ -195,7 +174,7 @@ impl General {
         let prior = Prior { symmetry, ..self.prior };
         let mut mean = self.mean.clone();
         rotate(&mut mean, turn);
-        let covariance = if turn == 0.0 { self.covariance.clone() } else { turned(&self.covariance, layout, turn) };
+        let covariance = if turn == 0.0 { self.covariance.clone() } else { rotated_covariance(&self.covariance, turn) };
         let free = |index: usize| match index {
             0 => true,
             _ if index <= layout.order => prior.is_free(index)[0],
@@ -224,21 +203,37 @@ impl General {
     }
 }
 
-/// A covariance of coefficients in a frame turned by `turn`.
-fn turned(covariance: &DMatrix<f64>, layout: Layout, turn: f64) -> DMatrix<f64> {
-    let columns = |matrix: DMatrix<f64>| -> DMatrix<f64> {
-        let mut out = matrix;
-        for mut column in out.column_iter_mut() {
-            for k in 1..=layout.order {
-                let (sin, cos) = (turn * k as f64).sin_cos();
-                let (cosine, sine) = (Layout::cosine(k), layout.sine(k));
-                let (x, y) = (column[cosine], column[sine]);
-                (column[cosine], column[sine]) = (x * cos - y * sin, x * sin + y * cos);
-            }
-        }
-        out
+/// Turns of a shape that make the largest allowed harmonic a cosine: the one that brings the axis of its mirror to θ = 0 is among them.
+fn axes(coefficients: &[f64], symmetry: Symmetry) -> Vec<f64> {
+    let layout = Layout::of_coefficients(coefficients);
+    let squares = |k: usize| {
+        let (a, b) = (coefficients[Layout::cosine(k)], coefficients[layout.sine(k)]);
+        a * a + b * b
     };
-    columns(columns(covariance.clone()).transpose())
+    let allowed = (1..=layout.order).filter(|&k| symmetry.allows_harmonic(k));
+    // A harmonic k turns k times as fast as the frame: its square counts as often as it says something of the axis.
+    let Some(largest) =
+        allowed.max_by(|&a, &b| ((a * a) as f64 * squares(a)).total_cmp(&((b * b) as f64 * squares(b))))
+    else {
+        return Vec::new();
+    };
+    let phase = f64::atan2(coefficients[layout.sine(largest)], coefficients[Layout::cosine(largest)]);
+    // a cos kθ + b sin kθ = A cos k(θ − phase/k); any half period of the harmonic more is a mirror of it as well. Axes repeat
+    // with half the period of the object.
+    let axes = (2 * largest).div_ceil(symmetry.order.max(1) as usize);
+    (0..axes).map(|axis| -(phase + PI * axis as f64) / largest as f64).collect()
+}
+
+/// The turn of a shape with this symmetry that brings the axis of its mirror to θ = 0; 0 without one.
+pub(crate) fn turn_to_axis(coefficients: &[f64], symmetry: Symmetry) -> f64 {
+    let layout = Layout::of_coefficients(coefficients);
+    let sines = |turn: f64| -> f64 {
+        let mut turned = coefficients.to_vec();
+        rotate(&mut turned, turn);
+        (1..=layout.order).map(|k| turned[layout.sine(k)].powi(2)).sum()
+    };
+    let axes = if symmetry.mirror { axes(coefficients, symmetry) } else { Vec::new() };
+    axes.into_iter().min_by(|a, b| sines(*a).total_cmp(&sines(*b))).unwrap_or(0.0)
 }
 
 #[cfg(test)]

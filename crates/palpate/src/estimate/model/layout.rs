@@ -1,7 +1,7 @@
 //! The order of the unknowns that all instants share: the coefficients (a₀, a₁ … a_K, b₁ … b_K) of the support function, followed
 //! by the shared parameters of calibration and forces, of which there are none yet.
 
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 
 /// The order of the unknowns that all instants share.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -72,6 +72,15 @@ pub(crate) fn rotate(coefficients: &mut [f64], angle: f64) {
     }
 }
 
+/// The covariance of the coefficients of a shape in its frame turned by `angle`, as [`rotate`] turns it.
+pub(crate) fn rotated_covariance(covariance: &DMatrix<f64>, angle: f64) -> DMatrix<f64> {
+    let columns = |mut matrix: DMatrix<f64>| {
+        matrix.column_iter_mut().for_each(|mut column| rotate(column.as_mut_slice(), angle));
+        matrix
+    };
+    columns(columns(covariance.clone()).transpose())
+}
+
 /// Changes the number of harmonics: cuts, or pads with zeros.
 pub(crate) fn coefficients_to_order(coefficients: &mut Vec<f64>, order: usize) {
     let old = Layout::of_coefficients(coefficients).order;
@@ -118,5 +127,10 @@ mod tests {
         let mut same = COEFFICIENTS;
         rotate(&mut same, 0.7);
         assert_eq!(shape.coefficients(), same);
+        // Of one certain direction, the covariance is that direction's square.
+        let direction = DVector::from_row_slice(&COEFFICIENTS);
+        let turned = DVector::from_row_slice(&same);
+        let covariance = rotated_covariance(&(&direction * direction.transpose()), 0.7);
+        assert!((covariance - &turned * turned.transpose()).amax() < 1e-18);
     }
 }

@@ -47,7 +47,8 @@ impl SupportTable {
         combine(instant, self.contacts(instant, psi))
     }
 
-    fn contacts(&self, instant: &Instant, psi: f64) -> Contacts {
+    /// r, d and v at both contacts of one sample.
+    pub fn contacts(&self, instant: &Instant, psi: f64) -> Contacts {
         let (theta1, theta2) = instant.contact_angles(psi);
         Contacts::from([self.at(theta1), self.at(theta2)])
     }
