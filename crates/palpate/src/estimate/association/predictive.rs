@@ -8,19 +8,22 @@ use crate::estimate::measurements::{Instant, Measurements};
 use crate::estimate::model::contact::combine;
 use crate::estimate::model::layout::Layout;
 use crate::estimate::model::noise::{Noise, STUDENT};
-use crate::estimate::model::table::SupportTable;
-use crate::estimate::solver::gauss_newton::{Fit, Smoother};
+use crate::estimate::model::table::{SupportTable, fraction_of_turn};
+use crate::estimate::solver::gauss_newton::{Fit, PROJECTIONS, Smoother};
+use crate::estimate::solver::normal_equations::{LARGEST_TURN, PSI_INFORMATION};
 use crate::mechanics::Forces;
 use crate::mechanics::force_model::{ForceModel, MotionState};
 use crate::palms::Contacts;
-use nalgebra::{DMatrix, Matrix3, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use std::f64::consts::TAU;
 
 /// Other orientations of a sample that are reported at most: every one of them costs a fit.
 const OTHER_ORIENTATIONS: usize = 4;
 
-/// Normal angles at which the spread of r and d is tabulated: a cosine of 48 waves is linear between two of them to a hundredth.
-const SPREAD_ENTRIES: usize = 1024;
+/// Normal angles at which the spread of r and d is tabulated: for each harmonic (a cosine is linear between two of them to half a
+/// hundredth), and at least.
+const SPREAD_ENTRIES: usize = 32;
+const LEAST_ENTRIES: usize = 1024;
 
 /// Directions of the shape that are left out of its spread may move d by this share of the noise, together.
 const LEFT_OUT: f64 = 0.03;
@@ -43,17 +46,21 @@ impl PredictiveShape {
         Some(Self::new(belief.mean.as_slice(), &covariance, fit.noise))
     }
 
-    fn new(coefficients: &[f64], covariance: &DMatrix<f64>, noise: Noise) -> Self {
+    /// With this mean and covariance of the coefficients.
+    pub fn new(coefficients: &[f64], covariance: &DMatrix<f64>, noise: Noise) -> Self {
         let layout = Layout::of_coefficients(coefficients);
         // Of b_k as of a_k; r moves by 1 for each metre of it, d by k.
         let effect = |index: usize| (if index <= layout.order { index } else { index - layout.order } as f64).max(1.0);
         let tolerance = LEFT_OUT * noise.sensor_m.min(noise.balance_m);
         let root = truncated_root(covariance, effect, tolerance * tolerance);
         let rank = root.ncols();
-        let rows = DMatrix::from_fn(2 * SPREAD_ENTRIES, layout.unknowns(), |row, index| {
-            let theta = TAU / SPREAD_ENTRIES as f64 * (row / 2) as f64;
-            let (sin, cos) = (effect(index) * theta).sin_cos();
-            match (index, row % 2) {
+        let entries = (SPREAD_ENTRIES * layout.order).max(LEAST_ENTRIES);
+        let waves: Vec<(f64, f64)> =
+            (0..entries).map(|entry| (TAU * entry as f64 / entries as f64).sin_cos()).collect();
+        let rows = DMatrix::from_fn(layout.unknowns(), 2 * entries, |index, column| {
+            let (entry, k) = (column / 2, effect(index));
+            let (sin, cos) = waves[entry * k as usize % entries];
+            match (index, column % 2) {
                 (0, part) => 1.0 - part as f64,
                 (_, 0) => {
                     if index <= layout.order {
@@ -62,25 +69,38 @@ impl PredictiveShape {
                         sin
                     }
                 }
-                _ => effect(index) * if index <= layout.order { sin } else { -cos },
+                _ => k * if index <= layout.order { sin } else { -cos },
             }
         });
         // Column-major: an entry's shares of r and d stand together.
-        let spread = (root.transpose() * rows.transpose()).as_slice().to_vec();
+        let spread = (root.transpose() * rows).as_slice().to_vec();
         Self { table: SupportTable::new(coefficients), spread, rank, noise }
     }
 
-    /// The shares of r (then of d) at a normal angle, by linear interpolation.
+    /// The shares of r (then of d) at a normal angle, of the entries before and after it, each with its part in their linear interpolation.
     fn shares_at(&self, theta: f64) -> [(&[f64], f64); 2] {
-        let place = theta.rem_euclid(TAU) * (SPREAD_ENTRIES as f64 / TAU);
-        let entry = (place as usize).min(SPREAD_ENTRIES - 1);
+        let width = 2 * self.rank;
+        let entries = self.spread.len() / width;
+        let place = fraction_of_turn(theta) * entries as f64;
+        let entry = (place as usize).min(entries - 1);
         let x = place - entry as f64;
-        let shares = |entry: usize| &self.spread[2 * self.rank * entry..2 * self.rank * (entry + 1)];
-        [(shares(entry), 1.0 - x), (shares((entry + 1) % SPREAD_ENTRIES), x)]
+        let shares = |entry: usize| &self.spread[width * entry..width * (entry + 1)];
+        [(shares(entry), 1.0 - x), (shares((entry + 1) % entries), x)]
     }
 
-    /// JΣJᵀ of the three residuals, in units of these weights.
-    fn spread_of_residuals(&self, instant: &Instant, at: Contacts, psi: f64, weights: [f64; 3]) -> Matrix3<f64> {
+    /// Calls `visit` with what each independent variable adds to the three residuals, in units of these weights.
+    fn for_each_share(
+        &self,
+        instant: &Instant,
+        at: Contacts,
+        psi: f64,
+        weights: [f64; 3],
+        mut visit: impl FnMut(usize, [f64; 3]),
+    ) {
+        let rank = self.rank;
+        if rank == 0 {
+            return;
+        }
         let forces = Forces::default().row(&MotionState::at_rest(instant.palms, at));
         let rows = [
             instant.palms.positions_row([weights[0], 0.0]),
@@ -88,26 +108,84 @@ impl PredictiveShape {
             instant.palms.positions_row([0.0; 2]).plus(weights[2], &forces),
         ];
         let (theta1, theta2) = instant.contact_angles(psi);
-        let [near1, near2] = [self.shares_at(theta1), self.shares_at(theta2)];
-        let rank = self.rank;
-        let [mut s00, mut s01, mut s02, mut s11, mut s12, mut s22] = [0.0; 6];
-        let read = |near: &[(&[f64], f64); 2], index: usize| {
-            let [(before, share), (after, other)] = near;
-            share * before[index] + other * after[index]
-        };
+        let at1 = self.shares_at(theta1).map(|(shares, part)| (shares.split_at(rank), part));
+        let at2 = self.shares_at(theta2).map(|(shares, part)| (shares.split_at(rank), part));
+        let [((r1, d1), x1), ((r1_after, d1_after), y1)] = at1;
+        let [((r2, d2), x2), ((r2_after, d2_after), y2)] = at2;
+        let (r1_after, d1_after, r2_after, d2_after) =
+            (&r1_after[..rank], &d1_after[..rank], &r2_after[..rank], &d2_after[..rank]);
         for index in 0..rank {
-            let (r1, r2) = (read(&near1, index), read(&near2, index));
-            let (d1, d2) = (read(&near1, rank + index), read(&near2, rank + index));
-            let [a, b, c] =
-                std::array::from_fn(|j| rows[j].r[0] * r1 + rows[j].r[1] * r2 + rows[j].d[0] * d1 + rows[j].d[1] * d2);
+            let (r1, r2) = (x1 * r1[index] + y1 * r1_after[index], x2 * r2[index] + y2 * r2_after[index]);
+            let (d1, d2) = (x1 * d1[index] + y1 * d1_after[index], x2 * d2[index] + y2 * d2_after[index]);
+            visit(index, rows.each_ref().map(|row| row.r[0] * r1 + row.r[1] * r2 + row.d[0] * d1 + row.d[1] * d2));
+        }
+    }
+
+    /// JΣJᵀ of the three residuals, in units of these weights.
+    fn spread_of_residuals(&self, instant: &Instant, at: Contacts, psi: f64, weights: [f64; 3]) -> Matrix3<f64> {
+        let [mut s00, mut s01, mut s02, mut s11, mut s12, mut s22] = [0.0; 6];
+        self.for_each_share(instant, at, psi, weights, |_, [a, b, c]| {
             s00 += a * a;
             s01 += a * b;
             s02 += a * c;
             s11 += b * b;
             s12 += b * c;
             s22 += c * c;
-        }
+        });
         Matrix3::new(s00, s01, s02, s01, s11, s12, s02, s12, s22)
+    }
+
+    /// Squared distance of a few samples from the predictive shape in some motion, every orientation and the shape free: eᵀS⁻¹e with
+    /// S = 1 + JΣJᵀ + j jᵀ/p, where j are the derivatives by each orientation and p is the prior information on its change. Each round
+    /// moves the orientations towards their optimum. Infinite where there is none.
+    pub fn misfit_of_motion(&self, instants: &[Instant], psi: &mut [f64], rounds: usize) -> f64 {
+        let rows = 3 * instants.len();
+        // What each variable adds to all residuals, one variable after the other.
+        let mut shares = vec![0.0; self.rank * rows];
+        let (mut missed, mut slopes) = (DVector::zeros(rows), vec![[0.0; 3]; instants.len()]);
+        let mut misfit = f64::INFINITY;
+        for _ in 0..rounds {
+            for (index, (instant, psi)) in instants.iter().zip(psi.iter_mut()).enumerate() {
+                let weights = self.noise.weights(instant);
+                for _ in 0..PROJECTIONS {
+                    let at = combine(instant, self.table.contacts(instant, *psi));
+                    let [value, slope] = [at.value, at.by_psi].map(|of| std::array::from_fn(|j| weights[j] * of[j]));
+                    *psi -=
+                        (dot(value, slope) / (dot(slope, slope) + PSI_INFORMATION)).clamp(-LARGEST_TURN, LARGEST_TURN);
+                }
+                let contacts = self.table.contacts(instant, *psi);
+                let at = combine(instant, contacts);
+                slopes[index] = std::array::from_fn(|j| weights[j] * at.by_psi[j]);
+                for j in 0..3 {
+                    missed[3 * index + j] = weights[j] * at.value[j];
+                }
+                self.for_each_share(instant, contacts, *psi, weights, |variable, share| {
+                    shares[variable * rows + 3 * index..][..3].copy_from_slice(&share);
+                });
+            }
+            let mut covariance = DMatrix::zeros(rows, rows);
+            for share in shares.chunks_exact(rows) {
+                for (column, factor) in share.iter().enumerate() {
+                    let below = &mut covariance.as_mut_slice()[column * rows..][column..rows];
+                    below.iter_mut().zip(&share[column..]).for_each(|(entry, other)| *entry += factor * other);
+                }
+            }
+            for (index, slope) in slopes.iter().enumerate() {
+                for (i, j) in (0..9).map(|entry| (entry / 3, entry % 3)) {
+                    covariance[(3 * index + i, 3 * index + j)] +=
+                        slope[i] * slope[j] / PSI_INFORMATION + f64::from(i == j);
+                }
+            }
+            // Only its lower triangle is read.
+            let Some(factor) = covariance.cholesky() else { return f64::INFINITY };
+            let solved = factor.solve(&missed);
+            misfit = missed.dot(&solved);
+            for (index, (psi, slope)) in psi.iter_mut().zip(&slopes).enumerate() {
+                let along: f64 = (0..3).map(|j| slope[j] * solved[3 * index + j]).sum();
+                *psi -= (along / PSI_INFORMATION).clamp(-LARGEST_TURN, LARGEST_TURN);
+            }
+        }
+        misfit
     }
 
     /// −2 ln of the predictive density of a sample at an orientation, the shape integrated out, up to a constant.
@@ -143,6 +221,10 @@ impl PredictiveShape {
         let margin = others.first().map_or(f64::INFINITY, |(_, neg_log_predictive)| neg_log_predictive - here);
         (margin, others.into_iter().map(|(psi, _)| psi).collect())
     }
+}
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// A root R of a covariance, RRᵀ = Σ but for a rest with Σ effect² variance below `least`: Cholesky's with the largest pivot first,

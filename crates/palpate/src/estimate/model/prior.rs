@@ -85,15 +85,10 @@ impl Convexity {
         Self { margin_m: MARGIN * size_m, sd_m: MARGIN_SD * size_m, order, nodes, cosines, sines }
     }
 
-    /// No constraint.
-    pub fn none() -> Self {
-        Self { margin_m: 0.0, sd_m: 1.0, order: 0, nodes: 0, cosines: Vec::new(), sines: Vec::new() }
-    }
-
     /// The violated nodes and their residuals.
     pub fn violations(&self, coefficients: &[f64]) -> impl Iterator<Item = (usize, f64)> {
         // The even and the odd part of v about θ = 0.
-        let half = if self.nodes == 0 { 0 } else { self.nodes / 2 + 1 };
+        let half = self.nodes / 2 + 1;
         let (mut even, mut odd) = (vec![coefficients[0]; half], vec![0.0; half]);
         let (a, b) = coefficients[1..].split_at(coefficients.len() / 2);
         Arch::new().dispatch(Summing { factors: a, columns: &self.cosines, sums: &mut even });

@@ -10,6 +10,14 @@ use std::f64::consts::TAU;
 /// between them are accurate to h⁴ Σ k⁵ a_k/384: 1e-7 of the mean radius.
 const ENTRIES: usize = 2048;
 
+/// An angle as a fraction of a turn, in [0, 1], for angles of up to 10¹⁸ turns.
+pub(crate) fn fraction_of_turn(theta: f64) -> f64 {
+    let turns = theta / TAU;
+    // Several times as fast as `rem_euclid`.
+    let left = turns - (turns as i64) as f64;
+    if left < 0.0 { left + 1.0 } else { left }
+}
+
 /// r, d and v of one shape at equally spaced normal angles.
 pub(crate) struct SupportTable {
     entries: Vec<ContactSupport>,
@@ -26,8 +34,8 @@ impl SupportTable {
     /// entries is linear.
     pub fn at(&self, theta: f64) -> ContactSupport {
         let step = TAU / ENTRIES as f64;
-        let place = theta.rem_euclid(TAU) / step;
-        // `rem_euclid` may round up to 2π itself; the table has an entry there.
+        let place = fraction_of_turn(theta) * ENTRIES as f64;
+        // It may round up to a whole turn; the table has an entry there.
         let entry = (place as usize).min(ENTRIES - 1);
         let x = place - entry as f64;
         let (a, b) = (&self.entries[entry], &self.entries[entry + 1]);

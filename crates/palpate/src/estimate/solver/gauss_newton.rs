@@ -141,12 +141,6 @@ impl<'a, F: ForceModel> Smoother<'a, F> {
         self
     }
 
-    /// The same without convexity, for ranking many trials.
-    pub fn without_convexity(mut self) -> Self {
-        self.convexity = Convexity::none();
-        self
-    }
-
     /// Whether the convexity constraint is active.
     pub fn holds_convex(&self, coefficients: &[f64]) -> bool {
         self.convexity.violations(coefficients).next().is_some()

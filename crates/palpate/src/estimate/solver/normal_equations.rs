@@ -55,7 +55,7 @@ impl Normal {
 }
 
 /// Largest turn of an orientation in one step, radians: beyond it the linearisation does not hold.
-const LARGEST_TURN: f64 = 0.3;
+pub(crate) const LARGEST_TURN: f64 = 0.3;
 
 /// [`Normal::turned`], compiled for several instruction sets.
 struct Turning<'a> {

@@ -2,14 +2,16 @@
 
 use crate::estimate::coverage::{NODES, contact_paths, overlap, touches};
 use crate::estimate::evidence::symmetry::{against_general, log_prior_odds, symmetric_models};
+use crate::estimate::jumps::detect_jumps;
 use crate::estimate::measurements::Measurements;
 use crate::estimate::model::prior::Prior;
 use crate::estimate::motion::{outlying_steps, same_motion, unwrap_to};
 use crate::estimate::solver::gauss_newton::{Estimate, Fit};
+use crate::palms::PalmPair;
 use crate::reconstruct::refine::job::{Job, Refined};
 use crate::reconstruct::refine::resample::carry_over;
 use crate::reconstruct::result::reconstruction::FoundSymmetry;
-use crate::shape::Symmetry;
+use crate::shape::{SupportFunction, Symmetry};
 use std::f64::consts::TAU;
 use std::ops::Range;
 
@@ -23,7 +25,8 @@ const NOT_EXCLUDED: f64 = 200.0;
 /// Where one model holds, those further behind the likeliest than this are not fitted, in nats.
 const FAR_BEHIND: f64 = 20.0;
 
-/// Least share of the felt boundary that must have been felt on two copies: with less, a symmetric model extrapolates.
+/// Least share of the felt boundary that must have been felt on two copies: with less, they are not compared, and a symmetric model
+/// extrapolates. The pieces of a symmetric object can lie on one copy, where they share a boundary, as well as on several.
 const OVERLAP: f64 = 0.2;
 
 /// The probability behind log odds.
@@ -55,22 +58,23 @@ impl Job<'_> {
             refined.fine.estimate.psi = self.motion(&refined.fine);
             let against_general = against_general(&refined.measurements, &refined.fine);
             let Some(held) = against_general.filter(|held| !held.model.is_contradicted()) else { continue };
-            if self.overlap(&refined.fine) < OVERLAP {
-                continue;
-            }
             let odds = refined.fine.log_evidence - general_evidence + log_prior_odds();
-            // A symmetry that would be a doubt is of no use where the general model has the same motion.
+            let radius_m = refined.fine.estimate.coefficients[0].abs();
+            let compared = self.overlap(&refined.fine) >= OVERLAP;
+            let deviation_sd_m = if compared { held.deviation_sd_m } else { radius_m };
+            // A symmetry that would be a doubt is of no use where the general model has the same motion, or statics forbids its own. Else
+            // the two are rivals.
             let limits = &self.options.limits;
-            let compared = limits.symmetry_deviation * refined.fine.estimate.coefficients[0].abs();
-            let is_guess = held.deviation_sd_m > compared || probability(odds) < limits.symmetry_probability;
+            let is_guess = deviation_sd_m > limits.symmetry_deviation * radius_m
+                || probability(odds) < limits.symmetry_probability;
             if is_guess && same_motion(&general.fine.estimate.psi, &refined.fine.estimate.psi, TAU) {
                 continue;
             }
-            refined.symmetry = FoundSymmetry {
-                symmetry: model.symmetry,
-                probability: None,
-                deviation_sd_m: Some(held.deviation_sd_m),
-            };
+            if !compared && !self.is_physical(&refined.fine) {
+                continue;
+            }
+            refined.symmetry =
+                FoundSymmetry { symmetry: model.symmetry, probability: None, deviation_sd_m: Some(deviation_sd_m) };
             log_odds.push(odds);
             if best.as_ref().is_none_or(|(least, _)| odds > *least) {
                 // The search compares arrangements by the general model.
@@ -82,6 +86,13 @@ impl Job<'_> {
         let (odds, mut likeliest) = best.filter(|(odds, _)| *odds > 0.0).unwrap_or((0.0, general));
         likeliest.symmetry.probability = Some((odds - largest).exp() / sum);
         likeliest
+    }
+
+    /// Whether statics allows every jump of a fit.
+    fn is_physical(&self, fine: &Fit) -> bool {
+        let palms: Vec<PalmPair> = self.log.samples.iter().map(|sample| sample.palms).collect();
+        let shape = SupportFunction::from_coefficients(&fine.estimate.coefficients);
+        detect_jumps(&shape, &palms, &fine.estimate.psi).iter().all(|jump| jump.physical)
     }
 
     /// Share of the felt boundary that was felt on two copies.

@@ -11,6 +11,7 @@
 //! may grow far, but with a normalized misfit well above 1: more squared residuals than the noise of the contacts explains. The
 //! schedule defers such seeds.
 
+use crate::estimate::association::predictive::PredictiveShape;
 use crate::estimate::closed_form::{RATE_SD, integrate, relative_height};
 use crate::estimate::evidence::laplace::log_evidence;
 use crate::estimate::measurements::{Instant, Measurements};
@@ -35,20 +36,23 @@ const ORIENTATIONS: usize = 48;
 /// Instants of a window on which the whole grid is tried: few, since there are 960 trials.
 const SPARSEST: usize = 5;
 
-/// Trials that are kept for a second round, on more instants.
-const SEMIFINALISTS: usize = 120;
+/// Distinct trials that are kept for a second round, on more instants.
+const SEMIFINALISTS: usize = 60;
 
 /// Instants of the second round.
 const SPARSE: usize = 12;
 
-/// Trials that are kept for smoothing over the whole window.
-const FINALISTS: usize = 24;
+/// Distinct trials that are kept for smoothing over the whole window.
+const FINALISTS: usize = 12;
 
 /// Placements of one window that each hypothesis may propose: with the beam they bound the work of a window.
 const BRANCHES: usize = 4;
 
 /// Hypotheses kept, the width of the beam: each is smoothed after every window.
 const BEAM: usize = 8;
+
+/// Distinct proposals that are taken to the sharp noise, where they are ranked.
+const CONTENDERS: usize = 2 * BEAM;
 
 /// Hypotheses further than this behind the best (−2 ln of the ratio of evidences) are dropped: windows placed later do not make
 /// up for more.
@@ -79,15 +83,18 @@ const RATE_SDS: [f64; 3] = [0.003, 0.01, 0.04];
 const PLACING: StoppingCriteria = StoppingCriteria { iterations: 8, tolerance: 1e-3 };
 const RANKING: StoppingCriteria = StoppingCriteria { iterations: 12, tolerance: 1e-3 };
 
-/// Relative fall of the cost at which a trial on few instants ends.
-const TRIAL_TOLERANCE: f64 = 1e-2;
-
 /// Mean of 1 − cos of the differences up to which two placements of a window are the same: that of 5 degrees.
 const SAME_PLACEMENT: f64 = 4e-3;
+
+/// The same for two trials: that of 2 degrees.
+const SAME_TRIAL: f64 = 6e-4;
 
 /// Work of one search over the log, in searches of a window with 8 harmonics, and the number of unknowns of those.
 const BUDGET: f64 = 300.0;
 const BUDGET_UNKNOWNS: f64 = 17.0;
+
+/// Power of the number of unknowns with which the seconds of a search grow: 1.4 from 17 to 37, 1.7 from 17 to 57.
+const GROWTH: f64 = 1.5;
 
 /// A single window may have this many times the normalized misfit of the whole, since its few instants scatter more; and at most
 /// this many times [`EXPLAINED`].
@@ -165,7 +172,7 @@ impl Default for Budget {
 
 impl Budget {
     fn charge(&mut self, searches: usize, order: usize) {
-        self.left -= searches as f64 * (Layout::of_shape(order).unknowns() as f64 / BUDGET_UNKNOWNS).powi(2);
+        self.left -= searches as f64 * (Layout::of_shape(order).unknowns() as f64 / BUDGET_UNKNOWNS).powf(GROWTH);
     }
 
     pub fn is_spent(&self) -> bool {
@@ -402,58 +409,59 @@ impl<'a> BeamSearch<'a> {
                 integrate(&target.thin, &relative, h0, noise.sensor_m, RATE_SD).psi
             })
             .collect();
-        let mut trials: Vec<(f64, usize, f64)> = (0..HEIGHTS * ORIENTATIONS)
-            .map(|trial| (0.0, trial / ORIENTATIONS, TAU * (trial % ORIENTATIONS) as f64 / ORIENTATIONS as f64))
+        let Some(covariance) = belief.covariance() else { return Vec::new() };
+        let predictive = PredictiveShape::new(&hypothesis.coefficients, &covariance, noise);
+        let orientation = |trial: usize| TAU * trial as f64 / ORIENTATIONS as f64;
+        let mut trials: Vec<(usize, f64)> = (0..HEIGHTS * ORIENTATIONS)
+            .map(|trial| (trial / ORIENTATIONS, orientation(trial % ORIENTATIONS)))
             .collect();
-        for (instants, iterations, kept) in [(SPARSEST, 1, SEMIFINALISTS), (SPARSE, 2, FINALISTS)] {
+        for (instants, rounds, most) in [(SPARSEST, 1, SEMIFINALISTS), (SPARSE, 2, FINALISTS)] {
             let every = target.thin.len().div_ceil(instants);
-            let few = Measurements { instants: target.thin.instants.iter().step_by(every).copied().collect() };
-            let sparse = Smoother::with_belief(&few, self.order, noise, self.prior, belief).without_convexity();
-            for (cost, height, psi0) in &mut trials {
-                let psi = paths[*height].iter().step_by(every).map(|psi| psi + *psi0).collect();
-                let effort = StoppingCriteria { iterations, tolerance: TRIAL_TOLERANCE };
-                *cost = sparse.run(hypothesis.coefficients.clone(), psi, effort).cost;
-            }
-            trials.retain(|(cost, _, _)| cost.is_finite());
-            trials.sort_by(|a, b| a.0.total_cmp(&b.0));
-            trials.truncate(kept);
+            let few: Vec<Instant> = target.thin.instants.iter().step_by(every).copied().collect();
+            let mut tried: Vec<(f64, Vec<f64>, (usize, f64))> = trials
+                .into_iter()
+                .map(|(height, psi0)| {
+                    let mut psi: Vec<f64> = paths[height].iter().step_by(every).map(|psi| psi + psi0).collect();
+                    (predictive.misfit_of_motion(&few, &mut psi, rounds), psi, (height, psi0))
+                })
+                .filter(|(misfit, ..)| misfit.is_finite())
+                .collect();
+            tried.sort_by(|a, b| a.0.total_cmp(&b.0));
+            // Neighbours on the grid come to the same motion.
+            let distinct = first_distinct(tried, most, |(_, psi, _)| psi.as_slice(), SAME_TRIAL);
+            trials = distinct.into_iter().map(|(.., trial)| trial).collect();
         }
         let mut placements: Vec<Estimate> = trials
             .into_iter()
-            .map(|(_, height, psi0)| {
+            .map(|(height, psi0)| {
                 let psi = paths[height].iter().map(|psi| psi + psi0).collect();
                 whole.run(hypothesis.coefficients.clone(), psi, PLACING)
             })
             .filter(|estimate| estimate.cost.is_finite())
             .collect();
         placements.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-        let mut kept: Vec<Estimate> = Vec::new();
-        for placement in placements {
-            let near = |other: &Estimate| {
-                let apart = |(a, b): (&f64, &f64)| 1.0 - (a - b).cos();
-                other.psi.iter().zip(&placement.psi).map(apart).sum::<f64>()
-                    < SAME_PLACEMENT * placement.psi.len() as f64
-            };
-            if kept.len() < BRANCHES && !kept.iter().any(near) {
-                kept.push(placement);
-            }
-        }
-        kept
+        first_distinct(placements, BRANCHES, |placement| placement.psi.as_slice(), SAME_PLACEMENT)
     }
 
     /// Smooths every proposal over everything placed, ranks them by evidence and keeps the best distinct ones.
     fn ranked(&self, placed: &Measurements, proposals: Vec<Estimate>) -> Vec<Hypothesis> {
+        let smoother = |noise: Noise| Smoother::new(placed, self.order, noise, self.prior);
+        let (loose, sharp) = (smoother(self.tolerance.loose()), smoother(self.tolerance.sharp()));
+        let mut proposals: Vec<Estimate> = proposals
+            .into_par_iter()
+            .map(|estimate| loose.run(estimate.coefficients, estimate.psi, RANKING))
+            .filter(|estimate| estimate.cost.is_finite())
+            .collect();
+        proposals.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+        // Hypotheses that were different may have become the same, and with it their proposals.
+        let proposals = first_distinct(proposals, CONTENDERS, |estimate| estimate.psi.as_slice(), SAME_TRIAL);
         let mut ranked: Vec<Hypothesis> = proposals
             .into_par_iter()
-            .filter_map(|mut estimate| {
-                for noise in [self.tolerance.loose(), self.tolerance.sharp()] {
-                    let smoother = Smoother::new(placed, self.order, noise, self.prior);
-                    estimate = smoother.run(estimate.coefficients, estimate.psi, RANKING);
-                }
-                let smoother = Smoother::new(placed, self.order, self.tolerance.sharp(), self.prior);
-                let normal = smoother.linearise(&estimate.coefficients, &estimate.psi);
-                let factor = smoother.factor(&normal)?;
-                let score = -2.0 * log_evidence(&smoother, &estimate, &normal, &factor);
+            .filter_map(|estimate| {
+                let estimate = sharp.run(estimate.coefficients, estimate.psi, RANKING);
+                let normal = sharp.linearise(&estimate.coefficients, &estimate.psi);
+                let factor = sharp.factor(&normal)?;
+                let score = -2.0 * log_evidence(&sharp, &estimate, &normal, &factor);
                 score.is_finite().then_some(Hypothesis { estimate, score })
             })
             .collect();
@@ -488,6 +496,24 @@ impl<'a> BeamSearch<'a> {
         windows.retain(|_| placed.next() == Some(true));
         Arranged { windows, thin, hypotheses }
     }
+}
+
+/// The first few that have different motions: their orientations differ in 1 − cos by `same` or more, on average.
+fn first_distinct<T>(all: Vec<T>, most: usize, psi: impl Fn(&T) -> &[f64], same: f64) -> Vec<T> {
+    let mut kept: Vec<T> = Vec::new();
+    for one in all {
+        let near = |other: &T| {
+            let apart = psi(other).iter().zip(psi(&one)).map(|(a, b)| 1.0 - (a - b).cos()).sum::<f64>();
+            apart < same * psi(&one).len() as f64
+        };
+        if !kept.iter().any(near) {
+            kept.push(one);
+        }
+        if kept.len() == most {
+            break;
+        }
+    }
+    kept
 }
 
 /// Squared residuals of an estimate at a given noise, without the terms in the shape alone.

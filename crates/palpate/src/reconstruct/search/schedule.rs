@@ -126,45 +126,56 @@ fn arrange(
         }
         seeds.push(seed);
     }
-    for largest_misfit in MISFIT_LIMITS.into_iter().skip(1) {
-        let mut still_deferred = Vec::new();
-        deferred.sort_by(|a, b| a.normalized_misfit().total_cmp(&b.normalized_misfit()));
-        for mut beam_search in std::mem::take(&mut deferred) {
-            if grown >= SEEDS || budget.is_spent() {
-                break;
-            }
-            if beam_search.grow(&mut budget, largest_misfit) {
+    if grow_in_turn(&mut deferred, &MISFIT_LIMITS[1..2], &mut budget, SEEDS - grown, &mut submit) {
+        return true;
+    }
+    // Then more harmonics, for objects that take them. Only then seeds whose misfit no noise explains.
+    let richer = seeds.iter_mut().filter_map(|seed| {
+        let explained = seed.add_harmonics(windows, tolerance, prior);
+        explained.then(|| seed.beam_search(measurements, windows, tolerance, prior))
+    });
+    deferred.extend(richer.take(SEEDS));
+    tell(MORE_HARMONICS_DONE);
+    let none = deferred.is_empty() && grown == 0;
+    if grow_in_turn(&mut deferred, &MISFIT_LIMITS, &mut Budget::default(), SEEDS, &mut submit) {
+        return true;
+    }
+    let best = seeds.iter().min_by(|a, b| a.misfit.total_cmp(&b.misfit));
+    best.filter(|_| none).is_some_and(|seed| {
+        let mut beam_search = seed.beam_search(measurements, windows, tolerance, prior);
+        beam_search.grow(&mut Budget::default(), f64::INFINITY);
+        submit(beam_search)
+    })
+}
+
+/// Grows seeds by increasing misfit, with one limit after the other, and submits those that came to their end; true when one of them is
+/// enough. Ends when so many were grown or the budget is spent.
+fn grow_in_turn<'a>(
+    seeds: &mut Vec<BeamSearch<'a>>,
+    limits: &[f64],
+    budget: &mut Budget,
+    most: usize,
+    submit: &mut dyn FnMut(BeamSearch<'a>) -> bool,
+) -> bool {
+    let mut grown = 0;
+    for &largest_misfit in limits {
+        let mut deferred = Vec::new();
+        seeds.sort_by(|a, b| a.normalized_misfit().total_cmp(&b.normalized_misfit()));
+        for mut beam_search in std::mem::take(seeds) {
+            if grown >= most || budget.is_spent() {
+                deferred.push(beam_search);
+            } else if beam_search.grow(budget, largest_misfit) {
                 grown += 1;
                 if submit(beam_search) {
                     return true;
                 }
             } else {
-                still_deferred.push(beam_search);
+                deferred.push(beam_search);
             }
         }
-        deferred = still_deferred;
+        *seeds = deferred;
     }
-    let grown_to_the_end = |seed: &Seed, budget: &mut Budget| {
-        let mut beam_search = seed.beam_search(measurements, windows, tolerance, prior);
-        beam_search.grow(budget, f64::INFINITY);
-        beam_search
-    };
-    let (mut budget, mut richer) = (Budget::default(), 0);
-    for (number, seed) in seeds.iter_mut().enumerate() {
-        tell(MORE_HARMONICS_DONE + (1.0 - MORE_HARMONICS_DONE) * number as f64 / SPANS as f64);
-        if seed.misfit < EXPLAINED || !seed.add_harmonics(windows, tolerance, prior) {
-            continue;
-        }
-        richer += 1;
-        if submit(grown_to_the_end(seed, &mut budget)) {
-            return true;
-        }
-        if richer == SEEDS || budget.is_spent() {
-            return false;
-        }
-    }
-    let best = seeds.iter().min_by(|a, b| a.misfit.total_cmp(&b.misfit));
-    best.filter(|_| grown + richer == 0).is_some_and(|seed| submit(grown_to_the_end(seed, &mut budget)))
+    false
 }
 
 /// The index ranges that placed windows cover; windows that are joined make one range.

@@ -61,14 +61,16 @@ impl Seed {
         BeamSearch::new(measurements, windows, (self.span.clone(), &self.candidates, self.order), tolerance, prior)
     }
 
-    /// Tries more harmonics where few do not explain the run (nearly flat sides, corners); whether the run is explained then.
+    /// Tries more harmonics where few leave more than the noise (nearly flat sides, corners); whether that explained the run.
     pub fn add_harmonics(&mut self, windows: &[Window], tolerance: Tolerance, prior: Prior) -> bool {
         let thin = joined(&windows[self.span.clone()]);
-        let mut candidates = self.candidates.clone();
+        let samples = windows[self.span.clone()].iter().map(|window| window.range.len()).sum();
+        let noise_misfit = tolerance.noise_misfit(thin.len(), samples);
+        let (few, mut candidates) = (self.order, self.candidates.clone());
         let mut last = self.misfit;
         for &order in &ORDERS[1..] {
             // Only what is nearly right with few harmonics can be right with more.
-            if !(EXPLAINED..NEARLY_RIGHT).contains(&last) {
+            if !(noise_misfit..NEARLY_RIGHT).contains(&last) {
                 break;
             }
             candidates.truncate(REFINED);
@@ -78,7 +80,7 @@ impl Seed {
             }
             (last, candidates) = (misfit, better);
         }
-        self.misfit < EXPLAINED
+        self.order > few && self.misfit < EXPLAINED
     }
 }
 

@@ -1,6 +1,7 @@
 use super::*;
 use crate::estimate::model::prior::Prior;
-use crate::estimate::solver::gauss_newton::Estimate;
+use crate::estimate::solver::gauss_newton::{Estimate, StoppingCriteria};
+use crate::estimate::solver::posterior::Posterior;
 use crate::log::{Log, Sample};
 use crate::palms::PalmPair;
 use crate::shape::SupportFunction;
@@ -211,4 +212,37 @@ fn a_truncated_root_leaves_out_less_than_allowed_and_no_more_columns_than_it_tak
     let some = truncated_root(&covariance(), effect, least);
     assert!(some.ncols() > 2 && some.ncols() < 5 && rest(&some) <= least);
     assert_eq!(some, all.columns(0, some.ncols()).into_owned());
+}
+
+#[test]
+fn the_misfit_of_a_motion_is_the_cost_of_the_smoother_with_the_shape_as_its_prior() {
+    let belief = |information: DMatrix<f64>| Posterior {
+        layout: Layout::of_shape(2),
+        mean: DVector::from_row_slice(&COEFFICIENTS),
+        information,
+    };
+    let information = covariance().try_inverse().expect("definite");
+    // Three instants of another object, and one at which a contact was not seen.
+    let other = SupportFunction::from_coefficients(&[1.001 * SIZE_M, 2.02e-3, 2.97e-3, -0.98e-3, 1.51e-3]);
+    let (samples, mut psi): (Vec<Sample>, Vec<f64>) = (0..4)
+        .map(|index| {
+            let palms = PalmPair::hinged(0.5 + 0.1 * f64::from(index), 1.3);
+            let rest = crate::mechanics::EnergyLandscape::new(&other, &palms).stable_poses()[0].psi_rad;
+            let (s1, s2) = palms.contact_positions_m(&other, rest);
+            let sample = Sample::new(f64::from(index), palms, s1, s2);
+            (if index == 2 { Sample { s1_m: None, ..sample } } else { sample }, rest + 0.02)
+        })
+        .unzip();
+    let few = Measurements::new(&Log { samples }, None);
+    let prior = Prior::new(SIZE_M, 0.5 * SIZE_M);
+    let belief = belief(information);
+    let smoother = Smoother::with_belief(&few, 2, NOISE, prior, &belief);
+    let effort = StoppingCriteria { iterations: 50, tolerance: 0.0 };
+    let expected = smoother.run(COEFFICIENTS.to_vec(), psi.clone(), effort);
+    let found = predictive().misfit_of_motion(&few.instants, &mut psi, 5);
+    // To second order in the change of the shape.
+    assert!((found / expected.cost - 1.0).abs() < 0.02, "{found} {}", expected.cost);
+    for (found, expected) in psi.iter().zip(&expected.psi) {
+        assert!((found - expected).abs() < 2e-3, "{found} {expected}");
+    }
 }

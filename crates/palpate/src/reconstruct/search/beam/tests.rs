@@ -129,17 +129,21 @@ fn of_many_distinct_hypotheses_the_best_are_kept() {
     let few = Measurements { instants: [0, 40, 80].map(|index| measurements.instants[index]).to_vec() };
     let angle = |eighths: usize| 1.0 + TAU * eighths as f64 / 8.0;
     let proposals: Vec<Estimate> = (0..64).map(|trial| estimate(&[1.0, angle(trial % 8), angle(trial / 8)])).collect();
-    let mut alone: Vec<(f64, Vec<f64>)> =
-        proposals.iter().filter_map(|proposal| score_alone(&beam_search, &few, proposal)).collect();
+    let mut alone: Vec<(f64, Vec<f64>, Estimate)> = proposals
+        .into_iter()
+        .filter_map(|proposal| score_alone(&beam_search, &few, &proposal).map(|(score, psi)| (score, psi, proposal)))
+        .collect();
     alone.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut distinct: Vec<(f64, Vec<f64>)> = Vec::new();
-    for (score, psi) in alone {
-        if !distinct.iter().any(|(_, other)| same_motion(other, &psi, TAU)) {
+    let mut contenders: Vec<Estimate> = Vec::new();
+    for (score, psi, proposal) in alone {
+        if !distinct.iter().any(|(_, other)| same_motion(other, &psi, TAU)) && contenders.len() < CONTENDERS {
             distinct.push((score, psi));
+            contenders.push(proposal);
         }
     }
     assert!(distinct.len() > BEAM && distinct[BEAM].0 < distinct[0].0 + MOST_BEHIND, "{distinct:?}");
-    let ranked = beam_search.ranked(&few, proposals);
+    let ranked = beam_search.ranked(&few, contenders);
     let kept: Vec<(f64, Vec<f64>)> = ranked.into_iter().map(|kept| (kept.score, kept.estimate.psi)).collect();
     assert_eq!(kept, distinct[..BEAM]);
 }
@@ -377,15 +381,16 @@ fn placed_windows_are_returned_in_order_of_time() {
 }
 
 #[test]
-fn the_budget_is_charged_by_the_square_of_the_number_of_unknowns_and_spent_at_nothing() {
+fn the_budget_is_charged_by_a_power_of_the_number_of_unknowns_and_spent_at_nothing() {
     let mut budget = Budget { left: 10.0 };
     budget.charge(3, 8);
     assert_eq!(budget.left, 7.0);
     budget.charge(0, 28);
     assert_eq!(budget.left, 7.0);
-    // 51 unknowns instead of 17: nine times as much.
+    // 68 unknowns would be four times as many, and cost eight times as much; 51 are three times as many.
     budget.charge(1, 25);
-    assert!((budget.left + 2.0).abs() < 1e-12, "{}", budget.left);
+    assert!((budget.left - (7.0 - 27_f64.sqrt())).abs() < 1e-12, "{}", budget.left);
+    budget.charge(2, 8);
     assert!(budget.is_spent() && Budget { left: 0.0 }.is_spent() && !Budget { left: 1e-9 }.is_spent());
     assert!(!Budget::default().is_spent());
 }
@@ -473,4 +478,20 @@ fn two_motions_are_the_same_up_to_three_degrees() {
     assert!(same_motion(&here, &beside(3.0f64.to_radians()), TAU));
     assert!(!same_motion(&here, &beside(3.1f64.to_radians()), TAU));
     assert!(same_motion(&[], &[], TAU));
+}
+
+#[test]
+fn the_first_of_each_motion_are_kept_up_to_a_number() {
+    // Means of 1 − cos of 0 and 0.02 rad are 1e-4, of 0 and 0.06 rad 9e-4.
+    let all =
+        vec![(0, vec![0.0, 1.0]), (1, vec![0.02, 1.0]), (2, vec![0.06, 1.0]), (3, vec![2.0, 1.0]), (4, vec![4.0, 1.0])];
+    let kept = |most: usize, same: f64| -> Vec<i32> {
+        first_distinct(all.clone(), most, |(_, psi)| psi.as_slice(), same)
+            .into_iter()
+            .map(|(number, _)| number)
+            .collect()
+    };
+    assert_eq!(kept(9, 1.1e-4), [0, 2, 3, 4]);
+    assert_eq!(kept(9, 0.9e-4), [0, 1, 2, 3, 4]);
+    assert_eq!(kept(2, 1.1e-4), [0, 2]);
 }
