@@ -1,6 +1,6 @@
 //! Development tasks: `cargo xtask test`, `cargo xtask doc`, `cargo xtask monte-carlo`, `cargo xtask limits`,
-//! `cargo xtask compare-rows`, `cargo xtask methods`, `cargo xtask python-cost`, `cargo xtask ray-cost`, `cargo xtask bench-peers`. Without
-//! a task it lists them.
+//! `cargo xtask compare-rows`, `cargo xtask methods`, `cargo xtask python-cost`, `cargo xtask ray-cost`, `cargo xtask bench-peers`,
+//! `cargo xtask fuzz`. Without a task it lists them.
 #![forbid(unsafe_code)]
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "tables and progress go to the terminal")]
 
@@ -10,6 +10,7 @@ mod debian;
 mod doc;
 #[cfg(test)]
 mod docs;
+mod fuzz;
 mod python;
 mod studies;
 mod test;
@@ -47,6 +48,8 @@ enum Task {
     RayCost(studies::ray_cost::Arguments),
     /// Compare the speed of palpate with other solvers and engines on the same inputs, and write the table that the documentation quotes.
     BenchPeers(bench_peers::Arguments),
+    /// Feed random inputs to the reader of logs and the estimator, and keep those on which they fail.
+    Fuzz(fuzz::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -60,6 +63,7 @@ fn main() -> ExitCode {
         Some(Task::PythonCost(arguments)) => studies::python_cost::run(&arguments),
         Some(Task::RayCost(arguments)) => studies::ray_cost::run(&arguments),
         Some(Task::BenchPeers(arguments)) => bench_peers::run(&arguments),
+        Some(Task::Fuzz(arguments)) => fuzz::run(&arguments),
         None => Arguments::command().print_help().map_err(Into::into),
     };
     match done {

@@ -45,7 +45,7 @@ impl Arguments {
 }
 
 /// Every limit, in the order of the table.
-const NAMES: [&str; 19] = [
+const NAMES: [&str; 20] = [
     "model_allowance",
     "chi2_sds",
     "chi2_excess_stated",
@@ -61,6 +61,7 @@ const NAMES: [&str; 19] = [
     "r_sd_with_short_jumps",
     "short_jump_rad",
     "outliers",
+    "tails",
     "symmetry_probability",
     "symmetry_deviation",
     "balance_sensor_sds",

@@ -1,4 +1,4 @@
-//! Median and autocorrelation.
+//! Median, spread and autocorrelation.
 
 /// Median; 0 for an empty list.
 pub(crate) fn median(values: &mut [f64]) -> f64 {
@@ -7,6 +7,15 @@ pub(crate) fn median(values: &mut [f64]) -> f64 {
     }
     let middle = values.len() / 2;
     *values.select_nth_unstable_by(middle, f64::total_cmp).1
+}
+
+/// 1/Φ⁻¹(3/4): the standard deviation of Gaussian errors over the median of their sizes.
+const OVER_MEDIAN: f64 = 1.482_602_218_505_602;
+
+/// The standard deviation that most errors have, whatever the largest are; 0 for an empty list.
+pub(crate) fn typical_sd<'a>(errors: impl Iterator<Item = &'a f64>) -> f64 {
+    let mut sizes: Vec<f64> = errors.map(|error| error.abs()).collect();
+    OVER_MEDIAN * median(&mut sizes)
 }
 
 /// By how much the errors of neighbouring samples hang together: the integrated autocorrelation time of the residuals of
@@ -66,6 +75,18 @@ mod tests {
             let expected = (1.0 + rho) / (1.0 - rho);
             assert!((mean / expected - 1.0).abs() < 0.1, "{mean} for {expected}");
         }
+    }
+
+    #[test]
+    fn the_typical_standard_deviation_is_that_of_gaussian_errors_and_heeds_no_outlier() {
+        // Φ⁻¹ of 0.55, 0.65, 0.75, 0.85 and 0.95, both ways.
+        let quantiles = [0.125_661, 0.385_320, 0.674_490, 1.036_433, 1.644_854];
+        let mut errors: Vec<f64> = quantiles.iter().flat_map(|quantile| [2.0 * quantile, -2.0 * quantile]).collect();
+        let typical = typical_sd(errors.iter());
+        assert!((typical - 2.0).abs() < 1e-5, "{typical}");
+        errors[9] = 1e9;
+        assert_eq!(typical_sd(errors.iter()), typical);
+        assert_eq!(typical_sd([].iter()), 0.0);
     }
 
     #[test]

@@ -43,6 +43,9 @@ pub struct CertificateLimits {
     pub short_jump_rad: f64,
     /// Share of the contact readings that may be gross outliers, which are left out: 0.1.
     pub outliers: f64,
+    /// Root mean square of what the fit leaves in the contact positions, over the standard deviation of most of them: 2. Error bars and
+    /// evidence take the errors for Gaussian (1); those of Student's t with three degrees of freedom have 1.5. Beyond, a few readings decide.
+    pub tails: f64,
     /// Least probability of a symmetry of the object: 0.9. A less likely one would complete the boundary by a guess.
     pub symmetry_probability: f64,
     /// Largest standard deviation of the difference between felt copies of a symmetric object: 0.01. Beyond, the copies say nothing of
@@ -72,6 +75,7 @@ impl Default for CertificateLimits {
             r_sd_with_short_jumps: 0.005,
             short_jump_rad: 0.25,
             outliers: 0.1,
+            tails: 2.0,
             symmetry_probability: 0.9,
             symmetry_deviation: 0.01,
             balance_sensor_sds: BALANCE_SENSOR_SDS,
@@ -110,6 +114,7 @@ impl CertificateLimits {
             ("r_sd_with_short_jumps", self.r_sd_with_short_jumps),
             ("short_jump_rad", self.short_jump_rad),
             ("outliers", self.outliers),
+            ("tails", self.tails),
             ("symmetry_probability", self.symmetry_probability),
             ("symmetry_deviation", self.symmetry_deviation),
             ("balance_sensor_sds", self.balance_sensor_sds),

@@ -13,7 +13,7 @@ use crate::estimate::motion::unwrap;
 use crate::estimate::solver::error_bars::ErrorBars;
 use crate::estimate::solver::gauss_newton::Fit;
 use crate::log::{Log, Sample};
-use crate::math::statistics::correlation_time;
+use crate::math::statistics::{correlation_time, typical_sd};
 use crate::mechanics::Jump;
 use crate::palms::PalmPair;
 use crate::reconstruct::options::limits::CertificateLimits;
@@ -113,6 +113,7 @@ pub(crate) fn assemble(
         dof,
         noise_stated: expected.stated_m.is_some(),
         sensor_m: chi2_per_dof.sqrt() * expected_m,
+        typical_sensor_m: typical_sd(of_sensor1.iter().chain(&of_sensor2)),
         expected_sensor_m: expected_m,
         balance_m: fit.noise.balance_m,
         samples: log.samples.len(),

@@ -24,6 +24,8 @@ pub struct Findings {
     pub noise_stated: bool,
     /// Root mean square of what the fit leaves in the contact positions, metres.
     pub sensor_m: f64,
+    /// The same of most of them, from the median, metres.
+    pub typical_sensor_m: f64,
     /// Root mean square that their noise explains, metres.
     pub expected_sensor_m: f64,
     /// Standard deviation of the balance, metres.
@@ -62,6 +64,9 @@ pub struct Findings {
 
 /// Share of outliers that a refusal for other reasons mentions: so many leave some behind that are not as gross, and are not seen.
 const OUTLIERS_THAT_EXPLAIN: f64 = 0.005;
+
+/// What the fit leaves is negligible below this share of what no shape explains: an exact log leaves the corners of the object there.
+const NEGLIGIBLE: f64 = 0.1;
 
 impl Findings {
     /// The verdict by these limits.
@@ -124,6 +129,11 @@ impl Findings {
         if !known || !self.largest_felt_r_sd_m.is_finite() {
             doubts.push(Doubt::UncertainBoundary { sd_m: self.largest_felt_r_sd_m });
         }
+        // Much less than what no shape explains may be as uneven as it likes.
+        let typical_m = self.typical_sensor_m.max(NEGLIGIBLE * limits.model_allowance * self.mean_radius_m.abs());
+        if self.sensor_m > limits.tails * typical_m {
+            doubts.push(Doubt::StrayReadings { typical_m: self.typical_sensor_m, all_m: self.sensor_m });
+        }
         if let Some((probability, deviation_sd_m)) = self.symmetry_probability.zip(self.symmetry_deviation_sd_m) {
             let known = deviation_sd_m <= limits.symmetry_deviation * self.mean_radius_m;
             if !(probability >= limits.symmetry_probability && known) {
@@ -148,6 +158,7 @@ mod tests {
             dof: 1e6,
             noise_stated: false,
             sensor_m: 1e-4,
+            typical_sensor_m: 1e-4,
             expected_sensor_m: 1e-4,
             balance_m: 1e-5,
             unphysical_jumps: 0,
@@ -286,6 +297,15 @@ mod tests {
         // Where the shape is not certified, the balance raises no doubt of its own.
         let both = verdict(&Findings { convex: false, balance_m: 1.0, ..sound() });
         assert_eq!(both.doubts, [Doubt::NotConvex]);
+    }
+
+    #[test]
+    fn a_few_readings_may_make_the_root_mean_square_twice_that_of_most() {
+        let at = |typical_sensor_m, sensor_m| Findings { typical_sensor_m, sensor_m, ..sound() };
+        let expected = |typical_m, all_m| Doubt::StrayReadings { typical_m, all_m };
+        crosses(&at(5.01e-5, 1e-4), &at(4.99e-5, 1e-4), &expected(4.99e-5, 1e-4));
+        // 0.1 of 0.2 % of 30 mm is 6 µm.
+        crosses(&at(1e-9, 1.19e-5), &at(1e-9, 1.21e-5), &expected(1e-9, 1.21e-5));
     }
 
     #[test]

@@ -88,6 +88,15 @@ pub enum Doubt {
         /// Of so many.
         readings: usize,
     },
+    /// Most contact readings fit, and a few are far off.
+    StrayReadings {
+        /// Standard deviation that most of them have, metres: from the median.
+        #[cfg_attr(feature = "serde", serde(with = "crate::number_or_null"))]
+        typical_m: f64,
+        /// Root mean square over all of them, metres.
+        #[cfg_attr(feature = "serde", serde(with = "crate::number_or_null"))]
+        all_m: f64,
+    },
     /// The object found is symmetric, but the log hardly tells it from one that is not.
     UncertainSymmetry {
         /// Probability of the symmetry, 0 to 1.
@@ -203,6 +212,13 @@ impl fmt::Display for Doubt {
                 "{outliers} of {readings} contact readings ({:.1} %) are outliers, far from those before and after them, and were left \
                  out; there may be more: look for a loose cable, a second touch or lost counts",
                 100.0 * *outliers as f64 / (*readings).max(1) as f64
+            ),
+            Self::StrayReadings { typical_m, all_m } => write!(
+                f,
+                "most contact readings fit to {:.3} mm, but a few are so far off that all of them fit to {:.3} mm only: look for a loose \
+                 cable, a second touch or lost counts; or the object moved in a way that was not found",
+                1e3 * typical_m,
+                1e3 * all_m
             ),
             Self::UncertainSymmetry { probability, deviation_sd_m } => write!(
                 f,
