@@ -4,7 +4,7 @@
 
 use crate::estimate::association::transitions::{LONGEST_STEP, near};
 use crate::estimate::evidence::laplace::log_evidence;
-use crate::estimate::evidence::motion_prior::CERTAIN;
+use crate::estimate::evidence::motion_prior::{CERTAIN, UNPREDICTED_JUMP};
 use crate::estimate::measurements::Measurements;
 use crate::estimate::motion::common_rotation;
 use crate::estimate::solver::gauss_newton::{Estimate, Fit, Smoother, StoppingCriteria};
@@ -18,8 +18,9 @@ pub(crate) struct Alternative {
     pub psi: Vec<f64>,
     /// Samples whose ambiguity it resolves.
     pub samples: Vec<usize>,
-    /// By how much its motion prior (jumps, unstable poses) costs more than that of the decoded motion, −2 ln.
-    pub motion_cost: f64,
+    /// By how much its motion prior (jumps, unstable poses) costs more than that of the decoded motion, −2 ln; `None`: by the jumps that
+    /// statics does not allow it once it is fitted.
+    pub motion_cost: Option<f64>,
 }
 
 /// Optima are compared by the evidence in units of 1, which this resolves.
@@ -45,7 +46,8 @@ impl Ambiguity {
         Self { distance_rad: vec![UNIFORM_SD_RAD; margin.len()], margin }
     }
 
-    fn is_open(&self, sample: usize) -> bool {
+    /// Whether the pose of a sample is open.
+    pub fn is_open(&self, sample: usize) -> bool {
         self.margin[sample] < CERTAIN.deviance()
     }
 
@@ -62,7 +64,7 @@ impl Ambiguity {
         let differ = |sample: &usize| !near(fitted[*sample], decoded[*sample], period);
         let samples: Vec<usize> = (0..fitted.len()).filter(differ).collect();
         samples.iter().for_each(|&sample| self.lower(sample..sample + 1, 0.0));
-        (!samples.is_empty()).then(|| Alternative { psi: decoded.to_vec(), samples, motion_cost: 0.0 })
+        (!samples.is_empty()).then(|| Alternative { psi: decoded.to_vec(), samples, motion_cost: Some(0.0) })
     }
 
     /// Lowers the margins of a run of samples to at most this.
@@ -72,11 +74,12 @@ impl Ambiguity {
 }
 
 /// Compares alternative motions with that of a fit by their evidence, and replaces the margins of the samples they were proposed
-/// for. Returns the estimate of the best alternative where it is more likely than the fit.
+/// for. `unphysical_jumps` counts those of a motion. Returns the estimate of the best alternative where it is more likely than the fit.
 pub(crate) fn compare_evidence(
     measurements: &Measurements,
     fit: &Fit,
     alternatives: &[Alternative],
+    unphysical_jumps: &(dyn Fn(&Estimate) -> usize + Sync),
     ambiguity: &mut Ambiguity,
 ) -> Option<Estimate> {
     if alternatives.is_empty() {
@@ -95,6 +98,9 @@ pub(crate) fn compare_evidence(
         .par_iter()
         .map(|Alternative { psi, motion_cost, .. }| {
             let there = smoother.run_chord(here.coefficients.clone(), psi.clone(), STOPPING);
+            let motion_cost = motion_cost.unwrap_or_else(|| {
+                UNPREDICTED_JUMP.deviance() * (unphysical_jumps(&there) as f64 - unphysical_jumps(&here) as f64)
+            });
             let margin =
                 evidence(&there).map_or(f64::INFINITY, |evidence| 2.0 * (here_evidence - evidence) + motion_cost);
             (there, if margin.is_nan() { f64::INFINITY } else { margin })
@@ -144,8 +150,9 @@ mod tests {
         assert!(
             ambiguity_rad[50] > 1.8 && ambiguity_rad[51] > 1.8 && ambiguity_rad[80] > 1.8 && ambiguity_rad[49] == 0.0
         );
-        let alternative = Alternative { psi: elsewhere(&fit, 50..52, 1.5), samples: vec![50, 51], motion_cost: 20.0 };
-        assert!(compare_evidence(&measurements, &fit, &[alternative], &mut ambiguity).is_none());
+        let alternative =
+            Alternative { psi: elsewhere(&fit, 50..52, 1.5), samples: vec![50, 51], motion_cost: Some(20.0) };
+        assert!(compare_evidence(&measurements, &fit, &[alternative], &|_| 0, &mut ambiguity).is_none());
         let ambiguity_rad = ambiguity.ambiguity_rad();
         assert_eq!((ambiguity_rad[50], ambiguity_rad[51]), (0.0, 0.0));
         assert!(ambiguity_rad[80] > 1.8, "no alternative was proposed for it");
@@ -161,7 +168,7 @@ mod tests {
             .unsettled(&wrong.estimate.psi, &right.estimate.psi, std::f64::consts::TAU)
             .expect("two samples differ");
         assert_eq!(alternative.samples, [50, 51]);
-        let better = compare_evidence(&measurements, &wrong, &[alternative], &mut ambiguity)
+        let better = compare_evidence(&measurements, &wrong, &[alternative], &|_| 0, &mut ambiguity)
             .expect("the right poses are likelier");
         for (found, truth) in better.psi.iter().zip(&right.estimate.psi) {
             assert!((found - truth).abs() < 1e-3, "{found} {truth}");

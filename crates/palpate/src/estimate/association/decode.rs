@@ -164,7 +164,7 @@ pub(crate) fn decode(measurements: &Measurements, fit: &Fit, floor_m: f64, aside
     let alternatives = alternatives.into_iter().map(|(alternative, samples)| Alternative {
         psi: along(&alternative).iter().map(|choice| choice.psi).collect(),
         samples,
-        motion_cost: prior_cost(&alternative) - of_decoded,
+        motion_cost: Some(prior_cost(&alternative) - of_decoded),
     });
     Decoded {
         alternatives: alternatives.collect(),

@@ -6,6 +6,7 @@ pub(crate) mod candidates;
 pub(crate) mod copies;
 pub(crate) mod decode;
 pub(crate) mod predictive;
+pub(crate) mod rival_pieces;
 pub(crate) mod short_segments;
 pub(crate) mod transitions;
 #[cfg(test)]

@@ -28,6 +28,15 @@ const LEAST_ENTRIES: usize = 1024;
 /// Directions of the shape that are left out of its spread may move d by this share of the noise, together.
 const LEFT_OUT: f64 = 0.03;
 
+/// How a motion of a few samples is explained by a predictive shape: −2 ln of its likelihood is the sum of both.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct MotionMisfit {
+    /// Squared distance, eᵀS⁻¹e.
+    pub misfit: f64,
+    /// ln det S.
+    pub log_determinant: f64,
+}
+
 /// The posterior of the shape given some of the samples, tabulated: it is asked for thousands of orientations.
 pub(crate) struct PredictiveShape {
     table: SupportTable,
@@ -138,12 +147,12 @@ impl PredictiveShape {
     /// Squared distance of a few samples from the predictive shape in some motion, every orientation and the shape free: eᵀS⁻¹e with
     /// S = 1 + JΣJᵀ + j jᵀ/p, where j are the derivatives by each orientation and p is the prior information on its change. Each round
     /// moves the orientations towards their optimum. Infinite where there is none.
-    pub fn misfit_of_motion(&self, instants: &[Instant], psi: &mut [f64], rounds: usize) -> f64 {
+    pub fn misfit_of_motion(&self, instants: &[Instant], psi: &mut [f64], rounds: usize) -> MotionMisfit {
         let rows = 3 * instants.len();
         // What each variable adds to all residuals, one variable after the other.
         let mut shares = vec![0.0; self.rank * rows];
         let (mut missed, mut slopes) = (DVector::zeros(rows), vec![[0.0; 3]; instants.len()]);
-        let mut misfit = f64::INFINITY;
+        let mut found = MotionMisfit { misfit: f64::INFINITY, log_determinant: 0.0 };
         for _ in 0..rounds {
             for (index, (instant, psi)) in instants.iter().zip(psi.iter_mut()).enumerate() {
                 let weights = self.noise.weights(instant);
@@ -177,15 +186,18 @@ impl PredictiveShape {
                 }
             }
             // Only its lower triangle is read.
-            let Some(factor) = covariance.cholesky() else { return f64::INFINITY };
+            let Some(factor) = covariance.cholesky() else {
+                return MotionMisfit { misfit: f64::INFINITY, log_determinant: 0.0 };
+            };
             let solved = factor.solve(&missed);
-            misfit = missed.dot(&solved);
+            let log_determinant = 2.0 * factor.l_dirty().diagonal().iter().map(|l| l.ln()).sum::<f64>();
+            found = MotionMisfit { misfit: missed.dot(&solved), log_determinant };
             for (index, (psi, slope)) in psi.iter_mut().zip(&slopes).enumerate() {
                 let along: f64 = (0..3).map(|j| slope[j] * solved[3 * index + j]).sum();
                 *psi -= (along / PSI_INFORMATION).clamp(-LARGEST_TURN, LARGEST_TURN);
             }
         }
-        misfit
+        found
     }
 
     /// −2 ln of the predictive density of a sample at an orientation, the shape integrated out, up to a constant.

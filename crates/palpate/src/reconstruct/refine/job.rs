@@ -9,6 +9,7 @@ use crate::estimate::association::alternatives::{Ambiguity, compare_evidence};
 use crate::estimate::association::copies::carried_copies;
 use crate::estimate::association::decode::{Aside, Decoded, decode};
 use crate::estimate::association::predictive::PredictiveShape;
+use crate::estimate::association::rival_pieces::rival_motions;
 use crate::estimate::association::short_segments::reassociated;
 use crate::estimate::evidence::fit::{Fitted, ROUNDS, fit};
 use crate::estimate::evidence::order::choose_order;
@@ -215,8 +216,11 @@ impl<'a> Job<'a> {
                 let motions = superseded.iter().chain([&decoded_now.psi]);
                 alternatives
                     .extend(motions.filter_map(|motion| ambiguity.unsettled(&fine.estimate.psi, motion, period)));
-                alternatives.extend(reassociated(&measurements, &fine, &self.starts(&fine), &mut ambiguity));
-                match compare_evidence(&measurements, &fine, &alternatives, &mut ambiguity) {
+                let starts = self.starts(&fine);
+                alternatives.extend(reassociated(&measurements, &fine, &starts, &mut ambiguity));
+                alternatives.extend(rival_motions(&measurements, &fine, &starts, &mut ambiguity));
+                let unphysical = |estimate: &Estimate| self.unphysical_jumps(estimate, period);
+                match compare_evidence(&measurements, &fine, &alternatives, &unphysical, &mut ambiguity) {
                     Some(better) if !last => {
                         decoded_now.relocated = moved(&fine.estimate.psi, &better.psi, period);
                         decoded_now.psi = better.psi;
@@ -309,15 +313,26 @@ impl<'a> Job<'a> {
 
     /// The motion of a fit, unwrapped; of a symmetric object the one that statics allows.
     pub(super) fn motion(&self, fine: &Fit) -> Vec<f64> {
-        let mut psi = fine.estimate.psi.clone();
-        let period = fine.prior.symmetry.period_rad();
+        self.allowed_motion(&fine.estimate.coefficients, &fine.estimate.psi, fine.prior.symmetry.period_rad())
+    }
+
+    /// The same of some shape and motion.
+    fn allowed_motion(&self, coefficients: &[f64], psi: &[f64], period: f64) -> Vec<f64> {
+        let mut psi = psi.to_vec();
         if period < TAU {
             let palms: Vec<PalmPair> = self.log.samples.iter().map(|sample| sample.palms).collect();
-            psi =
-                carried_copies(&SupportFunction::from_coefficients(&fine.estimate.coefficients), &palms, &psi, period);
+            psi = carried_copies(&SupportFunction::from_coefficients(coefficients), &palms, &psi, period);
         }
         unwrap(&mut psi);
         psi
+    }
+
+    /// Jumps of a motion that statics does not allow.
+    fn unphysical_jumps(&self, estimate: &Estimate, period: f64) -> usize {
+        let shape = SupportFunction::from_coefficients(&estimate.coefficients);
+        let palms: Vec<PalmPair> = self.log.samples.iter().map(|sample| sample.palms).collect();
+        let psi = self.allowed_motion(&estimate.coefficients, &estimate.psi, period);
+        detect_jumps(&shape, &palms, &psi).iter().filter(|jump| !jump.physical).count()
     }
 
     /// The first sample after each jump in a fit.

@@ -422,7 +422,7 @@ impl<'a> BeamSearch<'a> {
                 .into_iter()
                 .map(|(height, psi0)| {
                     let mut psi: Vec<f64> = paths[height].iter().step_by(every).map(|psi| psi + psi0).collect();
-                    (predictive.misfit_of_motion(&few, &mut psi, rounds), psi, (height, psi0))
+                    (predictive.misfit_of_motion(&few, &mut psi, rounds).misfit, psi, (height, psi0))
                 })
                 .filter(|(misfit, ..)| misfit.is_finite())
                 .collect();

@@ -239,7 +239,7 @@ fn the_misfit_of_a_motion_is_the_cost_of_the_smoother_with_the_shape_as_its_prio
     let smoother = Smoother::with_belief(&few, 2, NOISE, prior, &belief);
     let effort = StoppingCriteria { iterations: 50, tolerance: 0.0 };
     let expected = smoother.run(COEFFICIENTS.to_vec(), psi.clone(), effort);
-    let found = predictive().misfit_of_motion(&few.instants, &mut psi, 5);
+    let found = predictive().misfit_of_motion(&few.instants, &mut psi, 5).misfit;
     // To second order in the change of the shape.
     assert!((found / expected.cost - 1.0).abs() < 0.02, "{found} {}", expected.cost);
     for (found, expected) in psi.iter().zip(&expected.psi) {

@@ -76,7 +76,7 @@ fn a_short_segment_at_a_wrong_pose_is_ambiguous_and_the_true_pose_is_an_alternat
         let close = if segment.contains(&sample) { wrapped(psi - truth).abs() < 0.02 } else { psi == truth };
         assert!(close, "{psi} {truth} at {sample}");
     }
-    assert!(alternatives.iter().all(|alternative| alternative.motion_cost == 0.0));
+    assert!(alternatives.iter().all(|alternative| alternative.motion_cost == Some(0.0)));
 }
 
 #[test]

@@ -1,0 +1,145 @@
+//! Rival motions of pieces: those of a few dozen samples between two jumps, or at an end of the log. On boundary that nothing else felt a fit
+//! adapts the shape to whatever motion it was given, and so fits every sample. Here each such piece is searched anew, over heights and
+//! orientations (the two unknowns of a piece; `docs/theory.md`, the search), against the predictive shape that all other samples leave.
+//! What explains it about as well becomes an alternative, which the evidence decides ([`super::alternatives`]).
+
+use crate::estimate::association::alternatives::{Alternative, Ambiguity};
+use crate::estimate::association::predictive::PredictiveShape;
+use crate::estimate::association::transitions::near;
+use crate::estimate::closed_form::{RATE_SD, feasible_heights, integrate, relative_height};
+use crate::estimate::measurements::{Instant, Measurements};
+use crate::estimate::model::noise::Noise;
+use crate::estimate::motion::SHORT_SEGMENT;
+use crate::estimate::solver::gauss_newton::Fit;
+use rayon::prelude::*;
+use std::f64::consts::TAU;
+use std::ops::Range;
+
+/// Longest piece that is searched: longer ones are not explained by a wrong motion.
+const LONGEST: usize = 60;
+
+/// Pieces that are searched at most, the shortest first: each costs as much as a few rounds of the smoother.
+const MOST_PIECES: usize = 8;
+
+/// Trial heights and orientations of a piece.
+const HEIGHTS: usize = 20;
+const ORIENTATIONS: usize = 48;
+
+/// Instants on which all are tried, and those on which the best distinct ones are.
+const SPARSEST: usize = 5;
+const SPARSE: usize = 12;
+const SEMIFINALISTS: usize = 40;
+const FINALISTS: usize = 8;
+
+/// Noise of the trials, as a share of the size: loose, so that the grid is fine enough for it.
+const LOOSE: f64 = 0.01;
+
+/// Rounds that take a trial to its optimum at the noise of the fit.
+const POLISHING: usize = 4;
+
+/// A motion that is less likely than the present one by more than this, by the predictive likelihood (−2 ln), is no rival: eight standard
+/// deviations, for the likelihood is that of a linearised shape.
+const NO_RIVAL: f64 = 64.0;
+
+/// Rivals of a piece that are handed to the evidence.
+const RIVALS: usize = 3;
+
+/// Looks for other motions of each short piece. Their samples count as ambiguous until the evidence decides.
+pub(crate) fn rival_motions(
+    measurements: &Measurements,
+    fit: &Fit,
+    starts: &[usize],
+    ambiguity: &mut Ambiguity,
+) -> Vec<Alternative> {
+    let mut edges = vec![0];
+    edges.extend(starts);
+    edges.push(measurements.len());
+    let mut pieces: Vec<Range<usize>> = edges.windows(2).map(|edge| edge[0]..edge[1]).collect();
+    if pieces.len() < 2 {
+        return Vec::new();
+    }
+    pieces.retain(|piece| (SHORT_SEGMENT..=LONGEST).contains(&piece.len()));
+    pieces.sort_by_key(ExactSizeIterator::len);
+    pieces.truncate(MOST_PIECES);
+    let found: Vec<(Range<usize>, Vec<Vec<f64>>)> =
+        pieces.into_par_iter().map(|piece| (piece.clone(), rivals(measurements, fit, piece))).collect();
+    let mut alternatives = Vec::new();
+    for (piece, rivals) in found {
+        // Samples that are ambiguous for other reasons stay so.
+        let settled: Vec<usize> = piece.clone().filter(|&sample| !ambiguity.is_open(sample)).collect();
+        for rival in rivals {
+            settled.iter().for_each(|&sample| ambiguity.lower(sample..sample + 1, 0.0));
+            let mut psi = fit.estimate.psi.clone();
+            psi[piece.clone()].copy_from_slice(&rival);
+            alternatives.push(Alternative { psi, samples: settled.clone(), motion_cost: None });
+        }
+    }
+    alternatives
+}
+
+/// The likeliest other motions of one piece.
+fn rivals(measurements: &Measurements, fit: &Fit, piece: Range<usize>) -> Vec<Vec<f64>> {
+    let period = fit.prior.symmetry.period_rad();
+    let alone = Measurements { instants: measurements.instants[piece.clone()].to_vec() };
+    let present = &fit.estimate.psi[piece.clone()];
+    let mut others = measurements.clone();
+    others.instants[piece].iter_mut().for_each(Instant::set_aside);
+    let relative = relative_height(&alone);
+    let Some((low, high)) = feasible_heights(&alone, &relative, fit.prior.size_m) else { return Vec::new() };
+    let sd_m = (LOOSE * fit.prior.size_m).max(fit.noise.sensor_m);
+    let loose = Fit { noise: Noise { sensor_m: sd_m, balance_m: sd_m }, ..fit.clone() };
+    let Some((loose, sharp)) = PredictiveShape::from(&others, &loose).zip(PredictiveShape::from(&others, fit)) else {
+        return Vec::new();
+    };
+    let mut trials: Vec<Vec<f64>> = Vec::new();
+    for height in 0..HEIGHTS {
+        let h0 = low + (high - low) * (height as f64 + 0.5) / HEIGHTS as f64;
+        let path = integrate(&alone, &relative, h0, sd_m, RATE_SD).psi;
+        let turns = (0..ORIENTATIONS).map(|trial| TAU * trial as f64 / ORIENTATIONS as f64);
+        trials.extend(turns.map(|turn| path.iter().map(|psi| psi + turn).collect()));
+    }
+    for (instants, rounds, most) in [(SPARSEST, 1, SEMIFINALISTS), (SPARSE, 2, FINALISTS)] {
+        let every = alone.len().div_ceil(instants);
+        let few: Vec<Instant> = alone.instants.iter().step_by(every).copied().collect();
+        let mut tried: Vec<(f64, Vec<f64>, Vec<f64>)> = trials
+            .into_iter()
+            .map(|path| {
+                let mut psi: Vec<f64> = path.iter().step_by(every).copied().collect();
+                (loose.misfit_of_motion(&few, &mut psi, rounds).misfit, psi, path)
+            })
+            .filter(|(misfit, ..)| misfit.is_finite())
+            .collect();
+        tried.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut kept: Vec<(Vec<f64>, Vec<f64>)> = Vec::new();
+        for (_, psi, path) in tried {
+            if kept.len() < most && !kept.iter().any(|(other, _)| is_same(other, &psi, period)) {
+                kept.push((psi, path));
+            }
+        }
+        trials = kept.into_iter().map(|(_, path)| path).collect();
+    }
+    let weighed = |mut psi: Vec<f64>| {
+        let _ = loose.misfit_of_motion(&alone.instants, &mut psi, POLISHING);
+        let fitted = sharp.misfit_of_motion(&alone.instants, &mut psi, POLISHING);
+        (fitted.misfit + fitted.log_determinant, psi)
+    };
+    let here = weighed(present.to_vec()).0;
+    let mut rivals: Vec<(f64, Vec<f64>)> = trials.into_iter().map(weighed).collect();
+    rivals.retain(|(cost, psi)| *cost < here + NO_RIVAL && !is_same(psi, present, period));
+    rivals.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut distinct: Vec<Vec<f64>> = Vec::new();
+    for (_, psi) in rivals {
+        if distinct.len() < RIVALS && !distinct.iter().any(|other| is_same(other, &psi, period)) {
+            distinct.push(psi);
+        }
+    }
+    distinct
+}
+
+/// Whether two motions of a piece have the same poses.
+fn is_same(a: &[f64], b: &[f64], period: f64) -> bool {
+    a.iter().zip(b).all(|(a, b)| near(*a, *b, period))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,86 @@
+use super::*;
+use crate::estimate::model::prior::Prior;
+use crate::estimate::solver::gauss_newton::{Estimate, Smoother, StoppingCriteria};
+use crate::palms::PalmMotion;
+use crate::sensor::Touchpad;
+use crate::shape::rounded_polygon;
+use crate::simulate::{SimulateOptions, simulate};
+
+const SIZE_M: f64 = 0.03;
+const NOISE: Noise = Noise { sensor_m: 1e-4, balance_m: 2e-5 };
+
+/// A rounded triangle in a random motion: its measurements, the optimum near the truth, and the first samples after its jumps.
+fn felt(seed: u64) -> Option<(Measurements, Fit, Vec<usize>)> {
+    let shape = rounded_polygon(3, 0.4, 0.4).expect("possible").scaled(SIZE_M);
+    let motion = PalmMotion::random(seed, 20.0, 1.0).and_then(|motion| motion.sample(20.0)).expect("possible");
+    let touchpad = Touchpad { noise_sd_m: NOISE.sensor_m, ..Touchpad::ideal() };
+    let run = simulate(&shape, &motion, &SimulateOptions { touchpad, seed, ..SimulateOptions::default() }).ok()?;
+    let measurements = Measurements::new(&run.log, None);
+    let psi: Vec<f64> = run.truth.motion.iter().map(|pose| pose.psi_rad).collect();
+    let starts: Vec<usize> = (1..psi.len()).filter(|&sample| !near(psi[sample - 1], psi[sample], TAU)).collect();
+    let fit = fitted(&measurements, shape.coefficients(), psi);
+    Some((measurements, fit, starts))
+}
+
+fn fitted(measurements: &Measurements, coefficients: Vec<f64>, psi: Vec<f64>) -> Fit {
+    let (order, prior) = (coefficients.len() / 2, Prior::new(SIZE_M, 0.5 * SIZE_M));
+    let stopping = StoppingCriteria { iterations: 30, tolerance: 1e-7 };
+    let estimate: Estimate = Smoother::new(measurements, order, NOISE, prior).run(coefficients, psi, stopping);
+    Fit { estimate, order, noise: NOISE, prior, log_evidence: 0.0 }
+}
+
+fn open() -> Ambiguity {
+    Ambiguity::new(vec![f64::INFINITY; 1000])
+}
+
+#[test]
+fn from_a_rival_motion_the_search_finds_the_true_one() {
+    let (mut rivals_of_truth, mut returned) = (0, 0);
+    for seed in 0..40 {
+        let Some((measurements, right, starts)) = felt(seed) else { continue };
+        for rival in rival_motions(&measurements, &right, &starts, &mut open()) {
+            let wrong = fitted(&measurements, right.estimate.coefficients.clone(), rival.psi.clone());
+            let piece = &rival.samples;
+            // A rival that the fit brings back is none.
+            let away = piece.iter().all(|&sample| !near(wrong.estimate.psi[sample], right.estimate.psi[sample], TAU));
+            if piece.is_empty() || !away {
+                continue;
+            }
+            rivals_of_truth += 1;
+            let back = rival_motions(&measurements, &wrong, &starts, &mut open());
+            let is_true = |motion: &Alternative| {
+                piece.iter().all(|&sample| near(motion.psi[sample], right.estimate.psi[sample], TAU))
+            };
+            returned += usize::from(back.iter().any(is_true));
+        }
+    }
+    assert!(rivals_of_truth >= 3, "{rivals_of_truth} rivals");
+    assert!(returned * 10 >= rivals_of_truth * 8, "{returned} of {rivals_of_truth}");
+}
+
+#[test]
+fn a_log_of_one_piece_or_of_long_pieces_has_no_rivals() {
+    let (measurements, fit, _) = (0..40).find_map(felt).expect("a log");
+    let mut ambiguity = open();
+    assert!(rival_motions(&measurements, &fit, &[], &mut ambiguity).is_empty());
+    let longest = [LONGEST + 1, measurements.len() - LONGEST - 1];
+    assert!(rival_motions(&measurements, &fit, &longest, &mut ambiguity).is_empty());
+    assert!(ambiguity.ambiguity_rad().iter().all(|distance_rad| *distance_rad == 0.0));
+}
+
+#[test]
+fn a_rival_leaves_its_piece_open_and_all_else_as_it_was() {
+    let found = (0..40).filter_map(felt).find_map(|(measurements, fit, starts)| {
+        let mut ambiguity = open();
+        let rivals = rival_motions(&measurements, &fit, &starts, &mut ambiguity);
+        (!rivals.is_empty()).then_some((measurements, fit, rivals, ambiguity))
+    });
+    let (measurements, fit, rivals, ambiguity) = found.expect("a piece with a rival");
+    for sample in 0..measurements.len() {
+        let in_a_piece = rivals.iter().any(|rival| rival.samples.contains(&sample));
+        assert_eq!(ambiguity.is_open(sample), in_a_piece, "{sample}");
+        let moved = rivals.iter().any(|rival| rival.psi[sample] != fit.estimate.psi[sample]);
+        assert!(in_a_piece || !moved, "{sample}");
+    }
+    assert!(rivals.iter().all(|rival| rival.motion_cost.is_none() && (6..=60).contains(&rival.samples.len())));
+}
