@@ -21,11 +21,18 @@ const SPREADS: f64 = 2.0;
 /// meet, as the cube root, and 3.8 times.
 const FOLD_GROWTH: f64 = 4.0;
 
+/// The other contact is where it was when it is farther from its own neighbours by no more than this share of the limit.
+const STILL: f64 = 0.3;
+
+/// An instant, by its index, and where a contact was then, metres.
+type Reading = (usize, f64);
+
 /// Sets the outliers of both contacts aside, and says how many there were.
 pub(crate) fn set_outliers_aside(measurements: &mut Measurements, scatter_m: f64) -> usize {
     let limit_m = (NOISE_SDS * scatter_m).max(LEAST_SHARE * measurements.size_m());
-    let outlying1 = outlying(measurements, limit_m, |instant| (instant.weight1 > 0.0).then_some(instant.s1));
-    let outlying2 = outlying(measurements, limit_m, |instant| (instant.weight2 > 0.0).then_some(instant.s2));
+    let first = readings(measurements, |instant| (instant.weight1 > 0.0).then_some(instant.s1));
+    let second = readings(measurements, |instant| (instant.weight2 > 0.0).then_some(instant.s2));
+    let (outlying1, outlying2) = (outlying(&first, &second, limit_m), outlying(&second, &first, limit_m));
     // Not seen, as far as anything that follows is concerned.
     outlying1
         .iter()
@@ -36,15 +43,26 @@ pub(crate) fn set_outliers_aside(measurements: &mut Measurements, scatter_m: f64
     outlying1.len() + outlying2.len()
 }
 
+/// The readings of one contact, with the indices of their instants.
+fn readings(measurements: &Measurements, reading: impl Fn(&Instant) -> Option<f64>) -> Vec<Reading> {
+    let instants = measurements.instants.iter().enumerate();
+    instants.filter_map(|(index, instant)| reading(instant).map(|value| (index, value))).collect()
+}
+
+/// The readings before and after one of them, of the same contact.
+fn around(readings: &[Reading], place: usize) -> [&[Reading]; 2] {
+    [&readings[place.saturating_sub(AROUND)..place], &readings[place + 1..(place + 1 + AROUND).min(readings.len())]]
+}
+
 /// Smallest difference between a value of one set and a value of another, or between two of the same.
-fn smallest_step<'a>(pairs: impl Iterator<Item = (&'a (usize, f64), &'a (usize, f64))>) -> f64 {
+fn smallest_step<'a>(pairs: impl Iterator<Item = (&'a Reading, &'a Reading)>) -> f64 {
     pairs.map(|(a, b)| (a.1 - b.1).abs()).fold(f64::INFINITY, f64::min)
 }
 
 /// Whether a reading is far from those before and after it. How far they are from each other, on either side and across, is what the
 /// contact moves.
-fn is_far(reading: f64, before: &[(usize, f64)], after: &[(usize, f64)], limit_m: f64) -> bool {
-    let within = |side: &[(usize, f64)]| {
+fn is_far(reading: f64, before: &[Reading], after: &[Reading], limit_m: f64) -> bool {
+    let within = |side: &[Reading]| {
         smallest_step(side.iter().enumerate().flat_map(|(index, a)| side[..index].iter().map(move |b| (a, b))))
     };
     let across = smallest_step(before.iter().flat_map(|a| after.iter().map(move |b| (a, b))));
@@ -54,24 +72,26 @@ fn is_far(reading: f64, before: &[(usize, f64)], after: &[(usize, f64)], limit_m
 }
 
 /// Whether a reading goes on from those before it as an object does that is about to jump.
-fn slides_on(reading: f64, before: &[(usize, f64)], limit_m: f64) -> bool {
+fn slides_on(reading: f64, before: &[Reading], limit_m: f64) -> bool {
     let [.., (_, second), (_, last)] = before else { return false };
     let (step, next) = (last - second, reading - last);
     step * next > 0.0 && next.abs() < FOLD_GROWTH * step.abs() + limit_m
 }
 
-/// Places of the outliers of one contact.
-fn outlying(measurements: &Measurements, limit_m: f64, reading: impl Fn(&Instant) -> Option<f64>) -> Vec<usize> {
-    let readings: Vec<(usize, f64)> = measurements
-        .instants
-        .iter()
-        .enumerate()
-        .filter_map(|(index, instant)| reading(instant).map(|value| (index, value)))
-        .collect();
+/// Whether a contact is where it was before and after an instant, or between.
+fn stays(readings: &[Reading], index: usize, limit_m: f64) -> bool {
+    let Ok(place) = readings.binary_search_by_key(&index, |(index, _)| *index) else { return true };
+    let [before, after] = around(readings, place);
+    let others = || before.iter().chain(after).map(|(_, value)| *value);
+    let (least, most) = (others().fold(f64::INFINITY, f64::min), others().fold(f64::NEG_INFINITY, f64::max));
+    (least - STILL * limit_m..=most + STILL * limit_m).contains(&readings[place].1)
+}
+
+/// Instants of the outliers of one contact. Where the other contact is elsewhere too, the object is: on its way in a fall.
+fn outlying(readings: &[Reading], other: &[Reading], limit_m: f64) -> Vec<usize> {
     let is_outlier = |place: usize| {
-        let before = &readings[place.saturating_sub(AROUND)..place];
-        let after = &readings[place + 1..(place + 1 + AROUND).min(readings.len())];
-        is_far(readings[place].1, before, after, limit_m)
+        let ([before, after], (index, value)) = (around(readings, place), readings[place]);
+        is_far(value, before, after, limit_m) && stays(other, index, limit_m)
     };
     (0..readings.len()).filter(|&place| is_outlier(place)).map(|place| readings[place].0).collect()
 }
@@ -136,6 +156,25 @@ mod tests {
                 assert!(missed * 5 <= off.len() + 4, "seed {seed}: {missed} of {}", off.len());
             }
         }
+    }
+
+    #[test]
+    fn an_object_on_its_way_moves_both_contacts_and_neither_is_an_outlier() {
+        let mut still = log(1);
+        still.samples.truncate(12);
+        let first = still.samples[0];
+        still.samples.iter_mut().for_each(|sample| *sample = first);
+        // The limit is ten standard deviations, 1 mm; 0.3 of it the other contact may move.
+        let with = |other_m: f64| {
+            let mut log = still.clone();
+            log.samples[5].s1_m = first.s1_m.map(|s1_m| s1_m + 5e-3);
+            log.samples[5].s2_m = first.s2_m.map(|s2_m| s2_m + other_m);
+            found(&log).0
+        };
+        assert_eq!((with(0.29e-3), with(0.31e-3), with(5e-3)), (1, 0, 0));
+        let mut alone = still.clone();
+        (alone.samples[5].s1_m, alone.samples[5].s2_m) = (first.s1_m.map(|s1_m| s1_m + 5e-3), None);
+        assert_eq!(found(&alone).0, 1);
     }
 
     #[test]

@@ -32,6 +32,9 @@ pub(crate) struct Expected {
     pub outliers: usize,
 }
 
+/// Share of ambiguous samples up to which the standard deviation of ψ is that of the others: so many are a matter of a few pieces.
+const MOST_AMBIGUOUS: f64 = 0.5;
+
 /// A result, and the log evidence of the fit behind it.
 #[derive(Clone, Debug)]
 pub(crate) struct Candidate {
@@ -101,8 +104,11 @@ pub(crate) fn assemble(
     let expected_m = expected.stated_m.unwrap_or(expected.scatter_m.hypot(angle_error).max(allowance));
     let (chi2_per_dof, dof) = chi2(measurements, &residuals_m, expected_m, Layout::of_shape(fit.order).unknowns());
     let times_s: Vec<f64> = log.samples.iter().map(|sample| sample.time_s).collect();
-    let unambiguous =
-        || motion.iter().zip(ambiguity_rad).filter(|(_, ambiguity_rad)| **ambiguity_rad == 0.0).map(|(pose, _)| pose);
+    let ambiguous = ambiguity_rad.iter().filter(|ambiguity_rad| **ambiguity_rad > 0.0).count();
+    // Where hardly a sample could be placed, it is the orientation itself that is not known.
+    let all = ambiguous as f64 > MOST_AMBIGUOUS * motion.len() as f64;
+    let is_placed = |(_, ambiguity_rad): &(&Pose, &f64)| all || **ambiguity_rad == 0.0;
+    let unambiguous = || motion.iter().zip(ambiguity_rad).filter(is_placed).map(|(pose, _)| pose);
     let squares = unambiguous().map(|pose| pose.psi_sd_rad.powi(2));
     let mean_square = squares.sum::<f64>() / unambiguous().count().max(1) as f64;
     let slack_m = limits.stability_slack * coefficients[0].abs();
@@ -123,7 +129,7 @@ pub(crate) fn assemble(
         shortest_jump_rad: jumps.iter().map(|jump| jump.turn().abs()).fold(f64::INFINITY, f64::min),
         unstable: unstable_samples(measurements, coefficients, psi, slack_m, fit.noise.balance_m),
         coverage: felt.len() as f64 / NODES as f64,
-        ambiguous: ambiguity_rad.iter().filter(|ambiguity_rad| **ambiguity_rad > 0.0).count(),
+        ambiguous,
         ambiguity_rad: (ambiguity_rad.iter().map(|ambiguity_rad| ambiguity_rad * ambiguity_rad).sum::<f64>()
             / ambiguity_rad.len().max(1) as f64)
             .sqrt(),
