@@ -94,13 +94,14 @@ pub(crate) fn compare_evidence(
     let here = smoother.run(coefficients, psi, STOPPING);
     let here_evidence = evidence(&here)?;
     let period = fit.prior.symmetry.period_rad();
+    let by_jumps = alternatives.iter().any(|alternative| alternative.motion_cost.is_none());
+    let jumps_here = if by_jumps { unphysical_jumps(&here) } else { 0 };
     let weighed: Vec<(Estimate, f64)> = alternatives
         .par_iter()
         .map(|Alternative { psi, motion_cost, .. }| {
             let there = smoother.run_chord(here.coefficients.clone(), psi.clone(), STOPPING);
-            let motion_cost = motion_cost.unwrap_or_else(|| {
-                UNPREDICTED_JUMP.deviance() * (unphysical_jumps(&there) as f64 - unphysical_jumps(&here) as f64)
-            });
+            let motion_cost = motion_cost
+                .unwrap_or_else(|| UNPREDICTED_JUMP.deviance() * (unphysical_jumps(&there) as f64 - jumps_here as f64));
             let margin =
                 evidence(&there).map_or(f64::INFINITY, |evidence| 2.0 * (here_evidence - evidence) + motion_cost);
             (there, if margin.is_nan() { f64::INFINITY } else { margin })

@@ -69,16 +69,11 @@ impl PredictiveShape {
         let rows = DMatrix::from_fn(layout.unknowns(), 2 * entries, |index, column| {
             let (entry, k) = (column / 2, effect(index));
             let (sin, cos) = waves[entry * k as usize % entries];
+            let (r, d) = if index <= layout.order { (cos, k * sin) } else { (sin, -k * cos) };
             match (index, column % 2) {
                 (0, part) => 1.0 - part as f64,
-                (_, 0) => {
-                    if index <= layout.order {
-                        cos
-                    } else {
-                        sin
-                    }
-                }
-                _ => k * if index <= layout.order { sin } else { -cos },
+                (_, 0) => r,
+                _ => d,
             }
         });
         // Column-major: an entry's shares of r and d stand together.

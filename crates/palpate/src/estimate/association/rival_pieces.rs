@@ -4,15 +4,14 @@
 //! What explains it about as well becomes an alternative, which the evidence decides ([`super::alternatives`]).
 
 use crate::estimate::association::alternatives::{Alternative, Ambiguity};
+use crate::estimate::association::motion_grid::{first_distinct, likely_motions};
 use crate::estimate::association::predictive::PredictiveShape;
 use crate::estimate::association::transitions::near;
-use crate::estimate::closed_form::{RATE_SD, feasible_heights, integrate, relative_height};
 use crate::estimate::measurements::{Instant, Measurements};
 use crate::estimate::model::noise::Noise;
 use crate::estimate::motion::SHORT_SEGMENT;
 use crate::estimate::solver::gauss_newton::Fit;
 use rayon::prelude::*;
-use std::f64::consts::TAU;
 use std::ops::Range;
 
 /// Longest piece that is searched: longer ones are not explained by a wrong motion.
@@ -21,13 +20,7 @@ const LONGEST: usize = 60;
 /// Pieces that are searched at most, the shortest first: each costs as much as a few rounds of the smoother.
 const MOST_PIECES: usize = 8;
 
-/// Trial heights and orientations of a piece.
-const HEIGHTS: usize = 20;
-const ORIENTATIONS: usize = 48;
-
-/// Instants on which all are tried, and those on which the best distinct ones are.
-const SPARSEST: usize = 5;
-const SPARSE: usize = 12;
+/// Distinct trials of a piece that are kept after each round of the search.
 const SEMIFINALISTS: usize = 40;
 const FINALISTS: usize = 8;
 
@@ -84,40 +77,13 @@ fn rivals(measurements: &Measurements, fit: &Fit, piece: Range<usize>) -> Vec<Ve
     let present = &fit.estimate.psi[piece.clone()];
     let mut others = measurements.clone();
     others.instants[piece].iter_mut().for_each(Instant::set_aside);
-    let relative = relative_height(&alone);
-    let Some((low, high)) = feasible_heights(&alone, &relative, fit.prior.size_m) else { return Vec::new() };
     let sd_m = (LOOSE * fit.prior.size_m).max(fit.noise.sensor_m);
     let loose = Fit { noise: Noise { sensor_m: sd_m, balance_m: sd_m }, ..fit.clone() };
     let Some((loose, sharp)) = PredictiveShape::from(&others, &loose).zip(PredictiveShape::from(&others, fit)) else {
         return Vec::new();
     };
-    let mut trials: Vec<Vec<f64>> = Vec::new();
-    for height in 0..HEIGHTS {
-        let h0 = low + (high - low) * (height as f64 + 0.5) / HEIGHTS as f64;
-        let path = integrate(&alone, &relative, h0, sd_m, RATE_SD).psi;
-        let turns = (0..ORIENTATIONS).map(|trial| TAU * trial as f64 / ORIENTATIONS as f64);
-        trials.extend(turns.map(|turn| path.iter().map(|psi| psi + turn).collect()));
-    }
-    for (instants, rounds, most) in [(SPARSEST, 1, SEMIFINALISTS), (SPARSE, 2, FINALISTS)] {
-        let every = alone.len().div_ceil(instants);
-        let few: Vec<Instant> = alone.instants.iter().step_by(every).copied().collect();
-        let mut tried: Vec<(f64, Vec<f64>, Vec<f64>)> = trials
-            .into_iter()
-            .map(|path| {
-                let mut psi: Vec<f64> = path.iter().step_by(every).copied().collect();
-                (loose.misfit_of_motion(&few, &mut psi, rounds).misfit, psi, path)
-            })
-            .filter(|(misfit, ..)| misfit.is_finite())
-            .collect();
-        tried.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let mut kept: Vec<(Vec<f64>, Vec<f64>)> = Vec::new();
-        for (_, psi, path) in tried {
-            if kept.len() < most && !kept.iter().any(|(other, _)| is_same(other, &psi, period)) {
-                kept.push((psi, path));
-            }
-        }
-        trials = kept.into_iter().map(|(_, path)| path).collect();
-    }
+    let is_same = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| near(*a, *b, period));
+    let trials = likely_motions(&alone, (fit.prior.size_m, sd_m), &loose, [SEMIFINALISTS, FINALISTS], is_same);
     let weighed = |mut psi: Vec<f64>| {
         let _ = loose.misfit_of_motion(&alone.instants, &mut psi, POLISHING);
         let fitted = sharp.misfit_of_motion(&alone.instants, &mut psi, POLISHING);
@@ -125,20 +91,10 @@ fn rivals(measurements: &Measurements, fit: &Fit, piece: Range<usize>) -> Vec<Ve
     };
     let here = weighed(present.to_vec()).0;
     let mut rivals: Vec<(f64, Vec<f64>)> = trials.into_iter().map(weighed).collect();
-    rivals.retain(|(cost, psi)| *cost < here + NO_RIVAL && !is_same(psi, present, period));
+    rivals.retain(|(cost, psi)| *cost < here + NO_RIVAL && !is_same(psi, present));
     rivals.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let mut distinct: Vec<Vec<f64>> = Vec::new();
-    for (_, psi) in rivals {
-        if distinct.len() < RIVALS && !distinct.iter().any(|other| is_same(other, &psi, period)) {
-            distinct.push(psi);
-        }
-    }
-    distinct
-}
-
-/// Whether two motions of a piece have the same poses.
-fn is_same(a: &[f64], b: &[f64], period: f64) -> bool {
-    a.iter().zip(b).all(|(a, b)| near(*a, *b, period))
+    let distinct = first_distinct(rivals, RIVALS, |(_, psi)| psi.as_slice(), is_same);
+    distinct.into_iter().map(|(_, psi)| psi).collect()
 }
 
 #[cfg(test)]

@@ -123,6 +123,15 @@ mod tests {
         (set_outliers_aside(&mut measurements, NOISE_M), measurements)
     }
 
+    /// A log in which nothing moves.
+    fn still() -> Log {
+        let mut log = log(1);
+        log.samples.truncate(12);
+        let first = log.samples[0];
+        log.samples.fill(first);
+        log
+    }
+
     #[test]
     fn jumps_and_slides_are_no_outliers() {
         for seed in 0..20 {
@@ -160,10 +169,8 @@ mod tests {
 
     #[test]
     fn an_object_on_its_way_moves_both_contacts_and_neither_is_an_outlier() {
-        let mut still = log(1);
-        still.samples.truncate(12);
+        let still = still();
         let first = still.samples[0];
-        still.samples.iter_mut().for_each(|sample| *sample = first);
         // The limit is ten standard deviations, 1 mm; 0.3 of it the other contact may move.
         let with = |other_m: f64| {
             let mut log = still.clone();
@@ -189,10 +196,8 @@ mod tests {
 
     #[test]
     fn a_reading_is_off_from_ten_standard_deviations_on() {
-        let mut still = log(1);
-        still.samples.truncate(12);
+        let still = still();
         let first = still.samples[0];
-        still.samples.iter_mut().for_each(|sample| *sample = first);
         let with = |off_m: f64| {
             let mut log = still.clone();
             log.samples[5].s1_m = first.s1_m.map(|s1_m| s1_m + off_m);

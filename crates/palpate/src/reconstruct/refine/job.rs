@@ -14,7 +14,7 @@ use crate::estimate::association::short_segments::reassociated;
 use crate::estimate::evidence::fit::{Fitted, ROUNDS, fit};
 use crate::estimate::evidence::order::choose_order;
 use crate::estimate::evidence::variance_components::VarianceComponents;
-use crate::estimate::jumps::detect_jumps;
+use crate::estimate::jumps::{DetectedJump, detect_jumps};
 use crate::estimate::measurements::Measurements;
 use crate::estimate::model::balance_tolerance::{balance_is_missed, balance_limit_m};
 use crate::estimate::model::layout::Layout;
@@ -327,19 +327,21 @@ impl<'a> Job<'a> {
         psi
     }
 
-    /// Jumps of a motion that statics does not allow.
-    fn unphysical_jumps(&self, estimate: &Estimate, period: f64) -> usize {
-        let shape = SupportFunction::from_coefficients(&estimate.coefficients);
-        let palms: Vec<PalmPair> = self.log.samples.iter().map(|sample| sample.palms).collect();
-        let psi = self.allowed_motion(&estimate.coefficients, &estimate.psi, period);
-        detect_jumps(&shape, &palms, &psi).iter().filter(|jump| !jump.physical).count()
+    /// Jumps of a fit that statics does not allow.
+    pub(super) fn unphysical_jumps(&self, estimate: &Estimate, period: f64) -> usize {
+        self.jumps(estimate, period).iter().filter(|jump| !jump.physical).count()
     }
 
     /// The first sample after each jump in a fit.
     fn starts(&self, fine: &Fit) -> Vec<usize> {
+        let jumps = self.jumps(&fine.estimate, fine.prior.symmetry.period_rad());
+        jumps.iter().map(|jump| jump.sample).collect()
+    }
+
+    /// The jumps in the motion that statics allows an object with such a period.
+    fn jumps(&self, Estimate { coefficients, psi, .. }: &Estimate, period: f64) -> Vec<DetectedJump> {
         let palms: Vec<PalmPair> = self.log.samples.iter().map(|sample| sample.palms).collect();
-        let shape = SupportFunction::from_coefficients(&fine.estimate.coefficients);
-        let psi = self.motion(fine);
-        detect_jumps(&shape, &palms, &psi).iter().map(|jump| jump.sample).collect()
+        let psi = self.allowed_motion(coefficients, psi, period);
+        detect_jumps(&SupportFunction::from_coefficients(coefficients), &palms, &psi)
     }
 }

@@ -2,16 +2,14 @@
 
 use crate::estimate::coverage::{NODES, contact_paths, overlap, touches};
 use crate::estimate::evidence::symmetry::{against_general, log_prior_odds, symmetric_models};
-use crate::estimate::jumps::detect_jumps;
 use crate::estimate::measurements::Measurements;
 use crate::estimate::model::prior::Prior;
 use crate::estimate::motion::{outlying_steps, same_motion, unwrap_to};
 use crate::estimate::solver::gauss_newton::{Estimate, Fit};
-use crate::palms::PalmPair;
 use crate::reconstruct::refine::job::{Job, Refined};
 use crate::reconstruct::refine::resample::carry_over;
 use crate::reconstruct::result::reconstruction::FoundSymmetry;
-use crate::shape::{SupportFunction, Symmetry};
+use crate::shape::Symmetry;
 use std::f64::consts::TAU;
 use std::ops::Range;
 
@@ -70,7 +68,7 @@ impl Job<'_> {
             if is_guess && same_motion(&general.fine.estimate.psi, &refined.fine.estimate.psi, TAU) {
                 continue;
             }
-            if !compared && !self.is_physical(&refined.fine) {
+            if !compared && self.unphysical_jumps(&refined.fine.estimate, TAU) > 0 {
                 continue;
             }
             refined.symmetry =
@@ -86,13 +84,6 @@ impl Job<'_> {
         let (odds, mut likeliest) = best.filter(|(odds, _)| *odds > 0.0).unwrap_or((0.0, general));
         likeliest.symmetry.probability = Some((odds - largest).exp() / sum);
         likeliest
-    }
-
-    /// Whether statics allows every jump of a fit.
-    fn is_physical(&self, fine: &Fit) -> bool {
-        let palms: Vec<PalmPair> = self.log.samples.iter().map(|sample| sample.palms).collect();
-        let shape = SupportFunction::from_coefficients(&fine.estimate.coefficients);
-        detect_jumps(&shape, &palms, &fine.estimate.psi).iter().all(|jump| jump.physical)
     }
 
     /// Share of the felt boundary that was felt on two copies.

@@ -11,8 +11,9 @@
 //! may grow far, but with a normalized misfit well above 1: more squared residuals than the noise of the contacts explains. The
 //! schedule defers such seeds.
 
+use crate::estimate::association::motion_grid::{first_distinct, likely_motions};
 use crate::estimate::association::predictive::PredictiveShape;
-use crate::estimate::closed_form::{RATE_SD, integrate, relative_height};
+use crate::estimate::closed_form::{integrate, relative_height};
 use crate::estimate::evidence::laplace::log_evidence;
 use crate::estimate::measurements::{Instant, Measurements};
 use crate::estimate::model::contact::{contacts, residuals};
@@ -22,25 +23,13 @@ use crate::estimate::model::prior::Prior;
 use crate::estimate::motion::same_motion;
 use crate::estimate::solver::gauss_newton::{Estimate, Smoother, StoppingCriteria};
 use crate::estimate::solver::posterior::Posterior;
-use crate::reconstruct::search::windows::{Window, heights};
+use crate::reconstruct::search::windows::Window;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 use std::ops::Range;
 
-/// Trial heights of a window that is searched: with the orientations a grid as coarse as the smoother's convergence allows.
-const HEIGHTS: usize = 20;
-
-/// Trial orientations of a window that is searched: 7.5 degrees apart.
-const ORIENTATIONS: usize = 48;
-
-/// Instants of a window on which the whole grid is tried: few, since there are 960 trials.
-const SPARSEST: usize = 5;
-
 /// Distinct trials that are kept for a second round, on more instants.
 const SEMIFINALISTS: usize = 60;
-
-/// Instants of the second round.
-const SPARSE: usize = 12;
 
 /// Distinct trials that are kept for smoothing over the whole window.
 const FINALISTS: usize = 12;
@@ -401,46 +390,19 @@ impl<'a> BeamSearch<'a> {
     /// Placements of a window that is joined to no placed one, best first.
     fn search(&self, target: &Window, hypothesis: &Estimate, belief: &Posterior) -> Vec<Estimate> {
         let noise = self.tolerance.loose();
-        let Some((relative, (low, high))) = heights(&target.thin, self.prior.size_m) else { return Vec::new() };
-        let whole = Smoother::with_belief(&target.thin, self.order, noise, self.prior, belief);
-        let paths: Vec<Vec<f64>> = (0..HEIGHTS)
-            .map(|height| {
-                let h0 = low + (high - low) * (height as f64 + 0.5) / HEIGHTS as f64;
-                integrate(&target.thin, &relative, h0, noise.sensor_m, RATE_SD).psi
-            })
-            .collect();
         let Some(covariance) = belief.covariance() else { return Vec::new() };
         let predictive = PredictiveShape::new(&hypothesis.coefficients, &covariance, noise);
-        let orientation = |trial: usize| TAU * trial as f64 / ORIENTATIONS as f64;
-        let mut trials: Vec<(usize, f64)> = (0..HEIGHTS * ORIENTATIONS)
-            .map(|trial| (trial / ORIENTATIONS, orientation(trial % ORIENTATIONS)))
-            .collect();
-        for (instants, rounds, most) in [(SPARSEST, 1, SEMIFINALISTS), (SPARSE, 2, FINALISTS)] {
-            let every = target.thin.len().div_ceil(instants);
-            let few: Vec<Instant> = target.thin.instants.iter().step_by(every).copied().collect();
-            let mut tried: Vec<(f64, Vec<f64>, (usize, f64))> = trials
-                .into_iter()
-                .map(|(height, psi0)| {
-                    let mut psi: Vec<f64> = paths[height].iter().step_by(every).map(|psi| psi + psi0).collect();
-                    (predictive.misfit_of_motion(&few, &mut psi, rounds).misfit, psi, (height, psi0))
-                })
-                .filter(|(misfit, ..)| misfit.is_finite())
-                .collect();
-            tried.sort_by(|a, b| a.0.total_cmp(&b.0));
-            // Neighbours on the grid come to the same motion.
-            let distinct = first_distinct(tried, most, |(_, psi, _)| psi.as_slice(), SAME_TRIAL);
-            trials = distinct.into_iter().map(|(.., trial)| trial).collect();
-        }
+        let scales = (self.prior.size_m, noise.sensor_m);
+        let most = [SEMIFINALISTS, FINALISTS];
+        let trials = likely_motions(&target.thin, scales, &predictive, most, differ_by_less_than(SAME_TRIAL));
+        let whole = Smoother::with_belief(&target.thin, self.order, noise, self.prior, belief);
         let mut placements: Vec<Estimate> = trials
             .into_iter()
-            .map(|(height, psi0)| {
-                let psi = paths[height].iter().map(|psi| psi + psi0).collect();
-                whole.run(hypothesis.coefficients.clone(), psi, PLACING)
-            })
+            .map(|psi| whole.run(hypothesis.coefficients.clone(), psi, PLACING))
             .filter(|estimate| estimate.cost.is_finite())
             .collect();
         placements.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-        first_distinct(placements, BRANCHES, |placement| placement.psi.as_slice(), SAME_PLACEMENT)
+        first_distinct(placements, BRANCHES, |placement| placement.psi.as_slice(), differ_by_less_than(SAME_PLACEMENT))
     }
 
     /// Smooths every proposal over everything placed, ranks them by evidence and keeps the best distinct ones.
@@ -454,7 +416,8 @@ impl<'a> BeamSearch<'a> {
             .collect();
         proposals.sort_by(|a, b| a.cost.total_cmp(&b.cost));
         // Hypotheses that were different may have become the same, and with it their proposals.
-        let proposals = first_distinct(proposals, CONTENDERS, |estimate| estimate.psi.as_slice(), SAME_TRIAL);
+        let proposals =
+            first_distinct(proposals, CONTENDERS, |estimate| estimate.psi.as_slice(), differ_by_less_than(SAME_TRIAL));
         let mut ranked: Vec<Hypothesis> = proposals
             .into_par_iter()
             .filter_map(|estimate| {
@@ -498,22 +461,9 @@ impl<'a> BeamSearch<'a> {
     }
 }
 
-/// The first few that have different motions: their orientations differ in 1 − cos by `same` or more, on average.
-fn first_distinct<T>(all: Vec<T>, most: usize, psi: impl Fn(&T) -> &[f64], same: f64) -> Vec<T> {
-    let mut kept: Vec<T> = Vec::new();
-    for one in all {
-        let near = |other: &T| {
-            let apart = psi(other).iter().zip(psi(&one)).map(|(a, b)| 1.0 - (a - b).cos()).sum::<f64>();
-            apart < same * psi(&one).len() as f64
-        };
-        if !kept.iter().any(near) {
-            kept.push(one);
-        }
-        if kept.len() == most {
-            break;
-        }
-    }
-    kept
+/// Whether two motions differ in 1 − cos by less than `same` on average.
+fn differ_by_less_than(same: f64) -> impl Fn(&[f64], &[f64]) -> bool {
+    move |a, b| a.iter().zip(b).map(|(a, b)| 1.0 - (a - b).cos()).sum::<f64>() < same * b.len() as f64
 }
 
 /// Squared residuals of an estimate at a given noise, without the terms in the shape alone.

@@ -1,7 +1,6 @@
 //! The log cut into windows: short runs of thinned instants without a jump, over each of which a trial shape can be followed
 //! (`docs/theory.md`, the search).
 
-use crate::estimate::closed_form::{feasible_heights, relative_height};
 use crate::estimate::measurements::Measurements;
 use std::ops::Range;
 
@@ -93,13 +92,6 @@ pub(crate) fn spans(windows: &[Window]) -> Vec<Range<usize>> {
 /// The thinned instants of a run of windows.
 pub(crate) fn joined(windows: &[Window]) -> Measurements {
     Measurements { instants: windows.iter().flat_map(|window| window.thin.instants.iter().copied()).collect() }
-}
-
-/// Rise of the centre of mass along a run of instants, and the feasible heights at its first.
-pub(crate) fn heights(thin: &Measurements, size_m: f64) -> Option<(Vec<f64>, (f64, f64))> {
-    let relative = relative_height(thin);
-    let range = feasible_heights(thin, &relative, size_m)?;
-    Some((relative, range))
 }
 
 #[cfg(test)]

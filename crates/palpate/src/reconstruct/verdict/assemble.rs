@@ -136,11 +136,7 @@ pub(crate) fn assemble(
         psi_sd_rad: mean_square.sqrt(),
         largest_psi_sd_rad: unambiguous().map(|pose| pose.psi_sd_rad).fold(0.0, f64::max),
         largest_felt_r_sd_m: outline.iter().filter(|p| p.touches > 0).map(|p| p.r_sd_m).fold(0.0, f64::max),
-        readings: expected.outliers
-            + residuals_m
-                .iter()
-                .map(|(one, two)| usize::from(one.is_some()) + usize::from(two.is_some()))
-                .sum::<usize>(),
+        readings: expected.outliers + of_sensor1.len() + of_sensor2.len(),
         outliers: expected.outliers,
         symmetry_deviation_sd_m: found_symmetry.deviation_sd_m,
         symmetry_probability: found_symmetry.probability.filter(|_| symmetry.is_any()),

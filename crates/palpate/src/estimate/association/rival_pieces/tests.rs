@@ -5,6 +5,7 @@ use crate::palms::PalmMotion;
 use crate::sensor::Touchpad;
 use crate::shape::rounded_polygon;
 use crate::simulate::{SimulateOptions, simulate};
+use std::f64::consts::TAU;
 
 const SIZE_M: f64 = 0.03;
 const NOISE: Noise = Noise { sensor_m: 1e-4, balance_m: 2e-5 };
