@@ -52,22 +52,6 @@ pub struct Arguments {
 }
 
 impl Arguments {
-    /// The same study, without what is asked for besides.
-    fn plain(&self) -> Self {
-        Self {
-            jumps: self.jumps,
-            symmetric: self.symmetric,
-            varied: self.varied,
-            trials: self.trials,
-            seed: self.seed.clone(),
-            verbose: false,
-            keep: None,
-            out: None,
-            csv: None,
-            write: Write::default(),
-        }
-    }
-
     /// Trials from each seed on; without jumps for each kind of noise.
     fn trials(&self) -> u64 {
         self.trials.unwrap_or(if self.jumps { 500 } else { 200 })
@@ -75,15 +59,16 @@ impl Arguments {
 
     /// The command that makes these tables again.
     fn command(&self) -> String {
-        let seeds: Vec<String> = self.seed.iter().map(u64::to_string).collect();
+        self.command_for(self.trials(), &self.seed)
+    }
+
+    /// The command that makes so many trials of this study from each of these seeds.
+    fn command_for(&self, trials: u64, seeds: &[u64]) -> String {
+        let seeds: Vec<String> = seeds.iter().map(u64::to_string).collect();
         let jumps = if self.jumps { " --jumps" } else { "" };
         let symmetric = if self.symmetric { " --symmetric" } else { "" };
         let varied = if self.varied { " --varied" } else { "" };
-        format!(
-            "cargo xtask monte-carlo{jumps}{symmetric}{varied} --trials {} --seed {}",
-            self.trials(),
-            seeds.join(",")
-        )
+        format!("cargo xtask monte-carlo{jumps}{symmetric}{varied} --trials {trials} --seed {}", seeds.join(","))
     }
 
     /// The tables that this study is for: the whole one, and the short one of the README. None has sets of trials without jumps.
@@ -282,8 +267,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     }
     for trial in trials.iter().filter(|trial| trial.wrong() || trial.panicked()) {
         let kind = if trial.panicked() { "a panic" } else { "certified and wrong" };
-        let again = Arguments { trials: Some(1), seed: vec![trial.seed], ..arguments.plain() };
-        println!("{kind}: {} --verbose", again.command());
+        println!("{kind}: {} --verbose", arguments.command_for(1, &[trial.seed]));
     }
     if let Some(folder) = &arguments.keep {
         std::fs::create_dir_all(folder)?;
@@ -346,12 +330,12 @@ fn groups<'a>(trials: &'a [Trial<'a>], jumps: bool) -> Vec<Group<'a>> {
     let varied = trials.iter().any(|trial| trial.conditions().is_some());
     let mut groups: Vec<Group> = Vec::new();
     if varied {
-        for (kind, name) in KINDS_OF_NOISE {
-            groups.push(those((*name).to_owned(), &|o| o.conditions().is_some_and(|c| c.sensor.noise == *kind)));
+        for kind in NoiseShape::ALL {
+            groups.push(those(kind.name().to_owned(), &|o| o.conditions().is_some_and(|c| c.sensor.noise == kind)));
         }
         groups.push(those("outliers".to_owned(), &|o| o.conditions().is_some_and(|c| c.sensor.outliers > 0.0)));
-        for (kind, name) in KINDS_OF_MOTION {
-            groups.push(those((*name).to_owned(), &|o| o.conditions().is_some_and(|c| c.motion.shape == *kind)));
+        for kind in MotionShape::ALL {
+            groups.push(those(kind.name().to_owned(), &|o| o.conditions().is_some_and(|c| c.motion.shape == kind)));
         }
         groups.push(those("noise as assumed".to_owned(), &Trial::as_assumed));
     } else {
@@ -368,23 +352,6 @@ fn groups<'a>(trials: &'a [Trial<'a>], jumps: bool) -> Vec<Group<'a>> {
     groups.retain(|group| !group.of.is_empty());
     groups
 }
-
-const KINDS_OF_NOISE: &[(NoiseShape, &str)] = &[
-    (NoiseShape::Gaussian, "Gaussian"),
-    (NoiseShape::Rounded, "rounded"),
-    (NoiseShape::Correlated, "correlated over 5 samples"),
-    (NoiseShape::GrowingWithTilt, "growing with tilt"),
-    (NoiseShape::Drifting, "drifting by 2 sd"),
-    (NoiseShape::HeavyTailed, "heavy-tailed"),
-];
-
-const KINDS_OF_MOTION: &[(MotionShape, &str)] = &[
-    (MotionShape::Smooth, "smooth motion"),
-    (MotionShape::Pauses, "pauses"),
-    (MotionShape::OnePalm, "one palm at a time"),
-    (MotionShape::Stairs, "stairs"),
-    (MotionShape::ToAndFro, "to and fro"),
-];
 
 const ALL: &str = "all";
 const WELL_FELT: &str = "at least 60 % felt";

@@ -21,7 +21,7 @@ use crate::workspace;
 const END: &str = "<!-- END table -->";
 
 /// Option of every task that makes tables of the documentation.
-#[derive(clap::Args, Default)]
+#[derive(clap::Args)]
 pub struct Write {
     /// Write the tables into the documentation as well; with DIR, into a copy of it there
     #[arg(long, value_name = "DIR", num_args = 0..=1, default_missing_value = "")]

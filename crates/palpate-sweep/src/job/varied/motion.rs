@@ -19,13 +19,21 @@ pub enum MotionShape {
     ToAndFro,
 }
 
-const SHAPES: [(MotionShape, &str); 5] = [
-    (MotionShape::Smooth, "smooth"),
-    (MotionShape::Pauses, "pauses"),
-    (MotionShape::OnePalm, "one palm at a time"),
-    (MotionShape::Stairs, "stairs"),
-    (MotionShape::ToAndFro, "to and fro"),
-];
+impl MotionShape {
+    /// All of them.
+    pub const ALL: [Self; 5] = [Self::Smooth, Self::Pauses, Self::OnePalm, Self::Stairs, Self::ToAndFro];
+
+    /// In words.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Smooth => "smooth motion",
+            Self::Pauses => "pauses",
+            Self::OnePalm => "one palm at a time",
+            Self::Stairs => "stairs",
+            Self::ToAndFro => "to and fro",
+        }
+    }
+}
 
 /// Samples of a log: fewer do not hold a motion of six swings, more take too long for a study of thousands.
 const SAMPLES: std::ops::Range<f64> = 60.0..4000.0;
@@ -45,7 +53,7 @@ pub struct MotionConditions {
 
 impl MotionConditions {
     pub(super) fn draw(rng: &mut ChaCha8Rng) -> Self {
-        let shape = SHAPES[rng.random_range(0..SHAPES.len() + 1) % SHAPES.len()].0;
+        let shape = MotionShape::ALL[rng.random_range(0..MotionShape::ALL.len() + 1) % MotionShape::ALL.len()];
         let amplitude = rng.random_range(0.4..1.0);
         let duration_s = 20.0 * 30.0_f64.powf(rng.random_range(0.0..1.0));
         // Evenly spread in the logarithm, within both ranges.
@@ -55,7 +63,7 @@ impl MotionConditions {
     }
 
     pub(super) fn words(&self) -> String {
-        let name = SHAPES.iter().find(|(shape, _)| *shape == self.shape).map_or("", |(_, name)| name);
+        let name = self.shape.name();
         format!("{name} {:.0} s {:.3} Hz", self.duration_s, self.rate_hz)
     }
 

@@ -32,14 +32,23 @@ pub enum NoiseShape {
     HeavyTailed,
 }
 
-const NOISES: [(NoiseShape, &str); 6] = [
-    (NoiseShape::Gaussian, "Gaussian"),
-    (NoiseShape::Rounded, "rounded"),
-    (NoiseShape::Correlated, "correlated"),
-    (NoiseShape::GrowingWithTilt, "growing with tilt"),
-    (NoiseShape::Drifting, "drifting"),
-    (NoiseShape::HeavyTailed, "heavy-tailed"),
-];
+impl NoiseShape {
+    /// All of them.
+    pub const ALL: [Self; 6] =
+        [Self::Gaussian, Self::Rounded, Self::Correlated, Self::GrowingWithTilt, Self::Drifting, Self::HeavyTailed];
+
+    /// In words.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Gaussian => "Gaussian",
+            Self::Rounded => "rounded",
+            Self::Correlated => "correlated over 5 samples",
+            Self::GrowingWithTilt => "growing with tilt",
+            Self::Drifting => "drifting by 2 sd",
+            Self::HeavyTailed => "heavy-tailed",
+        }
+    }
+}
 
 /// How the pads err.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,7 +67,7 @@ impl SensorConditions {
     pub(super) fn draw(rng: &mut ChaCha8Rng) -> Self {
         // As often Gaussian or rounded as otherwise.
         let kind = rng.random_range(0..12);
-        let noise = NOISES[match kind {
+        let noise = NoiseShape::ALL[match kind {
             0..=3 => 0,
             4 | 5 => 1,
             other => 2 + (other - 6) % 4,
@@ -68,7 +77,7 @@ impl SensorConditions {
         let missing = rng.random_range(0.01..0.15);
         let (has_outliers, has_gaps) = (rng.random_bool(0.15), rng.random_bool(0.25));
         Self {
-            noise: noise.0,
+            noise,
             sd_m,
             outliers: if has_outliers { outliers } else { 0.0 },
             missing: if has_gaps { missing } else { 0.0 },
@@ -80,7 +89,7 @@ impl SensorConditions {
     }
 
     pub(super) fn words(&self) -> String {
-        let name = NOISES.iter().find(|(noise, _)| *noise == self.noise).map_or("", |(_, name)| name);
+        let name = self.noise.name();
         let mut words = format!("{name} {:.3} mm", 1e3 * self.sd_m);
         if self.outliers > 0.0 {
             words += &format!(", {:.1} % outliers", 100.0 * self.outliers);
