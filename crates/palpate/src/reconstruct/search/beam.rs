@@ -164,6 +164,11 @@ impl Budget {
         self.left -= searches as f64 * (Layout::of_shape(order).unknowns() as f64 / BUDGET_UNKNOWNS).powf(GROWTH);
     }
 
+    /// Share of it that is spent, 0 to 1.
+    pub fn share_spent(&self) -> f64 {
+        (1.0 - self.left / BUDGET).clamp(0.0, 1.0)
+    }
+
     pub fn is_spent(&self) -> bool {
         self.left <= 0.0
     }

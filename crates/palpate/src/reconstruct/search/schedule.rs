@@ -126,7 +126,7 @@ fn arrange(
         }
         seeds.push(seed);
     }
-    if grow_in_turn(&mut deferred, &MISFIT_LIMITS[1..2], &mut budget, SEEDS - grown, &mut submit) {
+    if grow_in_turn(&mut deferred, &MISFIT_LIMITS[1..2], &mut budget, SEEDS - grown, &|_| (), &mut submit) {
         return true;
     }
     // Then more harmonics, for objects that take them. Only then seeds whose misfit no noise explains.
@@ -137,7 +137,8 @@ fn arrange(
     deferred.extend(richer.take(SEEDS));
     tell(MORE_HARMONICS_DONE);
     let none = deferred.is_empty() && grown == 0;
-    if grow_in_turn(&mut deferred, &MISFIT_LIMITS, &mut Budget::default(), SEEDS, &mut submit) {
+    let tell = |share: f64| tell(MORE_HARMONICS_DONE + (1.0 - MORE_HARMONICS_DONE) * share);
+    if grow_in_turn(&mut deferred, &MISFIT_LIMITS, &mut Budget::default(), SEEDS, &tell, &mut submit) {
         return true;
     }
     let best = seeds.iter().min_by(|a, b| a.misfit.total_cmp(&b.misfit));
@@ -149,12 +150,13 @@ fn arrange(
 }
 
 /// Grows seeds by increasing misfit, with one limit after the other, and submits those that came to their end; true when one of them is
-/// enough. Ends when so many were grown or the budget is spent.
+/// enough. Ends when so many were grown or the budget is spent; `tell` is given the share of either that is used up.
 fn grow_in_turn<'a>(
     seeds: &mut Vec<BeamSearch<'a>>,
     limits: &[f64],
     budget: &mut Budget,
     most: usize,
+    tell: &dyn Fn(f64),
     submit: &mut dyn FnMut(BeamSearch<'a>) -> bool,
 ) -> bool {
     let mut grown = 0;
@@ -162,6 +164,7 @@ fn grow_in_turn<'a>(
         let mut deferred = Vec::new();
         seeds.sort_by(|a, b| a.normalized_misfit().total_cmp(&b.normalized_misfit()));
         for mut beam_search in std::mem::take(seeds) {
+            tell((grown as f64 / most.max(1) as f64).max(budget.share_spent()));
             if grown >= most || budget.is_spent() {
                 deferred.push(beam_search);
             } else if beam_search.grow(budget, largest_misfit) {

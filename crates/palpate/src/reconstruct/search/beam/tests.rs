@@ -393,6 +393,8 @@ fn the_budget_is_charged_by_a_power_of_the_number_of_unknowns_and_spent_at_nothi
     budget.charge(2, 8);
     assert!(budget.is_spent() && Budget { left: 0.0 }.is_spent() && !Budget { left: 1e-9 }.is_spent());
     assert!(!Budget::default().is_spent());
+    let share = |left: f64| Budget { left }.share_spent();
+    assert_eq!((share(BUDGET), share(0.75 * BUDGET), share(-5.0)), (0.0, 0.25, 1.0));
 }
 
 #[test]
