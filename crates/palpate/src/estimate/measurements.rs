@@ -116,28 +116,4 @@ impl Measurements {
             .collect();
         0.5 * median(&mut chords)
     }
-
-    /// The same motion at fewer instants: means over runs of `run` neighbours that saw both contacts.
-    pub fn thinned_by(&self, run: usize) -> Self {
-        let seen: Vec<&Instant> = self.instants.iter().filter(|instant| instant.both_seen()).collect();
-        let instants = seen
-            .chunks(run)
-            .filter(|chunk| chunk.len() == run)
-            .map(|chunk| {
-                let mean = |f: fn(&Instant) -> f64| chunk.iter().map(|i| f(i)).sum::<f64>() / run as f64;
-                let (phi1, phi2) = (mean(|i| i.phi1), mean(|i| i.phi2));
-                let middle = chunk[run / 2];
-                Instant {
-                    position: mean(|i| i.position),
-                    s1: mean(|i| i.s1),
-                    s2: mean(|i| i.s2),
-                    weight1: 1.0,
-                    weight2: 1.0,
-                    balance_weight: 1.0,
-                    ..middle.turned(phi1 - middle.phi1, phi1 + phi2 - middle.phi1 - middle.phi2)
-                }
-            })
-            .collect();
-        Self { instants }
-    }
 }

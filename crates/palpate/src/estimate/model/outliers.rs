@@ -24,6 +24,10 @@ const FOLD_GROWTH: f64 = 4.0;
 /// The other contact is where it was when it is farther from its own neighbours by no more than this share of the limit.
 const STILL: f64 = 0.3;
 
+/// Palms rest from one sample to the next when they turn by less than this share of their largest step around. Nothing slides then, so that
+/// what a contact moves from before to after does not count.
+const AT_REST: f64 = 0.05;
+
 /// An instant, by its index, and where a contact was then, metres.
 type Reading = (usize, f64);
 
@@ -32,7 +36,9 @@ pub(crate) fn set_outliers_aside(measurements: &mut Measurements, scatter_m: f64
     let limit_m = (NOISE_SDS * scatter_m).max(LEAST_SHARE * measurements.size_m());
     let first = readings(measurements, |instant| (instant.weight1 > 0.0).then_some(instant.s1));
     let second = readings(measurements, |instant| (instant.weight2 > 0.0).then_some(instant.s2));
-    let (outlying1, outlying2) = (outlying(&first, &second, limit_m), outlying(&second, &first, limit_m));
+    let at_rest = |index: usize| palms_rest(&measurements.instants, index);
+    let outlying1 = outlying(&first, &second, limit_m, &at_rest);
+    let outlying2 = outlying(&second, &first, limit_m, &at_rest);
     // Not seen, as far as anything that follows is concerned.
     outlying1
         .iter()
@@ -59,16 +65,27 @@ fn smallest_step<'a>(pairs: impl Iterator<Item = (&'a Reading, &'a Reading)>) ->
     pairs.map(|(a, b)| (a.1 - b.1).abs()).fold(f64::INFINITY, f64::min)
 }
 
-/// Whether a reading is far from those before and after it. How far they are from each other, on either side and across, is what the
-/// contact moves.
-fn is_far(reading: f64, before: &[Reading], after: &[Reading], limit_m: f64) -> bool {
+/// Whether the palms rest between an instant and the one before it, or the one after it.
+fn palms_rest(instants: &[Instant], index: usize) -> bool {
+    let turn = |after: usize| {
+        let (a, b) = (&instants[after - 1], &instants[after]);
+        (b.phi1 - a.phi1).abs() + (b.phi1 + b.phi2 - a.phi1 - a.phi2).abs()
+    };
+    let around = index.saturating_sub(AROUND).max(1)..(index + AROUND + 1).min(instants.len());
+    let largest = around.clone().map(turn).fold(0.0, f64::max);
+    [index, index + 1].into_iter().any(|after| around.contains(&after) && turn(after) <= AT_REST * largest)
+}
+
+/// Whether a reading is far from those before and after it. How far they are from each other, on either side and, unless the palms rest,
+/// across, is what the contact moves.
+fn is_far(reading: f64, before: &[Reading], after: &[Reading], limit_m: f64, at_rest: bool) -> bool {
     let within = |side: &[Reading]| {
         smallest_step(side.iter().enumerate().flat_map(|(index, a)| side[..index].iter().map(move |b| (a, b))))
     };
     let across = smallest_step(before.iter().flat_map(|a| after.iter().map(move |b| (a, b))));
-    let step = within(before).max(within(after)).max(across);
+    let step = within(before).max(within(after)).max(if at_rest { 0.0 } else { across });
     before.iter().chain(after).all(|other| (reading - other.1).abs() > limit_m + SPREADS * step)
-        && !slides_on(reading, before, limit_m)
+        && (at_rest || !slides_on(reading, before, limit_m))
 }
 
 /// Whether a reading goes on from those before it as an object does that is about to jump.
@@ -88,10 +105,10 @@ fn stays(readings: &[Reading], index: usize, limit_m: f64) -> bool {
 }
 
 /// Instants of the outliers of one contact. Where the other contact is elsewhere too, the object is: on its way in a fall.
-fn outlying(readings: &[Reading], other: &[Reading], limit_m: f64) -> Vec<usize> {
+fn outlying(readings: &[Reading], other: &[Reading], limit_m: f64, at_rest: &dyn Fn(usize) -> bool) -> Vec<usize> {
     let is_outlier = |place: usize| {
         let ([before, after], (index, value)) = (around(readings, place), readings[place]);
-        is_far(value, before, after, limit_m) && stays(other, index, limit_m)
+        is_far(value, before, after, limit_m, at_rest(index)) && stays(other, index, limit_m)
     };
     (0..readings.len()).filter(|&place| is_outlier(place)).map(|place| readings[place].0).collect()
 }
@@ -189,9 +206,26 @@ mod tests {
         let before = |step: f64| [(0, 1.0 + 2.0 * step), (1, 1.0 + step), (2, 1.0)];
         let after = [(4, 1.02), (5, 1.02), (6, 1.02)];
         // A slide that starts with a step of 0.02, in units of the limit 0.01.
-        assert!(!is_far(1.0 - 0.089, &before(0.02), &after, 0.01));
-        assert!(is_far(1.0 - 0.091, &before(0.02), &after, 0.01));
-        assert!(is_far(1.0 + 0.1, &before(0.02), &after, 0.01));
+        assert!(!is_far(1.0 - 0.089, &before(0.02), &after, 0.01, false));
+        assert!(is_far(1.0 - 0.091, &before(0.02), &after, 0.01, false));
+        assert!(is_far(1.0 + 0.1, &before(0.02), &after, 0.01, false));
+    }
+
+    #[test]
+    fn where_the_palms_rest_what_a_contact_moves_beyond_does_not_count() {
+        // A step of the palms by 0.1 rad and of the contact by 7 mm after sample 5, which is off by 13 mm.
+        let with = |last_turn: f64| {
+            let mut log = still();
+            let first = log.samples[0];
+            for (index, sample) in log.samples.iter_mut().enumerate() {
+                let moved = if index > 5 { 0.1 } else { 0.0 };
+                sample.palms.phi1_rad += moved + if index == 5 { last_turn } else { 0.0 };
+                let s1_m = first.s1_m.map(|s1_m| s1_m + 0.07 * moved + if index == 5 { 13e-3 } else { 0.0 });
+                sample.s1_m = s1_m;
+            }
+            found(&log).0
+        };
+        assert_eq!((with(0.0), with(0.0047), with(0.0049)), (1, 1, 0));
     }
 
     #[test]

@@ -43,6 +43,13 @@ const REPAIRS: usize = 3;
 const CONTRACTION: usize = 2;
 const FIRST_SHARE: usize = 4;
 
+/// Share of the samples that the last decoding may relocate where the log contradicts the motion: with more, alternatives of a few samples
+/// are not worth their fits. The samples that it relocates stay ambiguous.
+const MOST_UNSETTLED: f64 = 0.02;
+
+/// Standard deviation of a contact position, over the scatter of neighbouring samples, above which the log contradicts such a motion.
+const CONTRADICTED: f64 = 2.0;
+
 /// Standard deviations of the balance that a fit begins with, as shares of that of the contacts: spoilt by friction or pace, and
 /// as exact as statics has it.
 const BALANCE_SHARES: [f64; 2] = [1.0, 0.1];
@@ -103,6 +110,8 @@ pub(crate) struct Refined {
     pub ambiguity_rad: Vec<f64>,
     /// The symmetry of `fine`, or that it has none.
     pub symmetry: FoundSymmetry,
+    /// Whether decoding leaves the motion as it is, but for a few samples. Else it is wrong, or that of a symmetric object.
+    pub settled: bool,
 }
 
 impl<'a> Job<'a> {
@@ -120,14 +129,14 @@ impl<'a> Job<'a> {
     /// Takes one arrangement of the search to the optimum over all samples.
     pub(crate) fn refine(&self, found: &Found, arrangement: usize) -> Result<Refined, ReconstructError> {
         let start = found.estimates.get(arrangement).ok_or(ReconstructError::NotSolvable)?;
-        let medium = thinned_in_ranges(&self.measurements, &found.ranges, ORDER_SAMPLES);
+        let medium = thinned_in_ranges(&self.measurements, &found.ranges, self.scatter_m, ORDER_SAMPLES);
         let psi = carry_over(&found.thin, &start.psi, &start.coefficients, &medium, &found.ranges);
         let start = Estimate { coefficients: start.coefficients.clone(), psi, cost: f64::INFINITY };
         let rough = self.rough(&medium, start).ok_or(ReconstructError::NotSolvable)?;
         let psi = decode(&medium, &rough, self.floor_m(), None).psi;
         let rough = Fit { estimate: Estimate { psi, ..rough.estimate }, ..rough };
         let settled = self.to_fixed_point(&medium, &found.ranges, rough)?;
-        let general = self.with_restarts(&medium, &found.ranges, settled);
+        let general = if settled.settled { self.with_restarts(&medium, &found.ranges, settled) } else { settled };
         Ok(self.with_symmetry(&medium, &found.ranges, general))
     }
 
@@ -190,7 +199,12 @@ impl<'a> Job<'a> {
                 carry_over(&medium, &coarse.estimate.psi, &coefficients, &self.measurements, ranges)
             });
             let all = Estimate { coefficients, psi, cost: f64::INFINITY };
-            let noise = Noise { sensor_m: self.stated_m.unwrap_or(coarse.noise.sensor_m), ..coarse.noise };
+            // The noise of a sample is larger than that of a mean.
+            let averaged = (self.measurements.len() as f64 / medium.len() as f64).sqrt();
+            let noise = Noise {
+                sensor_m: self.stated_m.unwrap_or(averaged * coarse.noise.sensor_m),
+                balance_m: averaged * coarse.noise.balance_m,
+            };
             let Fitted { fit: fine, weighted: measurements } = fit(
                 &self.measurements,
                 coarse.order,
@@ -216,9 +230,18 @@ impl<'a> Job<'a> {
                 let motions = superseded.iter().chain([&decoded_now.psi]);
                 alternatives
                     .extend(motions.filter_map(|motion| ambiguity.unsettled(&fine.estimate.psi, motion, period)));
-                let starts = self.starts(&fine);
-                alternatives.extend(reassociated(&measurements, &fine, &starts, &mut ambiguity));
-                alternatives.extend(rival_motions(&measurements, &fine, &starts, &mut ambiguity));
+                let settled = !last
+                    || decoded_now.relocated as f64 <= MOST_UNSETTLED * self.measurements.len() as f64
+                    || (fine.noise.sensor_m < CONTRADICTED * self.scatter_m
+                        && self.unphysical_jumps(&fine.estimate, period) == 0);
+                if settled {
+                    let jumps = self.jumps(&fine.estimate, period);
+                    let starts: Vec<usize> = jumps.iter().map(|jump| jump.sample).collect();
+                    alternatives.extend(reassociated(&measurements, &fine, &starts, &mut ambiguity));
+                    alternatives.extend(rival_motions(&measurements, &fine, &starts, &mut ambiguity));
+                } else {
+                    alternatives.clear();
+                }
                 let unphysical = |estimate: &Estimate| self.unphysical_jumps(estimate, period);
                 match compare_evidence(&measurements, &fine, &alternatives, &unphysical, &mut ambiguity) {
                     Some(better) if !last => {
@@ -232,6 +255,7 @@ impl<'a> Job<'a> {
                             measurements,
                             ambiguity_rad: ambiguity.ambiguity_rad(),
                             symmetry: FoundSymmetry::default(),
+                            settled,
                         });
                     }
                 }
@@ -330,12 +354,6 @@ impl<'a> Job<'a> {
     /// Jumps of a fit that statics does not allow.
     pub(super) fn unphysical_jumps(&self, estimate: &Estimate, period: f64) -> usize {
         self.jumps(estimate, period).iter().filter(|jump| !jump.physical).count()
-    }
-
-    /// The first sample after each jump in a fit.
-    fn starts(&self, fine: &Fit) -> Vec<usize> {
-        let jumps = self.jumps(&fine.estimate, fine.prior.symmetry.period_rad());
-        jumps.iter().map(|jump| jump.sample).collect()
     }
 
     /// The jumps in the motion that statics allows an object with such a period.

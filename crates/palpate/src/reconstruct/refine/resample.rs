@@ -3,19 +3,20 @@
 
 use crate::estimate::association::candidates::best_orientation;
 use crate::estimate::measurements::Measurements;
+use crate::estimate::thinning::Thinning;
 use crate::math::angle::wrapped;
 use std::ops::Range;
 
 /// The instants in these ranges thinned to about `count`, never across the edge of a range.
-pub(crate) fn thinned_in_ranges(measurements: &Measurements, ranges: &[Range<usize>], count: usize) -> Measurements {
-    let total: usize = ranges.iter().map(|range| range.len()).sum();
-    let run = (total / count.max(1)).max(1);
-    let mut instants = Vec::new();
-    for range in ranges {
-        let part = Measurements { instants: measurements.instants[range.clone()].to_vec() };
-        instants.extend(part.thinned_by(run).instants);
-    }
-    Measurements { instants }
+pub(crate) fn thinned_in_ranges(
+    measurements: &Measurements,
+    ranges: &[Range<usize>],
+    noise_m: f64,
+    count: usize,
+) -> Measurements {
+    let thinning = Thinning::to(measurements, ranges, noise_m, count);
+    let runs: Vec<Range<usize>> = ranges.iter().flat_map(|range| thinning.runs(measurements, range)).collect();
+    measurements.means(&runs)
 }
 
 /// Error of a contact position within which orientations explain it equally well, as a share of the mean radius.

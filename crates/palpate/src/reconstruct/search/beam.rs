@@ -79,7 +79,7 @@ const SAME_PLACEMENT: f64 = 4e-3;
 const SAME_TRIAL: f64 = 6e-4;
 
 /// Work of one search over the log, in searches of a window with 8 harmonics, and the number of unknowns of those.
-const BUDGET: f64 = 300.0;
+const BUDGET: f64 = 900.0;
 const BUDGET_UNKNOWNS: f64 = 17.0;
 
 /// Power of the number of unknowns with which the seconds of a search grow: 1.4 from 17 to 37, 1.7 from 17 to 57.
@@ -92,6 +92,9 @@ const WINDOW_EXPLAINED: f64 = 2.0;
 
 /// Squared residuals per instant (at the noise of the search) that still count as explained.
 pub(crate) const EXPLAINED: f64 = 3.0;
+
+/// Squared residuals of one instant that still count as explained: three standard deviations of all together.
+const INSTANT_EXPLAINED: f64 = 9.0;
 
 /// One arrangement of the windows placed so far.
 #[derive(Clone)]
@@ -407,6 +410,8 @@ impl<'a> BeamSearch<'a> {
             .filter(|estimate| estimate.cost.is_finite())
             .collect();
         placements.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+        let least = placements.first().map_or(0.0, |best| best.cost);
+        placements.retain(|placement| placement.cost <= least + MOST_BEHIND);
         first_distinct(placements, BRANCHES, |placement| placement.psi.as_slice(), differ_by_less_than(SAME_PLACEMENT))
     }
 
@@ -416,7 +421,7 @@ impl<'a> BeamSearch<'a> {
         let (loose, sharp) = (smoother(self.tolerance.loose()), smoother(self.tolerance.sharp()));
         let mut proposals: Vec<Estimate> = proposals
             .into_par_iter()
-            .map(|estimate| loose.run(estimate.coefficients, estimate.psi, RANKING))
+            .map(|estimate| loose.run_chord(estimate.coefficients, estimate.psi, RANKING))
             .filter(|estimate| estimate.cost.is_finite())
             .collect();
         proposals.sort_by(|a, b| a.cost.total_cmp(&b.cost));
@@ -473,12 +478,22 @@ fn differ_by_less_than(same: f64) -> impl Fn(&[f64], &[f64]) -> bool {
 
 /// Squared residuals of an estimate at a given noise, without the terms in the shape alone.
 pub(crate) fn misfit(measurements: &Measurements, estimate: &Estimate, noise: Noise) -> f64 {
+    squares(measurements, estimate, noise).sum()
+}
+
+/// Instants that an estimate explains.
+pub(crate) fn explained(measurements: &Measurements, estimate: &Estimate, noise: Noise) -> usize {
+    squares(measurements, estimate, noise).filter(|square| *square < INSTANT_EXPLAINED).count()
+}
+
+/// Squared residuals of each instant.
+fn squares<'a>(measurements: &'a Measurements, estimate: &'a Estimate, noise: Noise) -> impl Iterator<Item = f64> + 'a {
     let sds = [noise.sensor_m, noise.sensor_m, noise.balance_m];
-    let square = |(instant, psi): (&Instant, &f64)| {
+    let square = move |(instant, psi): (&Instant, &f64)| {
         let value = residuals(instant, &estimate.coefficients, *psi).value;
         value.iter().zip(sds).map(|(value, sd)| (value / sd).powi(2)).sum::<f64>()
     };
-    measurements.instants.iter().zip(&estimate.psi).map(square).sum()
+    measurements.instants.iter().zip(&estimate.psi).map(square)
 }
 
 #[cfg(test)]

@@ -5,10 +5,10 @@
 use crate::estimate::measurements::Measurements;
 use crate::estimate::model::prior::Prior;
 use crate::estimate::solver::gauss_newton::Estimate;
-use crate::reconstruct::search::beam::{BeamSearch, Budget, EXPLAINED, Tolerance, misfit};
+use crate::reconstruct::search::beam::{BeamSearch, Budget, EXPLAINED, Tolerance, explained, misfit};
 use crate::reconstruct::search::seed::Seed;
 use crate::reconstruct::search::segments::segments;
-use crate::reconstruct::search::windows::{Window, spans, windows};
+use crate::reconstruct::search::windows::{Window, joined, spans, windows};
 use std::ops::Range;
 
 /// Thinned instants that the search works on, about: its cost is proportional to their number.
@@ -35,6 +35,10 @@ const SEEDS: usize = 6;
 const FEW_HARMONICS_DONE: f64 = 0.4;
 const MORE_HARMONICS_DONE: f64 = 0.5;
 
+/// Arrangements of a part of the log that are tried with each of them: those that explain most instants. Those with the exact balance are
+/// much the same as those before.
+const PARTS: [usize; 3] = [3, 1, 3];
+
 /// Arrangements found.
 pub(crate) struct Found {
     /// The thinned instants that were arranged, in order of time.
@@ -54,23 +58,28 @@ pub(crate) fn search(
     tell: &dyn Fn(f64),
     accept: &mut dyn FnMut(Found) -> bool,
 ) {
-    let windows = windows(measurements, &segments(measurements, scatter_m), SAMPLES);
-    let mut poor: Option<(f64, Found)> = None;
-    let mut any_explained = false;
+    let windows = windows(measurements, &segments(measurements, scatter_m), scatter_m, SAMPLES);
     for (number, balance) in BALANCES.into_iter().enumerate() {
         let tolerance = Tolerance { scatter_m, size_m: prior.size_m, balance };
         let tell = |share: f64| tell((number as f64 + share) / BALANCES.len() as f64);
-        let enough = arrange(measurements, &windows, tolerance, prior, &tell, &mut |cost, found| {
-            if cost < EXPLAINED {
+        let mut partial: Vec<(usize, Found)> = Vec::new();
+        let mut any_explained = false;
+        let enough = arrange(measurements, &windows, tolerance, prior, &tell, &mut |arranged| match arranged {
+            Arrangement::Whole(found) => {
                 any_explained = true;
-                return accept(found);
+                accept(found)
             }
-            if poor.as_ref().is_none_or(|(least, _)| cost < *least) {
-                poor = Some((cost, found));
+            Arrangement::Partial(explained, found) => {
+                partial.push((explained, found));
+                false
             }
-            false
         });
         if enough {
+            return;
+        }
+        // The shape of a part may tell where the object is in all others, though no window beside it was explained.
+        partial.sort_by_key(|(explained, _)| std::cmp::Reverse(*explained));
+        if partial.into_iter().take(PARTS[number]).any(|(_, found)| accept(found)) {
             return;
         }
         // Where arrangements with the balance explain the log, those without it are no better.
@@ -78,19 +87,24 @@ pub(crate) fn search(
             return;
         }
     }
-    if let Some((_, found)) = poor {
-        accept(found);
-    }
 }
 
-/// Passes arrangements with their cost per instant to `consider` until that returns true, or none is left to try.
+/// What became of a seed.
+enum Arrangement {
+    /// All of the log is explained.
+    Whole(Found),
+    /// So many instants are.
+    Partial(usize, Found),
+}
+
+/// Passes arrangements to `consider` until that returns true, or none is left to try.
 fn arrange(
     measurements: &Measurements,
     windows: &[Window],
     tolerance: Tolerance,
     prior: Prior,
     tell: &dyn Fn(f64),
-    consider: &mut dyn FnMut(f64, Found) -> bool,
+    consider: &mut dyn FnMut(Arrangement) -> bool,
 ) -> bool {
     let whole: usize = windows.iter().map(|window| window.range.len()).sum();
     let mut submit = |beam_search: BeamSearch| {
@@ -103,7 +117,8 @@ fn arrange(
             misfit(&arranged.thin, &top.estimate, tolerance.sharp()) / arranged.thin.len() as f64 + MISSING * missing;
         let ranges = covered_ranges(&arranged.windows);
         let estimates = arranged.hypotheses.into_iter().map(|hypothesis| hypothesis.estimate).collect();
-        consider(cost, Found { thin: arranged.thin, ranges, estimates })
+        let found = Found { thin: arranged.thin, ranges, estimates };
+        consider(if cost < EXPLAINED { Arrangement::Whole(found) } else { found.partial(tolerance) })
     };
     // Few harmonics first, over every span: many can explain a short span with a jump in it. And first the seeds whose misfit is
     // that of the noise, for as long as it is: above it, even few harmonics may hide a jump.
@@ -136,17 +151,23 @@ fn arrange(
     });
     deferred.extend(richer.take(SEEDS));
     tell(MORE_HARMONICS_DONE);
-    let none = deferred.is_empty() && grown == 0;
     let tell = |share: f64| tell(MORE_HARMONICS_DONE + (1.0 - MORE_HARMONICS_DONE) * share);
     if grow_in_turn(&mut deferred, &MISFIT_LIMITS, &mut Budget::default(), SEEDS, &tell, &mut submit) {
         return true;
     }
-    let best = seeds.iter().min_by(|a, b| a.misfit.total_cmp(&b.misfit));
-    best.filter(|_| none).is_some_and(|seed| {
-        let mut beam_search = seed.beam_search(measurements, windows, tolerance, prior);
-        beam_search.grow(&mut Budget::default(), f64::INFINITY);
-        submit(beam_search)
-    })
+    for seed in seeds {
+        let thin = joined(&windows[seed.span.clone()]);
+        let ranges = covered_ranges(&windows[seed.span]);
+        consider(Found { thin, ranges, estimates: seed.candidates }.partial(tolerance));
+    }
+    false
+}
+
+impl Found {
+    fn partial(self, tolerance: Tolerance) -> Arrangement {
+        let explained = self.estimates.first().map_or(0, |best| explained(&self.thin, best, tolerance.sharp()));
+        Arrangement::Partial(explained, self)
+    }
 }
 
 /// Grows seeds by increasing misfit, with one limit after the other, and submits those that came to their end; true when one of them is

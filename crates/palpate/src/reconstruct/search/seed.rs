@@ -11,13 +11,13 @@ use rayon::prelude::*;
 use std::ops::Range;
 
 /// Numbers of harmonics of the search, in turn: few first, since many can explain a jump.
-pub(crate) const ORDERS: [usize; 4] = [8, 12, 18, 28];
+pub(crate) const ORDERS: [usize; 5] = [8, 12, 18, 28, 48];
 
 /// Candidates of each seed at most: each is refined with every number of harmonics.
 pub(crate) const CANDIDATES: usize = 8;
 
 /// Misfit above which a seed with few harmonics is not nearly right, and more harmonics are not tried.
-const NEARLY_RIGHT: f64 = 1000.0;
+const NEARLY_RIGHT: f64 = 3000.0;
 
 /// Candidates of a seed that are refined with more harmonics.
 const REFINED: usize = 3;

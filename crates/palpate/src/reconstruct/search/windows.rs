@@ -2,6 +2,7 @@
 //! (`docs/theory.md`, the search).
 
 use crate::estimate::measurements::Measurements;
+use crate::estimate::thinning::{Thinning, most_instants};
 use std::ops::Range;
 
 /// Thinned instants of one window, about: fewer do not determine its pose, more hide more jumps and cost more.
@@ -21,44 +22,64 @@ pub(crate) struct Window {
     pub joined: bool,
     /// Path length of the contacts in metres: a measure of the information in the window.
     pub path_length_m: f64,
-    /// Samples per thinned instant.
-    run: usize,
+    /// How its samples were thinned.
+    thinning: Thinning,
 }
 
 impl Window {
-    /// `None` when the range is too short.
-    fn new(measurements: &Measurements, range: Range<usize>, run: usize, joined: bool) -> Option<Self> {
-        let whole = Measurements { instants: measurements.instants[range.clone()].to_vec() };
-        let thin = whole.thinned_by(run);
+    /// `None` when there are too few runs.
+    fn new(measurements: &Measurements, runs: &[Range<usize>], thinning: Thinning, joined: bool) -> Option<Self> {
+        let thin = measurements.means(runs);
         let path_length_m = thin.instants.windows(2).map(|p| (p[1].s1 - p[0].s1).hypot(p[1].s2 - p[0].s2)).sum();
-        (thin.len() >= SHORTEST).then_some(Self { range, thin, joined, path_length_m, run })
+        let range = runs.first()?.start..runs.last()?.end;
+        (thin.len() >= SHORTEST).then_some(Self { range, thin, joined, path_length_m, thinning })
     }
 
     /// The window cut in two halves, each thinned half as much; halves that are too short are dropped.
     pub fn halves(&self, measurements: &Measurements) -> Vec<Self> {
-        let Range { start, end } = self.range;
-        let middle = start + (end - start) / 2;
-        let run = (self.run / 2).max(1);
-        let parts = [(start..middle, self.joined), (middle..end, true)];
-        parts.into_iter().filter_map(|(range, joined)| Self::new(measurements, range, run, joined)).collect()
+        let thinning = self.thinning.finer();
+        let runs = thinning.runs(measurements, &self.range);
+        let (first, second) = runs.split_at(runs.len() / 2);
+        let parts = [(first, self.joined), (second, true)];
+        parts.into_iter().filter_map(|(runs, joined)| Self::new(measurements, runs, thinning, joined)).collect()
     }
 }
 
 /// Windows of all segments, in order of time; about `count` thinned instants in all.
-pub(crate) fn windows(measurements: &Measurements, segments: &[Range<usize>], count: usize) -> Vec<Window> {
-    let total: usize = segments.iter().map(|range| range.len()).sum();
-    let run = (total / count.max(1)).max(1);
+pub(crate) fn windows(
+    measurements: &Measurements,
+    segments: &[Range<usize>],
+    noise_m: f64,
+    count: usize,
+) -> Vec<Window> {
+    let thinning = Thinning::to(measurements, segments, noise_m, count);
     let mut windows = Vec::new();
     for segment in segments {
-        let run = run.min((segment.len() / SHORTEST).max(1));
-        let share = (segment.len() / run).div_ceil(LENGTH).max(1);
+        let thinning = thinning.at_most(segment.len() / SHORTEST);
+        let runs = thinning.runs(measurements, segment);
+        let share = (runs.len() / LENGTH).max(1);
         for part in 0..share {
-            let range =
-                segment.start + segment.len() * part / share..segment.start + segment.len() * (part + 1) / share;
-            windows.extend(Window::new(measurements, range, run, part > 0));
+            let of_part = &runs[runs.len() * part / share..runs.len() * (part + 1) / share];
+            windows.extend(Window::new(measurements, of_part, thinning, part > 0));
         }
     }
-    windows
+    part_without_jumps(windows, most_instants(count))
+}
+
+/// The windows in a row that have the fewest jumps between them, of those with so many instants at most: a long log is searched in part. The
+/// shape of a part tells where the object is in the rest.
+fn part_without_jumps(windows: Vec<Window>, most: usize) -> Vec<Window> {
+    let length = |first: usize| {
+        let instants = windows[first..].iter().scan(0, |sum, window| {
+            *sum += window.thin.len();
+            (*sum <= most).then_some(())
+        });
+        instants.count()
+    };
+    let jumps = |first: &usize| windows[first + 1..first + length(*first)].iter().filter(|w| !w.joined).count();
+    let whole = |first: &usize| length(*first) > 0 && (*first == 0 || first + length(*first) < windows.len());
+    let Some(first) = (0..windows.len()).filter(whole).min_by_key(jumps) else { return windows };
+    windows[first..first + length(first)].to_vec()
 }
 
 /// A segment is divided into at most so many spans.
@@ -112,7 +133,7 @@ mod tests {
     fn windows_cover_their_segments_and_never_cross_a_jump() {
         let measurements = measurements();
         let segments = [0..400, 400..430, 430..measurements.len()];
-        let windows = windows(&measurements, &segments, 250);
+        let windows = windows(&measurements, &segments, 0.0, 250);
         for segment in segments {
             let of: Vec<&Window> =
                 windows.iter().filter(|w| segment.start <= w.range.start && w.range.end <= segment.end).collect();
@@ -130,9 +151,9 @@ mod tests {
     fn thinning_keeps_about_as_many_instants_as_asked_for() {
         let measurements = measurements();
         for count in [100, 250] {
-            let windows = windows(&measurements, std::slice::from_ref(&(0..measurements.len())), count);
+            let windows = windows(&measurements, std::slice::from_ref(&(0..measurements.len())), 0.0, count);
             let instants: usize = windows.iter().map(|window| window.thin.len()).sum();
-            assert!(instants >= count * 4 / 5 && instants <= count * 3 / 2, "{instants} of {count}");
+            assert!(instants >= count / 2 && instants <= count * 3 / 2, "{instants} of {count}");
             assert!(windows.iter().all(|window| window.thin.len() >= SHORTEST));
         }
     }
@@ -140,20 +161,23 @@ mod tests {
     #[test]
     fn halves_are_thinned_less() {
         let measurements = measurements();
-        let window = Window::new(&measurements, 100..196, 4, false).expect("long enough");
-        let halves = window.halves(&measurements);
-        assert_eq!(halves.iter().map(|half| half.range.clone()).collect::<Vec<_>>(), [100..148, 148..196]);
+        let whole = windows(&measurements, std::slice::from_ref(&(100..196)), 0.0, 24).remove(0);
+        let halves = whole.halves(&measurements);
+        assert_eq!(halves.len(), 2);
+        assert_eq!((halves[0].range.start, halves[1].range.end), (100, 196));
+        assert_eq!(halves[0].range.end, halves[1].range.start);
         assert_eq!(halves.iter().map(|half| half.joined).collect::<Vec<_>>(), [false, true]);
-        assert!(halves.iter().all(|half| half.thin.len() == 24), "as many instants in each half as in the whole");
-        let short = Window::new(&measurements, 0..SHORTEST, 1, false).expect("just long enough");
-        assert!(short.halves(&measurements).is_empty());
-        assert!(Window::new(&measurements, 0..SHORTEST - 1, 1, false).is_none());
+        let instants: usize = halves.iter().map(|half| half.thin.len()).sum();
+        assert!(instants > whole.thin.len(), "{instants} of {}", whole.thin.len());
+        let of = |samples: usize| windows(&measurements, std::slice::from_ref(&(0..samples)), 0.0, samples);
+        assert!(of(SHORTEST)[0].halves(&measurements).is_empty());
+        assert!(of(SHORTEST - 1).is_empty());
     }
 
     #[test]
     fn spans_are_ordered_by_path_length_and_stay_within_segments() {
         let measurements = measurements();
-        let windows = windows(&measurements, &[0..300, 300..measurements.len()], 250);
+        let windows = windows(&measurements, &[0..300, 300..measurements.len()], 0.0, 250);
         let spans = spans(&windows);
         let path_length = |span: &Range<usize>| windows[span.clone()].iter().map(|w| w.path_length_m).sum::<f64>();
         assert!(spans.windows(2).all(|pair| path_length(&pair[0]) >= path_length(&pair[1])));

@@ -23,7 +23,7 @@ fn setting() -> (Measurements, Vec<f64>, Vec<Window>) {
     let run = simulate(&shape(), &motion, &options).expect("possible");
     assert!(run.jumps.is_empty());
     let measurements = Measurements::new(&run.log, None);
-    let windows = windows(&measurements, std::slice::from_ref(&(0..96)), 96);
+    let windows = windows(&measurements, std::slice::from_ref(&(0..96)), 0.0, 96);
     assert!(windows.len() == 4 && windows.iter().all(|window| window.thin.len() == 24));
     (measurements, run.truth.motion.iter().map(|pose| pose.psi_rad).collect(), windows)
 }
@@ -215,7 +215,7 @@ fn windows_too_short_to_cut_are_dropped() {
 fn windows_are_cut_a_limited_number_of_times() {
     let (measurements, _, _) = setting();
     // One window over all samples, and no hypothesis that could explain any part of it.
-    let whole = windows(&measurements, std::slice::from_ref(&(0..96)), 24);
+    let whole = windows(&measurements, std::slice::from_ref(&(0..96)), 0.0, 24);
     assert_eq!(whole.len(), 1);
     let mut beam_search = empty(&measurements, &whole);
     let mut advances = 0;
