@@ -62,3 +62,22 @@ fn noise_is_as_large_as_it_is_said_to_be() {
         assert!((present - (1.0 - sensor.missing)).abs() < 0.15, "{seed}: {present} {}", sensor.missing);
     }
 }
+
+/// A superellipse at 4 readings a second, whose seeds take 48 harmonics and explain a part of the log only; an ellipse on stairs, whose
+/// palms move in a tenth of the time; an egg that is turned to and fro for so long that a part of the log is searched; a nearly symmetric
+/// object on stairs with an outlier between two steps.
+#[test]
+fn what_takes_many_harmonics_moves_unevenly_or_moves_much_is_reconstructed() {
+    for seed in [6_500_042, 6_500_052, 6_510_035, 6_500_005] {
+        let Simulated { object, simulation, .. } = VariedJob { seed }.simulate().expect("a log");
+        let found = palpate::reconstruct::Reconstructor::new().run(&simulation.log).expect("an answer");
+        assert!(found.is_certified(), "{object}: {}", found.verdict);
+        let turned = simulation.truth.motion[0].psi_rad;
+        let errors = found.motion.iter().zip(&simulation.truth.motion).map(|(found, truth)| {
+            let error = found.psi_rad - (truth.psi_rad - turned);
+            f64::atan2(error.sin(), error.cos()).powi(2)
+        });
+        let rms = (errors.sum::<f64>() / found.motion.len() as f64).sqrt();
+        assert!(rms < 0.02, "{object}: {rms} rad");
+    }
+}

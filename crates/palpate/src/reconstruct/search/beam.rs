@@ -43,8 +43,8 @@ const BEAM: usize = 8;
 /// Distinct proposals that are taken to the sharp noise, where they are ranked.
 const CONTENDERS: usize = 2 * BEAM;
 
-/// Hypotheses further than this behind the best (−2 ln of the ratio of evidences) are dropped: windows placed later do not make
-/// up for more.
+/// Hypotheses further than this behind the best (−2 ln of the ratio of evidences) are dropped, and placements of a window: windows placed
+/// later do not make up for more.
 const MOST_BEHIND: f64 = 150.0;
 
 /// Times that deferred windows are cut in two and tried again: to an eighth of their length.
@@ -78,7 +78,7 @@ const SAME_PLACEMENT: f64 = 4e-3;
 /// The same for two trials: that of 2 degrees.
 const SAME_TRIAL: f64 = 6e-4;
 
-/// Work of one search over the log, in searches of a window with 8 harmonics, and the number of unknowns of those.
+/// Work of growing seeds with few harmonics, and again with more, in searches of a window with 8 harmonics, and the number of unknowns of those.
 const BUDGET: f64 = 900.0;
 const BUDGET_UNKNOWNS: f64 = 17.0;
 

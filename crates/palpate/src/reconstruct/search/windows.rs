@@ -5,7 +5,7 @@ use crate::estimate::measurements::Measurements;
 use crate::estimate::thinning::{Thinning, most_instants};
 use std::ops::Range;
 
-/// Thinned instants of one window, about: fewer do not determine its pose, more hide more jumps and cost more.
+/// Thinned instants of one window, up to twice as many: fewer do not determine its pose, more hide more jumps and cost more.
 const LENGTH: usize = 24;
 
 /// Fewest thinned instants of a window; shorter segments are placed when the shape is known.
@@ -156,6 +156,20 @@ mod tests {
             assert!(instants >= count / 2 && instants <= count * 3 / 2, "{instants} of {count}");
             assert!(windows.iter().all(|window| window.thin.len() >= SHORTEST));
         }
+    }
+
+    #[test]
+    fn of_a_log_that_moves_too_much_the_part_with_the_fewest_jumps_is_searched() {
+        let measurements = measurements();
+        let (count, segments) = (40, [0..60, 60..90, 90..130, 130..measurements.len()]);
+        let part = windows(&measurements, &segments, 0.0, count);
+        let instants: usize = part.iter().map(|window| window.thin.len()).sum();
+        assert!(instants <= most_instants(count) && instants > count / 2, "{instants}");
+        assert!(part[0].range.start >= 130 && part[part.len() - 1].range.end < measurements.len());
+        assert!(part[1..].iter().all(|window| window.joined));
+        assert!(part.windows(2).all(|pair| pair[0].range.end == pair[1].range.start));
+        let whole = windows(&measurements, &segments, 0.0, 500);
+        assert_eq!((whole[0].range.start, whole[whole.len() - 1].range.end), (0, measurements.len()));
     }
 
     #[test]

@@ -446,6 +446,18 @@ fn the_misfit_is_the_sum_of_squares_of_contacts_and_balance_alone() {
 }
 
 #[test]
+fn an_instant_is_explained_within_three_standard_deviations_of_all_its_residuals() {
+    let (mut measurements, psi, _) = setting();
+    measurements.instants.truncate(3);
+    let (noise, truth) = (Noise { sensor_m: 1e-3, balance_m: 1e-4 }, estimate(&psi[..3]));
+    assert_eq!(explained(&measurements, &truth, noise), 3);
+    measurements.instants[1].s2 += 2.99e-3;
+    assert_eq!(explained(&measurements, &truth, noise), 3);
+    measurements.instants[1].s1 += 0.3e-3;
+    assert_eq!(explained(&measurements, &truth, noise), 2);
+}
+
+#[test]
 fn the_common_rotation_carries_one_motion_to_the_other_up_to_whole_turns() {
     let a: Vec<f64> = (0..20).map(|index| 0.3 * f64::from(index)).collect();
     for turn in [0.7, -3.0, 3.0] {
