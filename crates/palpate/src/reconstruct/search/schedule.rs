@@ -1,6 +1,6 @@
 //! The schedule of the search (`docs/theory.md`, the search): which seeds are grown over the whole log by beam search, in which
 //! order and with how much trust in the balance, until one arrangement explains all of the log. A wrong seed may grow far, but
-//! with a normalized misfit well above 1; such seeds are deferred.
+//! with a normalized misfit well above 1; such seeds are deferred. Where none explains all of it, the best of a part are judged.
 
 use crate::estimate::measurements::Measurements;
 use crate::estimate::model::prior::Prior;
@@ -49,8 +49,8 @@ pub(crate) struct Found {
     pub estimates: Vec<Estimate>,
 }
 
-/// Passes each arrangement of the log that the search finds to `accept` until that returns true, most promising first; an
-/// arrangement that does not explain the log only if there is no other. `tell` is given the share of the work done.
+/// Passes each arrangement of the log that the search finds to `accept` until that returns true, most promising first; for each trust in the
+/// balance those that explain the log, then the best of a part. `tell` is given the share of the work done.
 pub(crate) fn search(
     measurements: &Measurements,
     scatter_m: f64,
@@ -82,7 +82,7 @@ pub(crate) fn search(
         if partial.into_iter().take(PARTS[number]).any(|(_, found)| accept(found)) {
             return;
         }
-        // Where arrangements with the balance explain the log, those without it are no better.
+        // Where arrangements with an exact balance explain the log, those without it are no better.
         if any_explained && number > 0 {
             return;
         }
