@@ -84,7 +84,10 @@ fn an_object_that_leaps_between_neighbouring_poses_must_be_known_better() {
 #[test]
 fn samples_that_may_be_elsewhere_do_not_spoil_the_others() {
     let row = row(70171, MotionKind::Random, noise(0.3e-3));
-    assert!(row.solved == Some(true) && row.wrong == Some(false), "{}", row.reason);
+    assert_eq!(row.wrong, Some(false), "{}", row.reason);
+    // Half of the boundary was felt: two optima with errors far below the bound may differ by more than half of the smaller one.
+    let known = row.rms_r_m.zip(row.bound_r_m);
+    assert!(known.is_some_and(|(error_m, bound_m)| error_m < 0.5 * bound_m), "{known:?}");
     assert!(row.rms_psi_rad.is_some_and(|rms| rms < 0.005), "{:?}", row.rms_psi_rad);
     assert!(row.certified || row.reason.starts_with("the pose of 2 samples cannot be told"), "{}", row.reason);
 }
