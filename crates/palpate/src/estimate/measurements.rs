@@ -63,6 +63,11 @@ impl Instant {
         contact_angles(self.phi1, self.phi2, psi)
     }
 
+    /// By how much the palms turn from this instant to another, each against the horizontal, added up: radians.
+    pub fn palms_turn_to(&self, other: &Self) -> f64 {
+        (other.phi1 - self.phi1).abs() + (other.phi1 + other.phi2 - self.phi1 - self.phi2).abs()
+    }
+
     /// Sets all weights of the sample to 0.
     pub fn set_aside(&mut self) {
         (self.weight1, self.weight2, self.balance_weight) = (0.0, 0.0, 0.0);

@@ -71,7 +71,7 @@ impl Thinning {
         // The part that is looked at next is the last one.
         let mut open: Vec<Range<usize>> = (0..parts).rev().map(|part| edge(part)..edge(part + 1)).collect();
         while let Some(run) = open.pop() {
-            if run.len() > 1 && self.extent_m(&measurements.instants[run.clone()]) > self.extent_m {
+            if run.len() > 1 && self.moved_m(&measurements.instants[run.clone()]) > self.extent_m {
                 let middle = run.start + run.len() / 2;
                 open.push(middle..run.end);
                 open.push(run.start..middle);
@@ -83,7 +83,7 @@ impl Thinning {
     }
 
     /// By how much contacts and palms move over some instants, metres.
-    fn extent_m(&self, instants: &[Instant]) -> f64 {
+    fn moved_m(&self, instants: &[Instant]) -> f64 {
         let range = |value: fn(&Instant) -> f64| {
             let seen = instants.iter().filter(|instant| instant.both_seen()).map(value);
             let (low, high) = seen.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));

@@ -67,10 +67,7 @@ fn smallest_step<'a>(pairs: impl Iterator<Item = (&'a Reading, &'a Reading)>) ->
 
 /// Whether the palms rest between an instant and the one before it, or the one after it.
 fn palms_rest(instants: &[Instant], index: usize) -> bool {
-    let turn = |after: usize| {
-        let (a, b) = (&instants[after - 1], &instants[after]);
-        (b.phi1 - a.phi1).abs() + (b.phi1 + b.phi2 - a.phi1 - a.phi2).abs()
-    };
+    let turn = |after: usize| instants[after - 1].palms_turn_to(&instants[after]);
     let around = index.saturating_sub(AROUND).max(1)..(index + AROUND + 1).min(instants.len());
     let largest = around.clone().map(turn).fold(0.0, f64::max);
     [index, index + 1].into_iter().any(|after| around.contains(&after) && turn(after) <= AT_REST * largest)

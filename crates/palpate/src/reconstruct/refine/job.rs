@@ -146,8 +146,10 @@ impl<'a> Job<'a> {
         let rough = self.rough(&medium, start).ok_or(ReconstructError::NotSolvable)?;
         let psi = decode(&medium, &rough, self.floor_m(), None).psi;
         let rough = Fit { estimate: Estimate { psi, ..rough.estimate }, ..rough };
-        let settled = self.to_fixed_point(&medium, &found.ranges, rough)?;
-        let general = if settled.settled { self.with_restarts(&medium, &found.ranges, settled) } else { settled };
+        let mut general = self.to_fixed_point(&medium, &found.ranges, rough)?;
+        if general.settled {
+            general = self.with_restarts(&medium, &found.ranges, general);
+        }
         Ok(self.with_symmetry(&medium, &found.ranges, general))
     }
 
@@ -233,13 +235,11 @@ impl<'a> Job<'a> {
                 let motions = superseded.iter().chain([&decoded_now.psi]);
                 alternatives
                     .extend(motions.filter_map(|motion| ambiguity.unsettled(&fine.estimate.psi, motion, period)));
-                let is_contradicted = || {
-                    fine.noise.sensor_m >= CONTRADICTED * self.scatter_m
-                        || self.unphysical_jumps(&fine.estimate, period) > 0
-                };
-                let settled = !last || few(decoded_now.relocated, self.measurements.len()) || !is_contradicted();
+                let jumps = self.jumps(&fine.estimate, period);
+                let is_contradicted =
+                    fine.noise.sensor_m >= CONTRADICTED * self.scatter_m || jumps.iter().any(|jump| !jump.physical);
+                let settled = !last || few(decoded_now.relocated, self.measurements.len()) || !is_contradicted;
                 if settled {
-                    let jumps = self.jumps(&fine.estimate, period);
                     let starts: Vec<usize> = jumps.iter().map(|jump| jump.sample).collect();
                     alternatives.extend(reassociated(&measurements, &fine, &starts, &mut ambiguity));
                     alternatives.extend(rival_motions(&measurements, &fine, &starts, &mut ambiguity));
@@ -277,10 +277,10 @@ impl<'a> Job<'a> {
     /// centre of mass of nearly round objects was then off by ten error bars. So where the balance comes out loose, the fit is repeated from
     /// one as exact as statics has it, and the evidence decides.
     fn fit_all(&self, order: usize, start: Estimate, noise: Noise, prior: Prior) -> Option<Fitted> {
-        let fit_all = |start: Estimate, noise: Noise| {
+        let fit_from = |start: Estimate, noise: Noise| {
             fit(&self.measurements, order, start, noise, prior, self.variance_components_of_all(), ROUNDS)
         };
-        let loose = fit_all(start, noise)?;
+        let loose = fit_from(start, noise)?;
         let Noise { sensor_m, balance_m } = loose.fit.noise;
         if balance_m <= LOOSE_BALANCE * sensor_m {
             return Some(loose);
@@ -289,7 +289,7 @@ impl<'a> Job<'a> {
         let likelier = |Fitted { fit: exact, .. }: &Fitted| {
             exact.noise.balance_m < STAYS_EXACT * balance_m && exact.log_evidence > loose.fit.log_evidence
         };
-        Some(fit_all(loose.fit.estimate.clone(), exact).filter(likelier).unwrap_or(loose))
+        Some(fit_from(loose.fit.estimate.clone(), exact).filter(likelier).unwrap_or(loose))
     }
 
     /// The standard deviations that a fit to the thinned log may estimate.

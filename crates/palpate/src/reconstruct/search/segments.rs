@@ -32,8 +32,7 @@ pub(crate) fn segments(measurements: &Measurements, scatter_m: f64) -> Vec<Range
         })
         .collect();
     let jumps = |index: usize| {
-        let (a, b) = (&measurements.instants[seen[index]], &measurements.instants[seen[index + 1]]);
-        let turn = (b.phi1 - a.phi1).abs() + (b.phi1 + b.phi2 - a.phi1 - a.phi2).abs();
+        let turn = measurements.instants[seen[index]].palms_turn_to(&measurements.instants[seen[index + 1]]);
         let around = index.saturating_sub(STEPS_AROUND)..(index + STEPS_AROUND + 1).min(steps.len());
         (0..2).any(|sensor| {
             let mut others: Vec<f64> =

@@ -69,17 +69,21 @@ pub(crate) fn windows(
 /// The windows in a row that have the fewest jumps between them, of those with so many instants at most: a long log is searched in part. The
 /// shape of a part tells where the object is in the rest.
 fn part_without_jumps(windows: Vec<Window>, most: usize) -> Vec<Window> {
-    let length = |first: usize| {
+    let part = |first: usize| {
         let instants = windows[first..].iter().scan(0, |sum, window| {
             *sum += window.thin.len();
             (*sum <= most).then_some(())
         });
-        instants.count()
+        first..first + instants.count()
     };
-    let jumps = |first: &usize| windows[first + 1..first + length(*first)].iter().filter(|w| !w.joined).count();
-    let whole = |first: &usize| length(*first) > 0 && (*first == 0 || first + length(*first) < windows.len());
-    let Some(first) = (0..windows.len()).filter(whole).min_by_key(jumps) else { return windows };
-    windows[first..first + length(first)].to_vec()
+    let jumps = |part: &Range<usize>| windows[part.clone()].iter().skip(1).filter(|window| !window.joined).count();
+    // One that begins later and reaches the end of the log is shorter than it may be.
+    let parts =
+        (0..windows.len()).map(part).filter(|part| !part.is_empty() && (part.start == 0 || part.end < windows.len()));
+    match parts.min_by_key(jumps) {
+        Some(part) => windows[part].to_vec(),
+        None => windows,
+    }
 }
 
 /// A segment is divided into at most so many spans.
