@@ -146,8 +146,19 @@ fn a_dented_outline_is_not_convex() {
     let dented = SupportFunction::new(1.0, vec![[0.0; 2], [0.4, 0.0]]);
     assert!(!dented.is_convex());
     assert!((dented.min_curvature_radius_m() + 0.2).abs() < 1e-12);
+    // The lines at ±30 degrees meet where y = (0.6 − 0.8 cos² θ) sin θ vanishes, at x = 1.6 cos 30°.
+    assert!((dented.concavity_m() - (1.4 - 1.6 * 0.75_f64.sqrt())).abs() < 1e-6);
+    let turned = dented.rotated(0.7).scaled(0.03);
+    assert!((turned.concavity_m() - 0.03 * dented.concavity_m()).abs() < 5e-6 * 0.03, "between two lines");
     assert!(dented.damped_to_convex().is_convex());
-    assert!(SupportFunction::new(1.0, vec![[0.0; 2], [0.33, 0.0]]).is_convex());
+    let convex = SupportFunction::new(1.0, vec![[0.0; 2], [0.33, 0.0]]);
+    assert!(convex.is_convex() && convex.concavity_m() == 0.0);
+    // A ripple of the radius of curvature is a matter of its arc squared: harmonic 40 with v down to −0.1.
+    let mut harmonics = vec![[0.0; 2]; 40];
+    harmonics[39] = [1.1 / (40.0 * 40.0 - 1.0), 0.0];
+    let rippled = SupportFunction::new(1.0, harmonics);
+    assert!(rippled.min_curvature_radius_m() < -0.09 && rippled.concavity_m() > 0.0 && rippled.concavity_m() < 1e-5);
+    assert!(SupportFunction::new(-1.0, vec![]).concavity_m().is_infinite());
 }
 
 #[test]

@@ -45,11 +45,12 @@ impl Arguments {
 }
 
 /// Every limit, in the order of the table.
-const NAMES: [&str; 20] = [
+const NAMES: [&str; 21] = [
     "model_allowance",
     "chi2_sds",
     "chi2_excess_stated",
     "chi2_excess_estimated",
+    "concavity",
     "unstable_share",
     "stability_slack",
     "coverage",

@@ -4,6 +4,10 @@
 
 use std::f64::consts::{PI, TAU};
 
+/// Supporting lines that [`SupportFunction::concavity_m`] looks at, and for each harmonic: r bends over arcs of 1/K.
+const HULL_NODES: usize = 720;
+const HULL_NODES_PER_HARMONIC: usize = 32;
+
 /// Support function of a convex planar object about its centre of mass,
 ///
 /// r(θ) = a₀ + Σₖ aₖ cos kθ + bₖ sin kθ, k = 1 … K, in metres.
@@ -185,6 +189,48 @@ impl SupportFunction {
             }
         }
         smallest
+    }
+
+    /// How far the boundary is from a convex one, in metres: by how much r(θ) is largest above the support function of the convex object
+    /// that all supporting lines leave; 0 where the radius of curvature is nowhere negative, infinite where r(θ) is not positive. A
+    /// radius of curvature that is negative over a short arc, as where few harmonics follow a corner, leaves nanometres.
+    pub fn concavity_m(&self) -> f64 {
+        if self.is_convex() {
+            return 0.0;
+        }
+        let nodes = HULL_NODES.max(HULL_NODES_PER_HARMONIC * self.harmonics_m.len());
+        let angle = |node: usize| TAU * node as f64 / nodes as f64;
+        let r: Vec<f64> = (0..nodes).map(|node| self.at(angle(node)).r).collect();
+        let Some(nearest) = (0..nodes).min_by(|&a, &b| r[a].total_cmp(&r[b])).filter(|&node| r[node] > 0.0) else {
+            return f64::INFINITY;
+        };
+        // The convex hull of the points n/r of the dual plane: a line that leaves it is touched by the object.
+        let dual = |node: usize| {
+            let (sin, cos) = angle(node % nodes).sin_cos();
+            [cos / r[node % nodes], sin / r[node % nodes]]
+        };
+        let turns_left = |a: usize, b: usize, c: usize| {
+            let [a, b, c] = [a, b, c].map(dual);
+            (b[0] - a[0]) * (c[1] - b[1]) > (b[1] - a[1]) * (c[0] - b[0])
+        };
+        let mut touched: Vec<usize> = Vec::new();
+        for node in nearest..=nearest + nodes {
+            while let [.., before, last] = touched[..]
+                && !turns_left(before, last, node)
+            {
+                touched.pop();
+            }
+            touched.push(node);
+        }
+        let above = |pair: &[usize]| {
+            let [from, to] = [pair[0], pair[1]];
+            let corner = |node: usize| {
+                let share = |node: usize, other: usize| r[node % nodes] * angle(other).sin();
+                (share(from, to - node) + share(to, node - from)) / angle(to - from).sin()
+            };
+            (from + 1..to).map(|node| r[node % nodes] - corner(node)).fold(0.0, f64::max)
+        };
+        touched.windows(2).map(above).fold(0.0, f64::max)
     }
 
     /// Whether the radius of curvature is nowhere negative.

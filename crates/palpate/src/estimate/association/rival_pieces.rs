@@ -30,9 +30,9 @@ const LOOSE: f64 = 0.01;
 /// Rounds that take a trial to its optimum at the noise of the fit.
 const POLISHING: usize = 4;
 
-/// A motion that is less likely than the present one by more than this, by the predictive likelihood (−2 ln), is no rival: eight standard
+/// A motion that is less likely than the present one by more than this, by the predictive likelihood (−2 ln), is no rival: ten standard
 /// deviations, for the likelihood is that of a linearised shape.
-const NO_RIVAL: f64 = 64.0;
+const NO_RIVAL: f64 = 100.0;
 
 /// Rivals of a piece that are handed to the evidence.
 const RIVALS: usize = 3;

@@ -87,17 +87,22 @@ impl Convexity {
 
     /// The violated nodes and their residuals.
     pub fn violations(&self, coefficients: &[f64]) -> impl Iterator<Item = (usize, f64)> {
+        self.residuals(coefficients).into_iter().enumerate().filter(|(_, residual)| *residual > 0.0)
+    }
+
+    /// (ε − v(θⱼ))/σ_v at every node: linear in the coefficients, and positive where the node is violated.
+    pub fn residuals(&self, coefficients: &[f64]) -> Vec<f64> {
         // The even and the odd part of v about θ = 0.
         let half = self.nodes / 2 + 1;
         let (mut even, mut odd) = (vec![coefficients[0]; half], vec![0.0; half]);
         let (a, b) = coefficients[1..].split_at(coefficients.len() / 2);
         Arch::new().dispatch(Summing { factors: a, columns: &self.cosines, sums: &mut even });
         Arch::new().dispatch(Summing { factors: b, columns: &self.sines, sums: &mut odd });
-        (0..self.nodes).filter_map(move |node| {
+        let residual = |node: usize| {
             let (mirrored, sign) = self.mirrored(node);
-            let v = even[mirrored] + sign * odd[mirrored];
-            (v < self.margin_m).then(|| (node, (self.margin_m - v) / self.sd_m))
-        })
+            (self.margin_m - (even[mirrored] + sign * odd[mirrored])) / self.sd_m
+        };
+        (0..self.nodes).map(residual).collect()
     }
 
     /// The node of the first half that a node is or mirrors, and the sign of its sines.

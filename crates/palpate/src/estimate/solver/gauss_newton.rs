@@ -15,6 +15,7 @@ use crate::estimate::model::contact_lanes::Block;
 use crate::estimate::model::layout::{Layout, coefficients_to_order};
 use crate::estimate::model::noise::Noise;
 use crate::estimate::model::prior::{Convexity, Prior};
+use crate::estimate::solver::convex_step::Penalised;
 use crate::estimate::solver::normal_equations::{Linearising, Normal, SHARE};
 use crate::estimate::solver::outer_products::OuterProducts;
 use crate::estimate::solver::posterior::Posterior;
@@ -158,12 +159,21 @@ impl<'a, F: ForceModel> Smoother<'a, F> {
 
     /// The posterior of the shape given the samples: the Gaussian at an estimate, its rotation fixed (turning the shape would
     /// turn the samples with it). `None` when it is not finite.
-    pub fn belief(&self, estimate: &Estimate) -> Option<Posterior> {
+    pub fn posterior(&self, estimate: &Estimate) -> Option<Posterior> {
         let information = self.linearise(&estimate.coefficients, &estimate.psi).matrix;
+        Posterior { layout: self.layout(), mean: self.of_order(estimate), information }.holding_rotation()
+    }
+
+    /// The same as the prior of further samples, which may release the nodes that now hold the shape convex: that of samples and prior alone.
+    pub fn belief(&self, estimate: &Estimate) -> Option<Posterior> {
+        let information = self.linearise_without_convexity(&estimate.coefficients, &estimate.psi).matrix;
+        Posterior { layout: self.layout(), mean: self.of_order(estimate), information }.holding_rotation()
+    }
+
+    fn of_order(&self, estimate: &Estimate) -> DVector<f64> {
         let mut coefficients = estimate.coefficients.clone();
         coefficients_to_order(&mut coefficients, self.order);
-        let posterior = Posterior { layout: self.layout(), mean: DVector::from_vec(coefficients), information };
-        posterior.holding_rotation()
+        DVector::from_vec(coefficients)
     }
 
     /// The order of the unknowns in their vector.
@@ -198,6 +208,18 @@ impl<'a, F: ForceModel> Smoother<'a, F> {
 
     /// The normal equations at an estimate, with every ψ eliminated.
     pub fn linearise(&self, coefficients: &[f64], psi: &[f64]) -> Normal {
+        let mut normal = self.linearise_without_convexity(coefficients, psi);
+        let mut row = DVector::zeros(normal.gradient.len());
+        for (node, residual) in self.convexity.violations(coefficients) {
+            self.convexity.row(node, row.as_mut_slice());
+            normal.matrix.ger(1.0, &row, &row, 1.0);
+            normal.gradient.axpy(residual, &row, 1.0);
+        }
+        normal
+    }
+
+    /// The same for samples and prior alone.
+    fn linearise_without_convexity(&self, coefficients: &[f64], psi: &[f64]) -> Normal {
         let unknowns = self.layout().unknowns();
         let mut psi_slope = vec![Lanes::ZERO; psi.len().div_ceil(LANES) * unknowns];
         let (mut psi_offset, mut psi_information) = (vec![0.0; psi.len()], vec![0.0; psi.len()]);
@@ -222,11 +244,6 @@ impl<'a, F: ForceModel> Smoother<'a, F> {
         let mut parts = parts.into_iter();
         let mut sums = parts.next().unwrap_or_else(|| OuterProducts::new(unknowns, 0));
         parts.for_each(|part| sums.add(part));
-        let mut row = vec![0.0; unknowns];
-        for (node, residual) in self.convexity.violations(coefficients) {
-            self.convexity.row(node, &mut row);
-            sums.push(&row, residual);
-        }
         let (mut matrix, mut gradient) = sums.finish(unknowns);
         match self.belief {
             Some(belief) => {
@@ -262,17 +279,13 @@ impl<'a, F: ForceModel> Smoother<'a, F> {
 
     /// One step, damped until it lowers the cost. `None` when no damping lowers it.
     pub fn step(&self, estimate: &mut Estimate, damping: &mut f64) -> Option<Taken> {
-        let normal = self.linearise(&estimate.coefficients, &estimate.psi);
+        let normal = self.linearise_without_convexity(&estimate.coefficients, &estimate.psi);
+        let penalised = Penalised::new(&self.convexity, &estimate.coefficients, &normal);
         for _ in 0..MOST_TRIALS {
-            let mut damped = normal.matrix.clone();
-            for i in 0..damped.nrows() {
-                damped[(i, i)] *= 1.0 + *damping;
-            }
-            let Some(factor) = Cholesky::new(damped) else {
+            let Some((step, factor)) = penalised.minimum(*damping) else {
                 *damping = (*damping * RAISED).max(SINGULAR_DAMPING);
                 continue;
             };
-            let step = -factor.solve(&normal.gradient);
             let coefficients = moved(&estimate.coefficients, &step);
             let mut psi = normal.turned(&estimate.psi, &normal.psi_offset, &step);
             let cost = self.project_orientations(&coefficients, &mut psi, PROJECTIONS);

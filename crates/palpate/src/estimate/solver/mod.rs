@@ -2,6 +2,7 @@
 //! normal equations, chord steps, and the posterior at the optimum.
 
 pub(crate) mod chord;
+pub(crate) mod convex_step;
 pub(crate) mod error_bars;
 pub(crate) mod gauss_newton;
 pub(crate) mod normal_equations;

@@ -45,12 +45,6 @@ impl OuterProducts {
         }
     }
 
-    /// Adds one row and its residual.
-    pub fn push(&mut self, row: &[f64], residual: f64) {
-        let alone = |value: f64| Lanes::from_fn(|lane| if lane == 0 { value } else { 0.0 });
-        self.push_block(row.len(), alone(residual), |index| alone(row[index]));
-    }
-
     /// Adds another sum over rows of the same length.
     pub fn add(&mut self, mut other: Self) {
         other.flush();

@@ -20,6 +20,8 @@ pub struct CertificateLimits {
     pub chi2_excess_stated: f64,
     /// and by this where it is estimated from the scatter of neighbouring samples (0.5), which is good to a fifth.
     pub chi2_excess_estimated: f64,
+    /// How far the shape may be from a convex one: 0.0001, less than any error bar. Few harmonics of a corner leave less.
+    pub concavity: f64,
     /// Largest share of samples that may rest at a pose that is no minimum of the energy: 0.01 of all samples.
     pub unstable_share: f64,
     /// Error of the stiffness that errors of the shape cause: 0.05.
@@ -64,6 +66,7 @@ impl Default for CertificateLimits {
             chi2_sds: 6.0,
             chi2_excess_stated: 0.2,
             chi2_excess_estimated: 0.5,
+            concavity: 1e-4,
             unstable_share: 0.01,
             stability_slack: STABILITY_SLACK,
             coverage: 0.1,
@@ -104,6 +107,7 @@ impl CertificateLimits {
             ("chi2_sds", self.chi2_sds),
             ("chi2_excess_stated", self.chi2_excess_stated),
             ("chi2_excess_estimated", self.chi2_excess_estimated),
+            ("concavity", self.concavity),
             ("unstable_share", self.unstable_share),
             ("stability_slack", self.stability_slack),
             ("coverage", self.coverage),

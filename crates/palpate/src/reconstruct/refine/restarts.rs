@@ -16,7 +16,7 @@ const LEAST_LENGTH: f64 = 1e-3;
 /// Estimates on both sides of an optimum; none where every direction of the shape is known well.
 pub(crate) fn along_weakest_direction(measurements: &Measurements, fit: &Fit) -> Option<[Estimate; 2]> {
     let smoother = Smoother::new(measurements, fit.order, fit.noise, fit.prior);
-    let (sd_m, direction) = smoother.belief(&fit.estimate)?.weakest_direction()?;
+    let (sd_m, direction) = smoother.posterior(&fit.estimate)?.weakest_direction()?;
     let long = sd_m > LEAST_LENGTH * fit.estimate.coefficients[0].abs();
     let step = direction * (RESTART_SDS * sd_m);
     long.then(|| [-1.0, 1.0].map(|side| smoother.moved(&fit.estimate, &(&step * side))))

@@ -114,7 +114,7 @@ pub(crate) fn assemble(
     let slack_m = limits.stability_slack * coefficients[0].abs();
     let findings = Findings {
         mean_radius_m: coefficients[0],
-        convex: shape.is_convex(),
+        concavity_m: shape.concavity_m(),
         chi2_per_dof,
         dof,
         noise_stated: expected.stated_m.is_some(),

@@ -14,8 +14,8 @@ pub struct Findings {
     pub samples: usize,
     /// Mean radius of the shape, metres.
     pub mean_radius_m: f64,
-    /// Whether the radius of curvature is nowhere negative.
-    pub convex: bool,
+    /// How far the shape is from a convex one, metres.
+    pub concavity_m: f64,
     /// Weighted squared residuals of the contact positions per degree of freedom.
     pub chi2_per_dof: f64,
     /// Degrees of freedom of the contact positions.
@@ -97,7 +97,7 @@ impl Findings {
             let (left_m, expected_m) = (self.sensor_m, self.expected_sensor_m);
             doubts.push(Doubt::Misfit { left_m, expected_m, stated: self.noise_stated });
         }
-        if !self.convex {
+        if self.concavity_m > limits.concavity * self.mean_radius_m {
             doubts.push(Doubt::NotConvex);
         }
         if self.unstable as f64 > limits.unstable_share * self.samples as f64 {
@@ -153,7 +153,7 @@ mod tests {
         Findings {
             samples: 400,
             mean_radius_m: 0.03,
-            convex: true,
+            concavity_m: 0.0,
             chi2_per_dof: 1.0,
             dof: 1e6,
             noise_stated: false,
@@ -234,8 +234,10 @@ mod tests {
     }
 
     #[test]
-    fn the_shape_must_be_convex() {
-        crosses(&sound(), &Findings { convex: false, ..sound() }, &Doubt::NotConvex);
+    fn the_shape_must_be_convex_but_for_less_than_any_error_bar() {
+        // 0.01 % of 30 mm.
+        let at = |concavity_m| Findings { concavity_m, ..sound() };
+        crosses(&at(2.99e-6), &at(3.01e-6), &Doubt::NotConvex);
     }
 
     #[test]
@@ -295,7 +297,7 @@ mod tests {
             assert_eq!(missed.doubts, [Doubt::Unbalanced { balance_sd_m: limit_m + 1e-9 }]);
         }
         // Where the shape is not certified, the balance raises no doubt of its own.
-        let both = verdict(&Findings { convex: false, balance_m: 1.0, ..sound() });
+        let both = verdict(&Findings { concavity_m: 1e-3, balance_m: 1.0, ..sound() });
         assert_eq!(both.doubts, [Doubt::NotConvex]);
     }
 
@@ -312,7 +314,7 @@ mod tests {
     fn outliers_are_a_doubt_when_they_are_many_and_a_reason_when_something_else_is() {
         let at = |outliers| Findings { outliers, ..sound() };
         crosses(&at(80), &at(81), &Doubt::Outliers { outliers: 81, readings: 800 });
-        let misfit = |outliers| verdict(&Findings { convex: false, outliers, ..sound() }).doubts;
+        let misfit = |outliers| verdict(&Findings { concavity_m: 1e-3, outliers, ..sound() }).doubts;
         assert_eq!(misfit(4), [Doubt::NotConvex]);
         assert_eq!(misfit(5), [Doubt::NotConvex, Doubt::Outliers { outliers: 5, readings: 800 }]);
     }

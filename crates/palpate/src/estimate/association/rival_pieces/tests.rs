@@ -37,14 +37,14 @@ fn open() -> Ambiguity {
 #[test]
 fn from_a_rival_motion_the_search_finds_the_true_one() {
     let (mut rivals_of_truth, mut returned) = (0, 0);
-    for seed in 0..40 {
+    for seed in 0..120 {
         let Some((measurements, right, starts)) = felt(seed) else { continue };
         for rival in rival_motions(&measurements, &right, &starts, &mut open()) {
             let wrong = fitted(&measurements, right.estimate.coefficients.clone(), rival.psi.clone());
             let piece = &rival.samples;
-            // A rival that the fit brings back is none.
+            // A rival that the fit brings back is none, and one that explains the log better than the truth is not left again.
             let away = piece.iter().all(|&sample| !near(wrong.estimate.psi[sample], right.estimate.psi[sample], TAU));
-            if piece.is_empty() || !away {
+            if piece.is_empty() || !away || wrong.estimate.cost < right.estimate.cost {
                 continue;
             }
             rivals_of_truth += 1;
@@ -55,8 +55,8 @@ fn from_a_rival_motion_the_search_finds_the_true_one() {
             returned += usize::from(back.iter().any(is_true));
         }
     }
-    assert!(rivals_of_truth >= 3, "{rivals_of_truth} rivals");
-    assert!(returned * 10 >= rivals_of_truth * 8, "{returned} of {rivals_of_truth}");
+    assert!(rivals_of_truth >= 50, "{rivals_of_truth} rivals");
+    assert!(returned * 3 >= rivals_of_truth * 2, "{returned} of {rivals_of_truth}");
 }
 
 #[test]

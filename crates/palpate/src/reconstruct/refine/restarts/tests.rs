@@ -46,7 +46,7 @@ fn an_informative_log_has_no_restarts_and_a_short_one_has() {
 /// The eigenvector of the smallest eigenvalue by inverse iteration, and the standard deviation along it.
 fn weakest_direction(measurements: &Measurements, fit: &Fit) -> (DVector<f64>, f64) {
     let smoother = Smoother::new(measurements, fit.order, fit.noise, fit.prior);
-    let information = smoother.belief(&fit.estimate).expect("finite").information;
+    let information = smoother.posterior(&fit.estimate).expect("finite").information;
     let factor = information.clone().cholesky().expect("positive definite");
     let mut direction = DVector::from_fn(information.nrows(), |index, _| 1.0 + index as f64);
     for _ in 0..2000 {
