@@ -9,7 +9,7 @@ use crate::shape::SupportFunction;
 
 /// Energy barrier that errors of the shape may cause where there is none, as a rise of the centre of mass and a share of the mean
 /// radius. Larger values certify physically impossible jumps, smaller ones refuse true ones a few samples early.
-const BARRIER_ALLOWANCE: f64 = 3e-3;
+pub(crate) const BARRIER_ALLOWANCE: f64 = 3e-3;
 
 /// Longest ringing after a jump, samples: a longer one would hide a second jump.
 const LONGEST_RINGING: usize = 60;

@@ -22,10 +22,18 @@ pub(crate) fn is_same_pose(a: f64, b: f64) -> bool {
 /// How far the centre of mass would have to rise on the way from one orientation to another, metres; `height` is its height at an
 /// orientation.
 pub(crate) fn barrier_m(height: impl Fn(f64) -> f64, from: f64, to: f64) -> f64 {
+    top_of_barrier(height, from, to).1
+}
+
+/// The highest orientation on that way, and how far the centre of mass would have to rise.
+pub(crate) fn top_of_barrier(height: impl Fn(f64) -> f64, from: f64, to: f64) -> (f64, f64) {
     let steps = ((to - from).abs() / PI * BARRIER_STEPS).ceil().max(2.0);
     let start = height(from);
-    let rise = |step: u32| height(from + (to - from) * f64::from(step) / steps) - start;
-    (1..=steps as u32).map(rise).fold(0.0, f64::max)
+    (1..=steps as u32).fold((from, 0.0), |top, step| {
+        let psi = from + (to - from) * f64::from(step) / steps;
+        let rise = height(psi) - start;
+        if rise > top.1 { (psi, rise) } else { top }
+    })
 }
 
 /// Where the forces carry an object whose pose is `psi` while the palms move from one pair to the next, one after the other; and whether

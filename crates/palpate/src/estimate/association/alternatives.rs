@@ -3,8 +3,10 @@
 //! smoothed to an optimum of its own, with a shape of its own, and the difference of the log evidences decides.
 
 use crate::estimate::association::transitions::{LONGEST_STEP, near};
+use crate::estimate::evidence::forbidden_jumps::deviance;
 use crate::estimate::evidence::laplace::log_evidence;
-use crate::estimate::evidence::motion_prior::{CERTAIN, UNPREDICTED_JUMP};
+use crate::estimate::evidence::motion_prior::CERTAIN;
+use crate::estimate::jumps::DetectedJump;
 use crate::estimate::measurements::Measurements;
 use crate::estimate::motion::common_rotation;
 use crate::estimate::solver::gauss_newton::{Estimate, Fit, Smoother, StoppingCriteria};
@@ -19,7 +21,7 @@ pub(crate) struct Alternative {
     /// Samples whose ambiguity it resolves.
     pub samples: Vec<usize>,
     /// By how much its motion prior (jumps, unstable poses) costs more than that of the decoded motion, −2 ln; `None`: by the jumps that
-    /// statics does not allow it once it is fitted.
+    /// statics forbids it once it is fitted.
     pub motion_cost: Option<f64>,
 }
 
@@ -74,36 +76,37 @@ impl Ambiguity {
 }
 
 /// Compares alternative motions with that of a fit by their evidence, and replaces the margins of the samples they were proposed
-/// for. `unphysical_jumps` counts those of a motion. Returns the estimate of the best alternative where it is more likely than the fit.
+/// for. `jumps` are those of a motion. Returns the estimate of the best alternative where it is more likely than the fit.
 pub(crate) fn compare_evidence(
     measurements: &Measurements,
     fit: &Fit,
     alternatives: &[Alternative],
-    unphysical_jumps: &(dyn Fn(&Estimate) -> usize + Sync),
+    jumps: &(dyn Fn(&Estimate) -> Vec<DetectedJump> + Sync),
     ambiguity: &mut Ambiguity,
 ) -> Option<Estimate> {
     if alternatives.is_empty() {
         return None;
     }
     let smoother = Smoother::new(measurements, fit.order, fit.noise, fit.prior).strictly_convex();
-    let evidence = |estimate: &Estimate| {
+    let by_jumps = alternatives.iter().any(|alternative| alternative.motion_cost.is_none());
+    // The log evidence, and −2 ln of the prior of the forbidden jumps.
+    let weigh = |estimate: &Estimate| {
         let normal = smoother.linearise(&estimate.coefficients, &estimate.psi);
-        Some(log_evidence(&smoother, estimate, &normal, &smoother.factor(&normal)?))
+        let factor = smoother.factor(&normal)?;
+        let forbidden = if by_jumps { deviance(measurements, estimate, &factor, &jumps(estimate)) } else { 0.0 };
+        Some((log_evidence(&smoother, estimate, &normal, &factor), forbidden))
     };
     let Estimate { coefficients, psi, .. } = fit.estimate.clone();
     let here = smoother.run(coefficients, psi, STOPPING);
-    let here_evidence = evidence(&here)?;
+    let (here_evidence, forbidden_here) = weigh(&here)?;
     let period = fit.prior.symmetry.period_rad();
-    let by_jumps = alternatives.iter().any(|alternative| alternative.motion_cost.is_none());
-    let jumps_here = if by_jumps { unphysical_jumps(&here) } else { 0 };
     let weighed: Vec<(Estimate, f64)> = alternatives
         .par_iter()
         .map(|Alternative { psi, motion_cost, .. }| {
             let there = smoother.run_chord(here.coefficients.clone(), psi.clone(), STOPPING);
-            let motion_cost = motion_cost
-                .unwrap_or_else(|| UNPREDICTED_JUMP.deviance() * (unphysical_jumps(&there) as f64 - jumps_here as f64));
-            let margin =
-                evidence(&there).map_or(f64::INFINITY, |evidence| 2.0 * (here_evidence - evidence) + motion_cost);
+            let margin = weigh(&there).map_or(f64::INFINITY, |(evidence, forbidden)| {
+                2.0 * (here_evidence - evidence) + motion_cost.unwrap_or(forbidden - forbidden_here)
+            });
             (there, if margin.is_nan() { f64::INFINITY } else { margin })
         })
         .collect();
@@ -153,7 +156,7 @@ mod tests {
         );
         let alternative =
             Alternative { psi: elsewhere(&fit, 50..52, 1.5), samples: vec![50, 51], motion_cost: Some(20.0) };
-        assert!(compare_evidence(&measurements, &fit, &[alternative], &|_| 0, &mut ambiguity).is_none());
+        assert!(compare_evidence(&measurements, &fit, &[alternative], &|_| Vec::new(), &mut ambiguity).is_none());
         let ambiguity_rad = ambiguity.ambiguity_rad();
         assert_eq!((ambiguity_rad[50], ambiguity_rad[51]), (0.0, 0.0));
         assert!(ambiguity_rad[80] > 1.8, "no alternative was proposed for it");
@@ -169,7 +172,7 @@ mod tests {
             .unsettled(&wrong.estimate.psi, &right.estimate.psi, std::f64::consts::TAU)
             .expect("two samples differ");
         assert_eq!(alternative.samples, [50, 51]);
-        let better = compare_evidence(&measurements, &wrong, &[alternative], &|_| 0, &mut ambiguity)
+        let better = compare_evidence(&measurements, &wrong, &[alternative], &|_| Vec::new(), &mut ambiguity)
             .expect("the right poses are likelier");
         for (found, truth) in better.psi.iter().zip(&right.estimate.psi) {
             assert!((found - truth).abs() < 1e-3, "{found} {truth}");

@@ -29,8 +29,8 @@ pub(crate) const PREDICTED_JUMP: Nats = Nats(5.0);
 pub(crate) const UNPREDICTED_JUMP: Nats = Nats(10.0);
 pub(crate) const PER_HALF_TURN: Nats = Nats(20.0);
 
-/// Such a jump where friction or pace spoil the balance, and no contact moved. Excluded: otherwise a symmetric object could flip
-/// at no cost wherever the balance does not hold for long.
+/// Such a jump where friction or pace spoil the balance, and no contact moved, or over a barrier that is certain. Excluded: otherwise a
+/// symmetric object could flip at no cost wherever the balance does not hold for long.
 pub(crate) const EXCLUDED: Nats = Nats(500.0);
 
 /// A sample that rests at a pose that is no minimum of the potential energy.

@@ -8,6 +8,7 @@ use super::restarts::along_weakest_direction;
 use crate::estimate::association::alternatives::{Ambiguity, compare_evidence};
 use crate::estimate::association::copies::carried_copies;
 use crate::estimate::association::decode::{Aside, Decoded, decode};
+use crate::estimate::association::landings::landings;
 use crate::estimate::association::predictive::PredictiveShape;
 use crate::estimate::association::rival_pieces::rival_motions;
 use crate::estimate::association::short_segments::reassociated;
@@ -243,12 +244,14 @@ impl<'a> Job<'a> {
                     let starts: Vec<usize> = jumps.iter().map(|jump| jump.sample).collect();
                     alternatives.extend(reassociated(&measurements, &fine, &starts, &mut ambiguity));
                     alternatives.extend(rival_motions(&measurements, &fine, &starts, &mut ambiguity));
+                    let palms: Vec<PalmPair> = self.log.samples.iter().map(|sample| sample.palms).collect();
+                    alternatives.extend(landings(&measurements, &palms, &fine, &jumps, &mut ambiguity));
                 } else {
                     alternatives.clear();
                 }
-                let unphysical = |estimate: &Estimate| self.unphysical_jumps(estimate, period);
-                match compare_evidence(&measurements, &fine, &alternatives, &unphysical, &mut ambiguity) {
-                    Some(better) if !last => {
+                let jumps_of = |estimate: &Estimate| self.jumps(estimate, period);
+                match compare_evidence(&measurements, &fine, &alternatives, &jumps_of, &mut ambiguity) {
+                    Some(better) if settled && attempt < REPAIRS => {
                         decoded_now.relocated = moved(&fine.estimate.psi, &better.psi, period);
                         decoded_now.psi = better.psi;
                     }

@@ -1,0 +1,169 @@
+//! Rival motions beside a jump that statics forbids. Where an object is nearly symmetric, the samples after a jump may all have been given
+//! poses a copy away from the true ones: the contacts fit nearly as well, and only the jump itself is impossible. Here the samples after
+//! such a jump, up to the next one of that kind or the end of the log, are turned together, so that the object lands where its
+//! potential energy lets it (`docs/theory.md`, decoding of the motion). Each such motion becomes an alternative, which the evidence decides
+//! ([`super::alternatives`]).
+
+use crate::estimate::association::alternatives::{Alternative, Ambiguity};
+use crate::estimate::jumps::{BARRIER_ALLOWANCE, DetectedJump};
+use crate::estimate::measurements::Measurements;
+use crate::estimate::solver::gauss_newton::{Fit, Smoother};
+use crate::math::angle::wrapped;
+use crate::mechanics::EnergyLandscape;
+use crate::mechanics::passage::{barrier_m, is_same_pose};
+use crate::palms::PalmPair;
+use crate::shape::SupportFunction;
+use std::ops::Range;
+
+/// Forbidden jumps that are looked at, in order of time: a motion with more of them is wrong in other ways.
+const MOST_FORBIDDEN: usize = 4;
+
+/// Landings of a jump that are tried, those over the lowest barriers.
+const LANDINGS: usize = 2;
+
+/// Steps that take each orientation to the minimum of its own sample after it was turned: the landing is good to a few degrees.
+const PROJECTIONS: usize = 6;
+
+/// The motions with the samples after a forbidden jump turned to where it may land. Their samples count as ambiguous until the evidence
+/// decides.
+pub(crate) fn landings(
+    measurements: &Measurements,
+    palms: &[PalmPair],
+    fit: &Fit,
+    jumps: &[DetectedJump],
+    ambiguity: &mut Ambiguity,
+) -> Vec<Alternative> {
+    let forbidden: Vec<&DetectedJump> = jumps.iter().filter(|jump| !jump.physical).collect();
+    if forbidden.is_empty() || forbidden.len() > MOST_FORBIDDEN {
+        return Vec::new();
+    }
+    let shape = SupportFunction::from_coefficients(&fit.estimate.coefficients);
+    let smoother = Smoother::new(measurements, fit.order, fit.noise, fit.prior);
+    let count = measurements.len();
+    let mut alternatives = Vec::new();
+    for (number, jump) in forbidden.iter().enumerate() {
+        let next = forbidden.get(number + 1).map(|next| next.sample);
+        let turned: Vec<Range<usize>> = next.into_iter().chain([count]).map(|end| jump.sample..end).collect();
+        for landing in allowed(&shape, &palms[jump.sample], jump).into_iter().take(LANDINGS) {
+            for samples in &turned {
+                let mut psi = fit.estimate.psi.clone();
+                psi[samples.clone()].iter_mut().for_each(|psi| *psi += landing - jump.psi_after);
+                let _ = smoother.project_orientations(&fit.estimate.coefficients, &mut psi, PROJECTIONS);
+                // Samples that are ambiguous for other reasons stay so.
+                let settled: Vec<usize> = samples.clone().filter(|&sample| !ambiguity.is_open(sample)).collect();
+                alternatives.push(Alternative { psi, samples: settled, motion_cost: None });
+            }
+        }
+    }
+    for alternative in &alternatives {
+        alternative.samples.iter().for_each(|&sample| ambiguity.lower(sample..sample + 1, 0.0));
+    }
+    alternatives
+}
+
+/// Other poses than that after a jump which the object reaches without a barrier, the lowest barrier first.
+fn allowed(shape: &SupportFunction, palms: &PalmPair, jump: &DetectedJump) -> Vec<f64> {
+    let landscape = EnergyLandscape::new(shape, palms);
+    let allowance_m = BARRIER_ALLOWANCE * shape.mean_radius_m();
+    let mut reached: Vec<(f64, f64)> = Vec::new();
+    for rest in landscape.stable_poses() {
+        let turn = wrapped(rest.psi_rad - jump.psi_before);
+        let landing = jump.psi_before + turn;
+        if is_same_pose(landing, jump.psi_after) {
+            continue;
+        }
+        let barrier_m = barrier_m(|psi| landscape.height_m(psi), jump.psi_before, landing);
+        if barrier_m <= allowance_m {
+            reached.push((barrier_m, landing));
+        }
+    }
+    reached.sort_by(|a, b| a.0.total_cmp(&b.0));
+    reached.into_iter().map(|(_, landing)| landing).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::estimate::jumps::detect_jumps;
+    use crate::estimate::model::noise::Noise;
+    use crate::estimate::model::prior::Prior;
+    use crate::estimate::motion::{same_motion, unwrap};
+    use crate::estimate::solver::gauss_newton::{Estimate, StoppingCriteria};
+    use crate::palms::PalmMotion;
+    use crate::sensor::Touchpad;
+    use crate::shape::ellipse;
+    use crate::simulate::{SimulateOptions, simulate};
+    use std::f64::consts::{PI, TAU};
+
+    const NOISE: Noise = Noise { sensor_m: 5e-5, balance_m: 1e-5 };
+
+    fn fitted(measurements: &Measurements, coefficients: Vec<f64>, psi: Vec<f64>) -> Fit {
+        let (order, prior) = (coefficients.len() / 2, Prior::new(0.03, 0.015));
+        let stopping = StoppingCriteria { iterations: 30, tolerance: 1e-7 };
+        let mut estimate: Estimate = Smoother::new(measurements, order, NOISE, prior).run(coefficients, psi, stopping);
+        unwrap(&mut estimate.psi);
+        Fit { estimate, order, noise: NOISE, prior, log_evidence: 0.0 }
+    }
+
+    #[test]
+    fn samples_half_a_turn_away_after_a_jump_are_brought_back() {
+        // An ellipse but for the third harmonic.
+        let mut coefficients = ellipse(0.03, 0.025).expect("possible").coefficients();
+        let order = coefficients.len() / 2;
+        coefficients[3] += 5e-5;
+        coefficients[order + 1] += 3e-5;
+        let shape = SupportFunction::from_coefficients(&coefficients);
+        let (mut forbidden, mut brought_back) = (0, 0);
+        for seed in 0..20 {
+            let motion = PalmMotion::random(seed, 20.0, 1.0).and_then(|motion| motion.sample(20.0)).expect("possible");
+            let touchpad = Touchpad { noise_sd_m: NOISE.sensor_m, ..Touchpad::ideal() };
+            let options = SimulateOptions { touchpad, seed, ..SimulateOptions::default() };
+            let Ok(run) = simulate(&shape, &motion, &options) else { continue };
+            let palms: Vec<PalmPair> = run.log.samples.iter().map(|sample| sample.palms).collect();
+            let measurements = Measurements::new(&run.log, None);
+            let truth: Vec<f64> = run.truth.motion.iter().map(|pose| pose.psi_rad).collect();
+            let Some(first) = run.jumps.first() else { continue };
+            let after = run.log.samples.partition_point(|sample| sample.time_s < first.time_s);
+            let mut flipped = truth.clone();
+            flipped[after..].iter_mut().for_each(|psi| *psi += PI);
+            let fit = fitted(&measurements, coefficients.clone(), flipped);
+            let jumps = detect_jumps(
+                &SupportFunction::from_coefficients(&fit.estimate.coefficients),
+                &palms,
+                &fit.estimate.psi,
+            );
+            if jumps.iter().all(|jump| jump.physical) {
+                continue;
+            }
+            forbidden += 1;
+            let mut ambiguity = Ambiguity::new(vec![f64::INFINITY; truth.len()]);
+            let found = landings(&measurements, &palms, &fit, &jumps, &mut ambiguity);
+            assert!(found.iter().flat_map(|other| &other.samples).all(|&sample| ambiguity.is_open(sample)));
+            let is_true = |other: &Alternative| {
+                let there = fitted(&measurements, fit.estimate.coefficients.clone(), other.psi.clone());
+                same_motion(&there.estimate.psi, &truth, TAU)
+            };
+            brought_back += usize::from(found.iter().any(is_true));
+        }
+        assert!(forbidden >= 3 && brought_back * 10 >= forbidden * 8, "{brought_back} of {forbidden}");
+    }
+
+    #[test]
+    fn without_a_forbidden_jump_there_is_nothing_to_turn() {
+        let motion = PalmMotion::random(1, 10.0, 0.5).and_then(|motion| motion.sample(20.0)).expect("possible");
+        let shape = ellipse(0.03, 0.025).expect("possible");
+        let run = simulate(&shape, &motion, &SimulateOptions::default()).expect("possible");
+        let palms: Vec<PalmPair> = run.log.samples.iter().map(|sample| sample.palms).collect();
+        let measurements = Measurements::new(&run.log, None);
+        let truth: Vec<f64> = run.truth.motion.iter().map(|pose| pose.psi_rad).collect();
+        let fit = fitted(&measurements, shape.coefficients(), truth);
+        let mut ambiguity = Ambiguity::new(vec![f64::INFINITY; palms.len()]);
+        let mut jump = detect_jumps(&shape, &palms, &fit.estimate.psi).into_iter().next();
+        if let Some(jump) = &mut jump {
+            jump.physical = true;
+        }
+        let jumps: Vec<DetectedJump> = jump.into_iter().collect();
+        assert!(landings(&measurements, &palms, &fit, &jumps, &mut ambiguity).is_empty());
+        assert!(!ambiguity.is_open(0));
+    }
+}

@@ -1,0 +1,90 @@
+//! What a motion pays for jumps that statics forbids (`docs/theory.md`, decoding of the motion), as a part of its prior. The barrier on the way is a
+//! difference of heights of the centre of mass, linear in the shape, so that its standard deviation is known: a barrier that errors of the
+//! shape may have made costs no more than any jump that is not predicted, one that is certain excludes the motion.
+
+use crate::estimate::evidence::motion_prior::{EXCLUDED, UNPREDICTED_JUMP};
+use crate::estimate::jumps::{BARRIER_ALLOWANCE, DetectedJump};
+use crate::estimate::measurements::{Instant, Measurements};
+use crate::estimate::model::contact::contacts;
+use crate::estimate::model::layout::Layout;
+use crate::estimate::solver::gauss_newton::Estimate;
+use crate::mechanics::passage::top_of_barrier;
+use nalgebra::{Cholesky, DVector, Dyn};
+
+/// −2 ln of the prior of the forbidden jumps of a motion; `posterior` is the Cholesky factor of the information on the shape.
+pub(crate) fn deviance(
+    measurements: &Measurements,
+    Estimate { coefficients, .. }: &Estimate,
+    posterior: &Cholesky<f64, Dyn>,
+    jumps: &[DetectedJump],
+) -> f64 {
+    let allowance_m = BARRIER_ALLOWANCE * coefficients[0].abs();
+    let of_jump = |jump: &DetectedJump| {
+        let instant = &measurements.instants[jump.sample];
+        let height = |psi: f64| instant.palms.center(contacts(instant, coefficients, psi).r)[1];
+        let (top, barrier_m) = top_of_barrier(height, jump.psi_before, jump.psi_after);
+        let row = height_row(instant, coefficients, top) - height_row(instant, coefficients, jump.psi_before);
+        let variance = posterior.solve(&row).dot(&row) + allowance_m * allowance_m;
+        let deviance = barrier_m * barrier_m / variance;
+        deviance.clamp(UNPREDICTED_JUMP.deviance(), EXCLUDED.deviance())
+    };
+    jumps.iter().filter(|jump| !jump.physical).map(of_jump).sum()
+}
+
+/// Derivative of the height of the centre of mass at an orientation by the coefficients.
+fn height_row(instant: &Instant, coefficients: &[f64], psi: f64) -> DVector<f64> {
+    let layout = Layout::of_coefficients(coefficients);
+    let (theta1, theta2) = instant.contact_angles(psi);
+    let [of_first, of_second] = [[1.0, 0.0], [0.0, 1.0]].map(|r| instant.palms.center(r)[1]);
+    layout.support_row(theta1) * of_first + layout.support_row(theta2) * of_second
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Log;
+    use crate::log::Sample;
+    use crate::mechanics::EnergyLandscape;
+    use crate::palms::PalmPair;
+    use crate::shape::{SupportFunction, ellipse};
+    use nalgebra::DMatrix;
+
+    /// A jump of an ellipse over the barrier between its two poses, and the factor of an information of (1/`sd_m`)² on each coefficient.
+    fn of_known_to(sd_m: f64, physical: bool) -> (f64, f64) {
+        let shape = ellipse(0.03, 0.024).expect("possible");
+        let palms = PalmPair::hinged(0.6, 1.7);
+        let landscape = EnergyLandscape::new(&shape, &palms);
+        let [first, second] = [0, 1].map(|pose| landscape.stable_poses()[pose].psi_rad);
+        let jump = DetectedJump {
+            sample: 0,
+            psi_before: first,
+            psi_after: second,
+            height_before_m: landscape.height_m(first),
+            height_after_m: landscape.height_m(second),
+            physical,
+            predicted: physical,
+        };
+        let (s1, s2) = palms.contact_positions_m(&shape, first);
+        let measurements = Measurements::new(&Log { samples: vec![Sample::new(0.0, palms, s1, s2)] }, None);
+        let coefficients = SupportFunction::coefficients(&shape);
+        let unknowns = coefficients.len();
+        let information = DMatrix::identity(unknowns, unknowns) / (sd_m * sd_m);
+        let (_, barrier_m) = top_of_barrier(|psi| landscape.height_m(psi), first, second);
+        let estimate = Estimate { coefficients, psi: vec![first], cost: 0.0 };
+        let posterior = information.cholesky().expect("definite");
+        (deviance(&measurements, &estimate, &posterior, &[jump]), barrier_m)
+    }
+
+    #[test]
+    fn a_certain_barrier_excludes_a_jump_and_an_uncertain_one_does_not() {
+        let (certain, barrier_m) = of_known_to(1e-6, false);
+        let allowance_m = BARRIER_ALLOWANCE * 0.027;
+        assert!(barrier_m > 10.0 * allowance_m, "{barrier_m}");
+        let expected = (barrier_m / allowance_m).powi(2).min(EXCLUDED.deviance());
+        assert!((certain / expected - 1.0).abs() < 0.05, "{certain} {expected}");
+        assert_eq!(of_known_to(barrier_m, false).0, UNPREDICTED_JUMP.deviance());
+        let between = of_known_to(0.015 * barrier_m, false).0;
+        assert!(between > UNPREDICTED_JUMP.deviance() && between < certain, "{between}");
+        assert_eq!(of_known_to(1e-6, true).0, 0.0);
+    }
+}
