@@ -17,6 +17,10 @@ use rayon::prelude::*;
 /// Explanations that are waited for besides the first, where noisy contacts miss the balance: each costs a refinement.
 const FURTHER_EXPLANATIONS: usize = 2;
 
+/// χ² per degree of freedom up to which noise may be what is wrong with a result: errors that are correlated over several samples are three
+/// times as large as they seem between neighbours.
+const NOISIER: f64 = 10.0;
+
 /// In ranking contradicted results, one unphysical jump outweighs any χ² per degree of freedom, which counts up to the largest.
 const UNPHYSICAL_JUMP: f64 = 1e3;
 const LARGEST_CHI2: f64 = 999.0;
@@ -28,9 +32,18 @@ impl Candidate {
     /// Whether the search may end, when so many explanations without contradictions were found (this one among them). One
     /// suffices, unless noisy contacts miss the balance: then only a comparison of several shows whether one keeps it.
     pub fn is_enough(&self, explanations: usize) -> bool {
+        if self.is_only_noisier() {
+            return true;
+        }
         let Reconstruction { sensor_sd_m, balance_sd_m, ref shape, .. } = self.result;
         let missed = balance_is_missed(sensor_sd_m, balance_sd_m, shape.mean_radius_m());
         explanations > if missed { FURTHER_EXPLANATIONS } else { 0 }
+    }
+
+    /// Whether the noise is all that is wrong: every pose is placed and at rest, and every jump is one that statics makes, which a wrong
+    /// motion hardly does for a whole log. No other arrangement is searched for then.
+    fn is_only_noisier(&self) -> bool {
+        matches!(self.result.verdict.doubts[..], [Doubt::Misfit { .. }]) && self.result.chi2_per_dof <= NOISIER
     }
 
     /// Compares by the evidence where nothing contradicts either result; else prefers the one without contradictions; else

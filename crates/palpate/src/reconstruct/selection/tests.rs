@@ -71,6 +71,20 @@ fn one_explanation_is_enough_where_the_balance_holds() {
 }
 
 #[test]
+fn a_result_with_nothing_but_noise_against_it_ends_the_search() {
+    let misfit = Doubt::Misfit { left_m: 3e-4, expected_m: 1e-4, stated: false };
+    let with = |chi2_per_dof, doubts: &[Doubt]| {
+        let mut candidate = candidate(false, 0.0, chi2_per_dof, &[true]);
+        candidate.result.verdict = Verdict::new(doubts.to_vec());
+        candidate.is_enough(0)
+    };
+    assert!(with(9.9, std::slice::from_ref(&misfit)));
+    assert!(!with(10.1, std::slice::from_ref(&misfit)));
+    assert!(!with(9.9, &[misfit, Doubt::UnstablePoses { samples: 3, of: 9 }]));
+    assert!(!with(9.9, &[Doubt::NotConvex]));
+}
+
+#[test]
 fn further_explanations_are_required_where_noisy_contacts_miss_the_balance() {
     let mut unbalanced = candidate(true, 0.0, 1.0, &[]);
     unbalanced.result.sensor_sd_m = 0.01 * RADIUS_M;
