@@ -45,7 +45,7 @@ fn without_a_violated_node_the_step_is_that_of_newton() {
 
 #[test]
 fn the_step_is_the_minimum_of_model_and_penalty() {
-    let mut rounds_were_needed = 0;
+    let (mut rounds_were_needed, mut short) = (0, 0);
     for seed in 0..20 {
         let (convexity, coefficients, normal) = pulled(seed, 1.0);
         let at = |step: &DVector<f64>| cost(&convexity, &coefficients, &normal, step);
@@ -66,13 +66,16 @@ fn the_step_is_the_minimum_of_model_and_penalty() {
         }
         let further = -matrix.clone().cholesky().expect("definite").solve(&gradient);
         let best = (0..=100).map(|share| at(&(&step + &further * (0.01 * f64::from(share))))).fold(least, f64::min);
-        assert!(least - best < 0.1 * fall, "seed {seed}: {} of {fall}", least - best);
+        // A round that other nodes cut short may be the last.
+        assert!(least - best < 0.3 * fall, "seed {seed}: {} of {fall}", least - best);
+        short += usize::from(least - best > 5.0 * ENOUGH * fall);
         // And the factor is that of one of the last rounds: it solves for a direction of descent.
         assert!(gradient.dot(&factor.solve(&gradient)) >= 0.0);
         let once = -normal.matrix.clone().cholesky().expect("definite").solve(&normal.gradient);
         assert!(least < at(&once), "seed {seed}: no better than without the penalty");
     }
     assert!(rounds_were_needed > 20, "{rounds_were_needed} violated nodes");
+    assert!(short <= 5, "{short} of 20 end far from the minimum");
 }
 
 #[test]
