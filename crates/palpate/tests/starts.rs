@@ -27,13 +27,15 @@ fn run_with_jumps() -> Simulation {
 #[test]
 fn a_known_object_is_placed_through_jumps_and_refined() {
     let run = run_with_jumps();
-    // Known to three percent and with another front.
-    let known = stone().scaled(1.03).rotated(2.0);
-    let found = Reconstructor::new().start(Start::Shape(known)).run(&run.log).expect("solvable");
-    assert!(found.is_certified(), "{}", found.verdict);
-    let error = compare(&found, &run.truth).expect("of the same log");
-    assert!(error.rms_r_m < 5e-5, "{error:?}");
-    assert!(error.rms_psi_rad < 0.01, "{error:?}");
+    // Known to five percent, and with another front.
+    for (scale, turn) in [(1.03, 2.0), (1.0, 0.0), (0.95, 1.0), (1.05, 3.0)] {
+        let known = stone().scaled(scale).rotated(turn);
+        let found = Reconstructor::new().start(Start::Shape(known)).run(&run.log).expect("solvable");
+        assert!(found.is_certified(), "{scale} {turn}: {}", found.verdict);
+        let error = compare(&found, &run.truth).expect("of the same log");
+        assert!(error.rms_r_m < 5e-5, "{scale} {turn}: {error:?}");
+        assert!(error.rms_psi_rad < 0.01, "{scale} {turn}: {error:?}");
+    }
 }
 
 #[test]

@@ -17,6 +17,10 @@ use crate::estimate::solver::gauss_newton::Estimate;
 use crate::log::Log;
 use crate::shape::SupportFunction;
 
+/// Sizes in which a known shape is tried, one after the other until one explains the log: each leads to the optimum from up to two per cent
+/// away.
+const SIZES: [f64; 5] = [1.0, 0.97, 1.03, 0.94, 1.06];
+
 /// Reconstructs logs, with what is known besides them. What is not said is left to the log.
 ///
 /// ```
@@ -96,8 +100,7 @@ impl<'a> Reconstructor<'a> {
             Start::Nothing => self.search(log),
             Start::Shape(shape) => {
                 check_start(log, shape, None)?;
-                let job = Job::new(log, &self.options);
-                self.refine(&job, shape, way_of(shape, &job))
+                self.place(&Job::new(log, &self.options), shape)
             }
             Start::Motion { shape, psi_rad } => {
                 check_start(log, shape, Some(psi_rad))?;
@@ -150,17 +153,45 @@ impl<'a> Reconstructor<'a> {
         })
     }
 
+    /// From a known shape: in the size given, and where that contradicts the log, in others near it.
+    fn place(&self, job: &Job, shape: &SupportFunction) -> Result<Reconstruction, ReconstructError> {
+        if self.options.method != Method::Likelihood {
+            return integral::reconstruct_from(job.log, shape, &way_of(shape, job), &self.options);
+        }
+        let mut best: Option<Candidate> = None;
+        let mut failure = ReconstructError::NotSolvable;
+        for size in SIZES {
+            let known = shape.scaled(size);
+            match Self::refined(job, &known, way_of(&known, job)) {
+                Ok(candidate) if best.as_ref().is_none_or(|other| candidate.is_likelier_than(other)) => {
+                    best = Some(candidate);
+                }
+                Ok(_) => {}
+                Err(error) => failure = error,
+            }
+            if best.as_ref().is_some_and(|candidate| candidate.result.verdict.is_explained()) {
+                break;
+            }
+        }
+        self.tell("done", 1.0);
+        best.map(|candidate| candidate.result).ok_or(failure)
+    }
+
     fn refine(&self, job: &Job, shape: &SupportFunction, psi: Vec<f64>) -> Result<Reconstruction, ReconstructError> {
         if self.options.method != Method::Likelihood {
             return integral::reconstruct_from(job.log, shape, &psi, &self.options);
         }
+        let candidate = Self::refined(job, shape, psi)?;
+        self.tell("done", 1.0);
+        Ok(candidate.result)
+    }
+
+    /// The optimum next to a shape and a motion.
+    fn refined(job: &Job, shape: &SupportFunction, psi: Vec<f64>) -> Result<Candidate, ReconstructError> {
         let ranges = segments(&job.measurements, job.scatter_m);
         let estimate = Estimate { coefficients: starting_coefficients(shape, job.scatter_m), psi, cost: 0.0 };
         let found = Found { thin: job.measurements.clone(), ranges, estimates: vec![estimate] };
-        let refined = job.refine(&found, 0)?;
-        let result = job.assemble(refined)?.result;
-        self.tell("done", 1.0);
-        Ok(result)
+        job.assemble(job.refine(&found, 0)?)
     }
 }
 

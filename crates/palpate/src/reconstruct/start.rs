@@ -25,7 +25,7 @@ pub enum Start {
     #[default]
     Nothing,
     /// The object is known, more or less; its motion is not. Every sample is placed by the orientation that explains its contacts best,
-    /// on the most likely way of that shape through the log.
+    /// on the most likely way of that shape through the log; in the size given, or else in others up to six per cent away from it.
     Shape(SupportFunction),
     /// Shape and motion are known, more or less: of a log that was solved before, or from a simulation, to see what the estimator could
     /// reach.
