@@ -73,7 +73,7 @@ pub(crate) fn against_general(measurements: &Measurements, symmetric: &Fit) -> O
     let smoother = Smoother::new(measurements, symmetric.order, symmetric.noise, prior).strictly_convex();
     let Estimate { coefficients, psi, .. } = symmetric.estimate.clone();
     let general = smoother.run(coefficients, psi, STOPPING);
-    let normal = smoother.linearise(&general.coefficients, &general.psi);
+    let normal = smoother.linearise_without_convexity(&general.coefficients, &general.psi);
     let covariance = smoother.factor(&normal)?.inverse();
     let general_model = General { mean: general.coefficients, covariance, prior };
     let mut felt = vec![false; NODES];
@@ -88,7 +88,7 @@ const STOPPING: StoppingCriteria = StoppingCriteria { iterations: 20, tolerance:
 /// The symmetric models, the most likely first. Empty where the log does not determine the general one.
 pub(crate) fn symmetric_models(measurements: &Measurements, fit: &Fit) -> Vec<SymmetricModel> {
     let smoother = Smoother::new(measurements, fit.order, fit.noise, fit.prior).strictly_convex();
-    let normal = smoother.linearise(&fit.estimate.coefficients, &fit.estimate.psi);
+    let normal = smoother.linearise_without_convexity(&fit.estimate.coefficients, &fit.estimate.psi);
     let Some(factor) = smoother.factor(&normal) else { return Vec::new() };
     let general = General { mean: fit.estimate.coefficients.clone(), covariance: factor.inverse(), prior: fit.prior };
     let mut models: Vec<SymmetricModel> = ORDERS
