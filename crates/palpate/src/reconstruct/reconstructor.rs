@@ -156,7 +156,7 @@ impl<'a> Reconstructor<'a> {
     /// From a known shape: in the size given, and where that contradicts the log, in others near it.
     fn place(&self, job: &Job, shape: &SupportFunction) -> Result<Reconstruction, ReconstructError> {
         if self.options.method != Method::Likelihood {
-            return integral::reconstruct_from(job.log, shape, &way_of(shape, job), &self.options);
+            return self.refine(job, shape, way_of(shape, job));
         }
         let mut best: Option<Candidate> = None;
         let mut failure = ReconstructError::NotSolvable;

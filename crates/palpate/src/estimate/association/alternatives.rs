@@ -65,8 +65,18 @@ impl Ambiguity {
     pub fn unsettled(&mut self, fitted: &[f64], decoded: &[f64], period: f64) -> Option<Alternative> {
         let differ = |sample: &usize| !near(fitted[*sample], decoded[*sample], period);
         let samples: Vec<usize> = (0..fitted.len()).filter(differ).collect();
-        samples.iter().for_each(|&sample| self.lower(sample..sample + 1, 0.0));
+        self.doubt(&samples);
         (!samples.is_empty()).then(|| Alternative { psi: decoded.to_vec(), samples, motion_cost: Some(0.0) })
+    }
+
+    /// Those of a run of samples that are not open: an alternative for them leaves samples that are ambiguous for other reasons as they are.
+    pub fn settled(&self, samples: Range<usize>) -> Vec<usize> {
+        samples.filter(|&sample| !self.is_open(sample)).collect()
+    }
+
+    /// Opens samples until the evidence decides.
+    pub fn doubt(&mut self, samples: &[usize]) {
+        samples.iter().for_each(|&sample| self.lower(sample..sample + 1, 0.0));
     }
 
     /// Lowers the margins of a run of samples to at most this.
@@ -88,9 +98,8 @@ pub(crate) fn compare_evidence(
         return None;
     }
     let smoother = Smoother::new(measurements, fit.order, fit.noise, fit.prior).strictly_convex();
-    let by_jumps = alternatives.iter().any(|alternative| alternative.motion_cost.is_none());
-    // The log evidence, and −2 ln of the prior of the forbidden jumps.
-    let weigh = |estimate: &Estimate| {
+    // The log evidence, and −2 ln of the prior of the forbidden jumps where they count.
+    let weigh = |estimate: &Estimate, by_jumps: bool| {
         let normal = smoother.linearise(&estimate.coefficients, &estimate.psi);
         let factor = smoother.factor(&normal)?;
         let forbidden = if by_jumps { deviance(measurements, estimate, &factor, &jumps(estimate)) } else { 0.0 };
@@ -98,13 +107,14 @@ pub(crate) fn compare_evidence(
     };
     let Estimate { coefficients, psi, .. } = fit.estimate.clone();
     let here = smoother.run(coefficients, psi, STOPPING);
-    let (here_evidence, forbidden_here) = weigh(&here)?;
+    let (here_evidence, forbidden_here) =
+        weigh(&here, alternatives.iter().any(|alternative| alternative.motion_cost.is_none()))?;
     let period = fit.prior.symmetry.period_rad();
     let weighed: Vec<(Estimate, f64)> = alternatives
         .par_iter()
         .map(|Alternative { psi, motion_cost, .. }| {
             let there = smoother.run_chord(here.coefficients.clone(), psi.clone(), STOPPING);
-            let margin = weigh(&there).map_or(f64::INFINITY, |(evidence, forbidden)| {
+            let margin = weigh(&there, motion_cost.is_none()).map_or(f64::INFINITY, |(evidence, forbidden)| {
                 2.0 * (here_evidence - evidence) + motion_cost.unwrap_or(forbidden - forbidden_here)
             });
             (there, if margin.is_nan() { f64::INFINITY } else { margin })

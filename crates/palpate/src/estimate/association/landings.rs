@@ -49,15 +49,11 @@ pub(crate) fn landings(
                 let mut psi = fit.estimate.psi.clone();
                 psi[samples.clone()].iter_mut().for_each(|psi| *psi += landing - jump.psi_after);
                 let _ = smoother.project_orientations(&fit.estimate.coefficients, &mut psi, PROJECTIONS);
-                // Samples that are ambiguous for other reasons stay so.
-                let settled: Vec<usize> = samples.clone().filter(|&sample| !ambiguity.is_open(sample)).collect();
-                alternatives.push(Alternative { psi, samples: settled, motion_cost: None });
+                alternatives.push(Alternative { psi, samples: ambiguity.settled(samples.clone()), motion_cost: None });
             }
         }
     }
-    for alternative in &alternatives {
-        alternative.samples.iter().for_each(|&sample| ambiguity.lower(sample..sample + 1, 0.0));
-    }
+    alternatives.iter().for_each(|alternative| ambiguity.doubt(&alternative.samples));
     alternatives
 }
 
@@ -149,7 +145,7 @@ mod tests {
     }
 
     #[test]
-    fn without_a_forbidden_jump_there_is_nothing_to_turn() {
+    fn a_few_forbidden_jumps_are_looked_at_and_no_others() {
         let motion = PalmMotion::random(1, 10.0, 0.5).and_then(|motion| motion.sample(20.0)).expect("possible");
         let shape = ellipse(0.03, 0.025).expect("possible");
         let run = simulate(&shape, &motion, &SimulateOptions::default()).expect("possible");
@@ -157,13 +153,32 @@ mod tests {
         let measurements = Measurements::new(&run.log, None);
         let truth: Vec<f64> = run.truth.motion.iter().map(|pose| pose.psi_rad).collect();
         let fit = fitted(&measurements, shape.coefficients(), truth);
-        let mut ambiguity = Ambiguity::new(vec![f64::INFINITY; palms.len()]);
-        let mut jump = detect_jumps(&shape, &palms, &fit.estimate.psi).into_iter().next();
-        if let Some(jump) = &mut jump {
-            jump.physical = true;
-        }
-        let jumps: Vec<DetectedJump> = jump.into_iter().collect();
-        assert!(landings(&measurements, &palms, &fit, &jumps, &mut ambiguity).is_empty());
-        assert!(!ambiguity.is_open(0));
+        // As if the samples from each on were half a turn away.
+        let jumps = |count: usize, physical: bool| -> Vec<DetectedJump> {
+            let jump = |number: usize| {
+                let (sample, psi_before) = (20 + number, fit.estimate.psi[19 + number]);
+                let psi_after = psi_before + PI;
+                let (height_before_m, height_after_m) = (0.0, 0.0);
+                DetectedJump {
+                    sample,
+                    psi_before,
+                    psi_after,
+                    height_before_m,
+                    height_after_m,
+                    physical,
+                    predicted: false,
+                }
+            };
+            (0..count).map(jump).collect()
+        };
+        let found = |jumps: &[DetectedJump]| {
+            let mut ambiguity = Ambiguity::new(vec![f64::INFINITY; palms.len()]);
+            let found = landings(&measurements, &palms, &fit, jumps, &mut ambiguity);
+            (!found.is_empty(), ambiguity.is_open(palms.len() - 1), ambiguity.is_open(0))
+        };
+        assert_eq!(found(&jumps(1, false)), (true, true, false));
+        assert_eq!(found(&jumps(MOST_FORBIDDEN, false)), (true, true, false));
+        assert_eq!(found(&jumps(MOST_FORBIDDEN + 1, false)), (false, false, false));
+        assert_eq!(found(&jumps(1, true)), (false, false, false));
     }
 }

@@ -58,10 +58,9 @@ pub(crate) fn rival_motions(
         pieces.into_par_iter().map(|piece| (piece.clone(), rivals(measurements, fit, piece))).collect();
     let mut alternatives = Vec::new();
     for (piece, rivals) in found {
-        // Samples that are ambiguous for other reasons stay so.
-        let settled: Vec<usize> = piece.clone().filter(|&sample| !ambiguity.is_open(sample)).collect();
+        let settled = ambiguity.settled(piece.clone());
         for rival in rivals {
-            settled.iter().for_each(|&sample| ambiguity.lower(sample..sample + 1, 0.0));
+            ambiguity.doubt(&settled);
             let mut psi = fit.estimate.psi.clone();
             psi[piece.clone()].copy_from_slice(&rival);
             alternatives.push(Alternative { psi, samples: settled.clone(), motion_cost: None });

@@ -85,7 +85,8 @@ pub(crate) fn against_general(measurements: &Measurements, symmetric: &Fit) -> O
 /// Effort of the general fit that begins at a symmetric one.
 const STOPPING: StoppingCriteria = StoppingCriteria { iterations: 20, tolerance: 1e-7 };
 
-/// The symmetric models, the most likely first. Empty where the log does not determine the general one.
+/// The symmetric models, the most likely first, by the posterior of samples and prior: the nodes that hold the shape convex would exclude
+/// each that moves them. Empty where the log does not determine the general one.
 pub(crate) fn symmetric_models(measurements: &Measurements, fit: &Fit) -> Vec<SymmetricModel> {
     let smoother = Smoother::new(measurements, fit.order, fit.noise, fit.prior).strictly_convex();
     let normal = smoother.linearise_without_convexity(&fit.estimate.coefficients, &fit.estimate.psi);

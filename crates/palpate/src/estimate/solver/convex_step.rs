@@ -4,6 +4,7 @@
 //! minimum along the line, ends after a few rounds (L. Qi and J. Sun, *Mathematical Programming* 58, 1993). No sample is looked at again.
 
 use crate::estimate::model::prior::Convexity;
+use crate::estimate::solver::gauss_newton::moved;
 use crate::estimate::solver::normal_equations::Normal;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
@@ -37,7 +38,7 @@ impl<'a> Penalised<'a> {
         let residuals = convexity.residuals(coefficients);
         let mut matrix = normal.matrix.clone();
         let mut row = DVector::zeros(coefficients.len());
-        for node in (0..residuals.len()).filter(|&node| residuals[node] > 0.0) {
+        for node in violated(&residuals) {
             convexity.row(node, row.as_mut_slice());
             matrix.syger(1.0, &row, &row, 1.0);
         }
@@ -64,7 +65,7 @@ impl<'a> Penalised<'a> {
                 of_samples.axpy(residuals[node], &row, 1.0);
             }
             let newton = -factor.solve(&of_samples);
-            let there = self.residuals_after(&(&step + &newton));
+            let there = self.convexity.residuals(&moved(self.coefficients, &(&step + &newton)));
             let bent = (&self.normal.matrix * &newton + damped.component_mul(&newton)).dot(&newton);
             let slope = before.dot(&newton);
             let share = along_line(slope, bent, &residuals, &there);
@@ -93,11 +94,6 @@ impl<'a> Penalised<'a> {
             residuals = next;
         }
     }
-
-    fn residuals_after(&self, step: &DVector<f64>) -> Vec<f64> {
-        let moved: Vec<f64> = self.coefficients.iter().zip(step.iter()).map(|(a, b)| a + b).collect();
-        self.convexity.residuals(&moved)
-    }
 }
 
 /// The penalty at these residuals.
@@ -105,6 +101,7 @@ fn penalty(residuals: &[f64]) -> f64 {
     residuals.iter().map(|residual| residual.max(0.0).powi(2)).sum()
 }
 
+/// The nodes that these residuals violate.
 fn violated(residuals: &[f64]) -> impl Iterator<Item = usize> {
     (0..residuals.len()).filter(|&node| residuals[node] > 0.0)
 }

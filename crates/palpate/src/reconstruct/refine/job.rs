@@ -244,8 +244,7 @@ impl<'a> Job<'a> {
                     let starts: Vec<usize> = jumps.iter().map(|jump| jump.sample).collect();
                     alternatives.extend(reassociated(&measurements, &fine, &starts, &mut ambiguity));
                     alternatives.extend(rival_motions(&measurements, &fine, &starts, &mut ambiguity));
-                    let palms: Vec<PalmPair> = self.log.samples.iter().map(|sample| sample.palms).collect();
-                    alternatives.extend(landings(&measurements, &palms, &fine, &jumps, &mut ambiguity));
+                    alternatives.extend(landings(&measurements, &self.palms(), &fine, &jumps, &mut ambiguity));
                 } else {
                     alternatives.clear();
                 }
@@ -370,8 +369,7 @@ impl<'a> Job<'a> {
     fn allowed_motion(&self, coefficients: &[f64], psi: &[f64], period: f64) -> Vec<f64> {
         let mut psi = psi.to_vec();
         if period < TAU {
-            let palms: Vec<PalmPair> = self.log.samples.iter().map(|sample| sample.palms).collect();
-            psi = carried_copies(&SupportFunction::from_coefficients(coefficients), &palms, &psi, period);
+            psi = carried_copies(&SupportFunction::from_coefficients(coefficients), &self.palms(), &psi, period);
         }
         unwrap(&mut psi);
         psi
@@ -384,9 +382,12 @@ impl<'a> Job<'a> {
 
     /// The jumps in the motion that statics allows an object with such a period.
     fn jumps(&self, Estimate { coefficients, psi, .. }: &Estimate, period: f64) -> Vec<DetectedJump> {
-        let palms: Vec<PalmPair> = self.log.samples.iter().map(|sample| sample.palms).collect();
         let psi = self.allowed_motion(coefficients, psi, period);
-        detect_jumps(&SupportFunction::from_coefficients(coefficients), &palms, &psi)
+        detect_jumps(&SupportFunction::from_coefficients(coefficients), &self.palms(), &psi)
+    }
+
+    fn palms(&self) -> Vec<PalmPair> {
+        self.log.samples.iter().map(|sample| sample.palms).collect()
     }
 }
 
