@@ -11,6 +11,7 @@ use crate::estimate::measurements::Measurements;
 use crate::estimate::model::layout::{Layout, rotate, rotated_covariance};
 use crate::estimate::model::prior::Prior;
 use crate::estimate::solver::gauss_newton::{Estimate, Fit, Smoother, StoppingCriteria};
+use crate::estimate::solver::normal_equations::Normal;
 use crate::shape::Symmetry;
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::{PI, TAU};
@@ -73,13 +74,17 @@ pub(crate) fn against_general(measurements: &Measurements, symmetric: &Fit) -> O
     let smoother = Smoother::new(measurements, symmetric.order, symmetric.noise, prior).strictly_convex();
     let Estimate { coefficients, psi, .. } = symmetric.estimate.clone();
     let general = smoother.run(coefficients, psi, STOPPING);
-    let normal = smoother.linearise_without_convexity(&general.coefficients, &general.psi);
-    let covariance = smoother.factor(&normal)?.inverse();
-    let general_model = General { mean: general.coefficients, covariance, prior };
+    let posterior = |normal: &Normal| {
+        let covariance = smoother.factor(normal)?.inverse();
+        Some(General { mean: general.coefficients.clone(), covariance, prior })
+    };
     let mut felt = vec![false; NODES];
     felt_nodes(measurements, &general.psi).for_each(|node| felt[node] = true);
-    let deviation_sd_m = general_model.deviation_sd_m(symmetry, &felt);
-    Some(AgainstGeneral { model: general_model.near(symmetry)?, deviation_sd_m })
+    // That it is convex is known of the general object too.
+    let convex = posterior(&smoother.linearise(&general.coefficients, &general.psi))?;
+    let deviation_sd_m = convex.deviation_sd_m(symmetry, &felt);
+    let general = posterior(&smoother.linearise_without_convexity(&general.coefficients, &general.psi))?;
+    Some(AgainstGeneral { model: general.near(symmetry)?, deviation_sd_m })
 }
 
 /// Effort of the general fit that begins at a symmetric one.

@@ -1,7 +1,7 @@
 //! Noise of the readings estimated from the log alone, before any shape is known (`docs/theory.md`, what the log says of itself).
 //!
-//! Third differences of neighbouring samples cancel every smooth motion and leave √20 times the noise. Quantised readings (a
-//! touchpad's counts, or rounded digits in a file) have at least the standard deviation of their step q, q/√12.
+//! Third differences of neighbouring samples cancel every smooth motion and leave √20 times the noise. They are taken where the palms
+//! move least: palms that go from step to step, or fast for the rate of the samples, carry the contacts along. Quantised readings (a touchpad's counts, or rounded digits in a file) have at least the standard deviation of their step q, q/√12.
 
 use crate::estimate::measurements::{Instant, Measurements};
 use crate::estimate::model::contact::{by_palms, contacts};
@@ -10,14 +10,18 @@ use crate::math::statistics::median;
 
 /// Standard deviation of one contact position in metres, estimated from the scatter of neighbouring samples.
 pub(crate) fn contact_scatter_m(measurements: &Measurements) -> f64 {
-    let scatter = third_difference_scatter(measurements, [|i| i.s1, |i| i.s2]);
+    let mut windows = windows(measurements);
+    windows.sort_by(|a, b| path_rad(a).total_cmp(&path_rad(b)));
+    windows.truncate((windows.len() / STILLEST).max(FEWEST_WINDOWS));
+    let scatter = third_difference_scatter(&windows, [|i| i.s1, |i| i.s2]);
     let step = quantisation_m(measurements, |i| i.s1).max(quantisation_m(measurements, |i| i.s2));
     scatter.max(step / 12f64.sqrt())
 }
 
-/// Standard deviation of a palm angle in radians, estimated in the same way.
+/// Standard deviation of a palm angle in radians, estimated in the same way, but wherever the palms are: those that seem to move least
+/// are those with the least noise.
 pub(crate) fn angle_scatter_rad(measurements: &Measurements) -> f64 {
-    third_difference_scatter(measurements, [|i| i.phi1, |i| i.phi1 + i.phi2])
+    third_difference_scatter(&windows(measurements), [|i| i.phi1, |i| i.phi1 + i.phi2])
 }
 
 /// The measurements with contacts down-weighted where noise of the palm angles moves them by more than `contact_m`: far out on
@@ -53,17 +57,24 @@ const USED: [usize; 2] = [4, 5];
 /// Root mean square of the smaller four fifths of a standard normal distribution's absolute values.
 const TRUNCATED_SD: f64 = 0.6616;
 
+/// One in so many windows says how noisy the contacts are, those in which the palms move least, but not fewer than this.
+const STILLEST: usize = 4;
+const FEWEST_WINDOWS: usize = 50;
+
+/// Four neighbouring samples each, all of them with both contacts.
+fn windows(measurements: &Measurements) -> Vec<&[Instant]> {
+    measurements.instants.windows(4).filter(|window| window.iter().all(Instant::both_seen)).collect()
+}
+
+/// How far both palms turn within four instants, radians.
+fn path_rad(window: &[Instant]) -> f64 {
+    window.windows(2).map(|pair| (pair[1].phi1 - pair[0].phi1).hypot(pair[1].phi2 - pair[0].phi2)).sum()
+}
+
 /// Standard deviation of the readings of two channels, from their third differences.
-fn third_difference_scatter(measurements: &Measurements, channels: [fn(&Instant) -> f64; 2]) -> f64 {
-    let mut differences: Vec<f64> = Vec::new();
-    for window in measurements.instants.windows(4) {
-        if window.iter().all(Instant::both_seen) {
-            for value in channels {
-                let [a, b, c, d] = [0, 1, 2, 3].map(|index| value(&window[index]));
-                differences.push((d - 3.0 * c + 3.0 * b - a).abs());
-            }
-        }
-    }
+fn third_difference_scatter(windows: &[&[Instant]], channels: [fn(&Instant) -> f64; 2]) -> f64 {
+    let mut differences: Vec<f64> =
+        windows.iter().flat_map(|window| channels.map(|value| third_difference(window, value).abs())).collect();
     // Unlike a median, this is not biased by quantised readings. Third differences have √(1 + 9 + 9 + 1) times the standard
     // deviation.
     differences.sort_by(f64::total_cmp);
@@ -87,25 +98,37 @@ const OFF_STEP: f64 = 0.02;
 const OFF_STEP_GROWTH: f64 = 1e-3;
 const GROWTH_STEPS: f64 = 100.0;
 
-/// Percentage of the readings that must lie on multiples of the step.
-const ON_STEP_PERCENT: usize = 98;
+/// Percentage of the readings that must lie on multiples of the step: outliers need not, and of readings that are not quantised at
+/// most a quarter does by chance.
+const ON_STEP_PERCENT: usize = 90;
 
-/// The quantisation step of the readings, or 0 when there is none.
+/// Third difference of a channel over four instants.
+fn third_difference(window: &[Instant], value: fn(&Instant) -> f64) -> f64 {
+    let [a, b, c, d] = [0, 1, 2, 3].map(|index| value(&window[index]));
+    d - 3.0 * c + 3.0 * b - a
+}
+
+/// The quantisation step of the readings, or 0 when there is none: from the readings that occur twice, which outliers hardly do, or else from
+/// all of them.
 fn quantisation_m(measurements: &Measurements, s: fn(&Instant) -> f64) -> f64 {
     let mut values: Vec<f64> = measurements.instants.iter().filter(|i| i.both_seen()).map(s).collect();
     values.sort_by(f64::total_cmp);
-    let Some(&first) = values.first() else { return 0.0 };
+    let repeated: Vec<f64> = values.windows(2).filter(|w| w[1] - w[0] <= LEAST_GAP_M).map(|w| w[1]).collect();
+    let is_step = |step: &f64| {
+        let on_step = values.iter().filter(|value| {
+            let count = (*value - repeated.first().unwrap_or(&values[0])) / step;
+            (count - count.round()).abs() < OFF_STEP + OFF_STEP_GROWTH * count.abs().min(GROWTH_STEPS)
+        });
+        on_step.count() * 100 >= values.len() * ON_STEP_PERCENT
+    };
+    [&repeated, &values].into_iter().filter_map(|values| commonest_small_gap_m(values)).find(is_step).unwrap_or(0.0)
+}
+
+/// The commonest small gap between neighbouring values (sorted), `None` where there are few.
+fn commonest_small_gap_m(values: &[f64]) -> Option<f64> {
     let mut gaps: Vec<f64> = values.windows(2).map(|w| w[1] - w[0]).filter(|gap| *gap > LEAST_GAP_M).collect();
-    if gaps.len() < FEWEST_GAPS {
-        return 0.0;
-    }
     gaps.sort_by(f64::total_cmp);
-    let step = gaps[gaps.len() / GAP_QUANTILE];
-    let on_step = values.iter().filter(|value| {
-        let count = (*value - first) / step;
-        (count - count.round()).abs() < OFF_STEP + OFF_STEP_GROWTH * count.abs().min(GROWTH_STEPS)
-    });
-    if on_step.count() * 100 >= values.len() * ON_STEP_PERCENT { step } else { 0.0 }
+    (gaps.len() >= FEWEST_GAPS).then(|| gaps[gaps.len() / GAP_QUANTILE])
 }
 
 /// The median of the standard deviations that the log states, if it states any.
@@ -160,6 +183,24 @@ mod tests {
     }
 
     #[test]
+    fn palms_that_go_in_steps_do_not_make_contacts_noisy() {
+        let shape = NamedShape::Stone.shape(0.03).expect("a positive size");
+        // Six samples of rest after each step, which takes three.
+        let steps = |sample: u32| f64::from(sample / 9) + (f64::from(sample % 9) / 3.0).min(1.0);
+        let motion: Vec<(f64, PalmPair)> = (0..600)
+            .map(|sample| (f64::from(sample) / 10.0, PalmPair::hinged(0.4, 1.6 + 0.3 * steps(sample).sin())))
+            .collect();
+        let noise_sd_m = 3e-5;
+        let touchpad = Touchpad { noise_sd_m, ..Touchpad::ideal() };
+        let run = simulate(&shape, &motion, &SimulateOptions { touchpad, ..SimulateOptions::default() });
+        let measurements = Measurements::new(&run.expect("possible").log, None);
+        let anywhere = third_difference_scatter(&windows(&measurements), [|i| i.s1, |i| i.s2]);
+        assert!(anywhere > 3.0 * noise_sd_m, "the steps do not show: {anywhere}");
+        let found = contact_scatter_m(&measurements);
+        assert!((found / noise_sd_m - 1.0).abs() < 0.2, "{found}");
+    }
+
+    #[test]
     fn contacts_weigh_less_where_noisy_angles_move_them() {
         let shape = NamedShape::Stone.shape(0.03).expect("a positive size");
         let motion = PalmMotion::random(1, 10.0, 1.0).and_then(|motion| motion.sample(50.0)).expect("possible");
@@ -210,6 +251,21 @@ mod tests {
         // looks 1.55 times as noisy as rounding at random.
         let found = contact_scatter_m(&measurements) / pad.position_sd_m();
         assert!((1.0 - 1e-6..1.55).contains(&found), "{found}");
+    }
+
+    #[test]
+    fn outliers_do_not_hide_the_quantisation_step() {
+        let pad = Touchpad { counts_per_inch: Some(100.0), ..Touchpad::ideal() };
+        let mut measurements = measurements(pad);
+        let strayed = |every: usize, measurements: &mut Measurements| {
+            for (place, instant) in measurements.instants.iter_mut().enumerate().step_by(every) {
+                instant.s1 += 1e-2 * (1.0 + (place as f64).sin());
+            }
+            quantisation_m(measurements, |i| i.s1) / 2.54e-4
+        };
+        let found = strayed(12, &mut measurements);
+        assert!((found - 1.0).abs() < 1e-6, "{found}");
+        assert_eq!(strayed(5, &mut measurements), 0.0, "most readings must lie on the steps");
     }
 
     #[test]

@@ -381,7 +381,7 @@ impl<'a> Job<'a> {
     }
 
     /// The jumps in the motion that statics allows an object with such a period.
-    fn jumps(&self, Estimate { coefficients, psi, .. }: &Estimate, period: f64) -> Vec<DetectedJump> {
+    pub(super) fn jumps(&self, Estimate { coefficients, psi, .. }: &Estimate, period: f64) -> Vec<DetectedJump> {
         let psi = self.allowed_motion(coefficients, psi, period);
         detect_jumps(&SupportFunction::from_coefficients(coefficients), &self.palms(), &psi)
     }

@@ -1,11 +1,12 @@
 //! Symmetric models of the object in place of the general one, where the evidence prefers them (`docs/theory.md`, symmetry).
 
 use crate::estimate::coverage::{NODES, contact_paths, overlap, touches};
+use crate::estimate::evidence::forbidden_jumps::deviance;
 use crate::estimate::evidence::symmetry::{against_general, log_prior_odds, symmetric_models};
 use crate::estimate::measurements::Measurements;
 use crate::estimate::model::prior::Prior;
 use crate::estimate::motion::{outlying_steps, same_motion, unwrap_to};
-use crate::estimate::solver::gauss_newton::{Estimate, Fit};
+use crate::estimate::solver::gauss_newton::{Estimate, Fit, Smoother};
 use crate::reconstruct::refine::job::{Job, Refined};
 use crate::reconstruct::refine::resample::carry_over;
 use crate::reconstruct::result::reconstruction::FoundSymmetry;
@@ -34,12 +35,16 @@ fn probability(log_odds: f64) -> f64 {
 
 impl Job<'_> {
     /// The most likely of the general optimum and of those with a symmetry.
-    pub(super) fn with_symmetry(&self, medium: &Measurements, ranges: &[Range<usize>], general: Refined) -> Refined {
+    pub(super) fn with_symmetry(
+        &self,
+        medium: &Measurements,
+        ranges: &[Range<usize>],
+        mut general: Refined,
+    ) -> Refined {
         let mut models = symmetric_models(&general.measurements, &general.fine);
         models.retain(|model| model.log_ratio > -NOT_EXCLUDED);
-        let general_evidence = general.fine.log_evidence;
-        // ln of the posterior odds against the general model, of each model that was fitted.
-        let mut log_odds: Vec<f64> = Vec::new();
+        // ln of the evidence of each model that was fitted, times its prior odds against the general one.
+        let mut weights: Vec<f64> = Vec::new();
         let mut best: Option<(f64, Refined)> = None;
         let likeliest = models.first().map_or(0.0, |model| model.log_ratio);
         for model in models.into_iter().take(MOST_MODELS) {
@@ -56,34 +61,65 @@ impl Job<'_> {
             refined.fine.estimate.psi = self.motion(&refined.fine);
             let against_general = against_general(&refined.measurements, &refined.fine);
             let Some(held) = against_general.filter(|held| !held.model.is_contradicted()) else { continue };
-            let odds = refined.fine.log_evidence - general_evidence + log_prior_odds();
+            let weight = refined.fine.log_evidence + log_prior_odds();
             let radius_m = refined.fine.estimate.coefficients[0].abs();
             let compared = self.overlap(&refined.fine) >= OVERLAP;
             let deviation_sd_m = if compared { held.deviation_sd_m } else { radius_m };
-            // A symmetry that would be a doubt is of no use where the general model has the same motion, or statics forbids its own. Else
-            // the two are rivals.
-            let limits = &self.options.limits;
-            let is_guess = deviation_sd_m > limits.symmetry_deviation * radius_m
-                || probability(odds) < limits.symmetry_probability;
-            if is_guess && same_motion(&general.fine.estimate.psi, &refined.fine.estimate.psi, TAU) {
+            if !compared && self.unphysical_jumps(&refined.fine.estimate, TAU) > 0 {
                 continue;
             }
-            if !compared && self.unphysical_jumps(&refined.fine.estimate, TAU) > 0 {
+            let limits = &self.options.limits;
+            let is_guess = deviation_sd_m > limits.symmetry_deviation * radius_m
+                || probability(weight - general.fine.log_evidence) < limits.symmetry_probability;
+            let is_same = |general: &Refined| same_motion(&general.fine.estimate.psi, &refined.fine.estimate.psi, TAU);
+            // The pieces of an object that is not symmetric, or not known to be, may lie as the symmetric model has them.
+            if is_guess && !is_same(&general) {
+                general = self.likelier(general, self.without_symmetry(medium, ranges, &refined));
+            }
+            // A symmetry that would be a doubt is of no use where the general model has the same motion. Else the two are rivals.
+            if is_guess && is_same(&general) {
                 continue;
             }
             refined.symmetry =
                 FoundSymmetry { symmetry: model.symmetry, probability: None, deviation_sd_m: Some(deviation_sd_m) };
-            log_odds.push(odds);
-            if best.as_ref().is_none_or(|(least, _)| odds > *least) {
+            weights.push(weight);
+            if best.as_ref().is_none_or(|(least, _)| weight > *least) {
                 // The search compares arrangements by the general model.
-                best = Some((odds, Refined { coarse: general.coarse.clone(), ..refined }));
+                best = Some((weight, Refined { coarse: general.coarse.clone(), ..refined }));
             }
         }
+        // ln of the posterior odds against the general model.
+        let odds_of = |weight: f64| weight - general.fine.log_evidence;
+        let log_odds: Vec<f64> = weights.into_iter().map(odds_of).collect();
+        let best = best.map(|(weight, refined)| (odds_of(weight), refined));
         let largest = log_odds.iter().copied().fold(0.0, f64::max);
         let sum = (-largest).exp() + log_odds.iter().map(|odds| (odds - largest).exp()).sum::<f64>();
         let (odds, mut likeliest) = best.filter(|(odds, _)| *odds > 0.0).unwrap_or((0.0, general));
         likeliest.symmetry.probability = Some((odds - largest).exp() / sum);
         likeliest
+    }
+
+    /// The general optimum next to a symmetric one.
+    fn without_symmetry(&self, medium: &Measurements, ranges: &[Range<usize>], symmetric: &Refined) -> Option<Refined> {
+        let Fit { estimate: Estimate { coefficients, psi, .. }, prior, .. } = &symmetric.fine;
+        let psi = carry_over(&self.measurements, psi, coefficients, medium, ranges);
+        let estimate = Estimate { coefficients: coefficients.clone(), psi, cost: f64::INFINITY };
+        let prior = Prior { symmetry: Symmetry::NONE, ..*prior };
+        self.to_fixed_point(medium, ranges, Fit { estimate, prior, ..symmetric.coarse.clone() }).ok()
+    }
+
+    /// The more likely of two general optima, jumps that statics forbids included.
+    fn likelier(&self, one: Refined, other: Option<Refined>) -> Refined {
+        let weight = |refined: &Refined| {
+            let Fit { estimate, order, noise, prior, log_evidence } = &refined.fine;
+            let smoother = Smoother::new(&refined.measurements, *order, *noise, *prior).strictly_convex();
+            let factor = smoother.factor(&smoother.linearise(&estimate.coefficients, &estimate.psi))?;
+            Some(log_evidence - 0.5 * deviance(&refined.measurements, estimate, &factor, &self.jumps(estimate, TAU)))
+        };
+        match other {
+            Some(other) if weight(&other) > weight(&one) => other,
+            _ => one,
+        }
     }
 
     /// Share of the felt boundary that was felt on two copies.
