@@ -146,7 +146,7 @@ impl<'a> Reconstructor<'a> {
             },
         );
         self.tell("done", 1.0);
-        best.map(|candidate| candidate.result).ok_or_else(|| {
+        best.map(|candidate| explored.against_others(candidate)).ok_or_else(|| {
             failure.unwrap_or_else(|| ReconstructError::NoStart {
                 advice: "check the units and signs of the palm angles and contact positions".to_owned(),
             })

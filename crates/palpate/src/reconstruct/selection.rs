@@ -2,6 +2,7 @@
 //! the certificate).
 
 use super::search::schedule::Found;
+use crate::estimate::evidence::motion_prior::CERTAIN;
 use crate::estimate::measurements::Measurements;
 use crate::estimate::model::balance_tolerance::balance_is_missed;
 use crate::estimate::motion::{moved, same_motion};
@@ -46,11 +47,11 @@ impl Candidate {
         matches!(self.result.verdict.doubts[..], [Doubt::Misfit { .. }]) && self.result.chi2_per_dof <= NOISIER
     }
 
-    /// Compares by the evidence where nothing contradicts either result; else prefers the one without contradictions; else
+    /// Compares by the posterior where nothing contradicts either result; else prefers the one without contradictions; else
     /// compares by unphysical jumps, then by χ².
     pub fn is_likelier_than(&self, other: &Self) -> bool {
         match (self.result.verdict.is_explained(), other.result.verdict.is_explained()) {
-            (true, true) => self.log_evidence > other.log_evidence,
+            (true, true) => self.log_posterior > other.log_posterior,
             (false, false) => self.contradiction() < other.contradiction(),
             (explained, _) => explained,
         }
@@ -79,7 +80,7 @@ impl Job<'_> {
         let period = first.fine.prior.symmetry.period_rad();
         let alternatives = alternatives(&found.thin, &found.estimates, &first.coarse, period);
         let mut results = vec![self.assemble(first)?];
-        explored.add(&results[0].result);
+        explored.add(&results[0]);
         // A certified answer requires that all others are ruled out; one that is explained but not certified stays the answer
         // without them.
         let first = &results[0];
@@ -95,7 +96,7 @@ impl Job<'_> {
                 continue;
             }
             if let Ok(other) = self.refine(found, alternative).and_then(|refined| self.assemble(refined)) {
-                explored.add(&other.result);
+                explored.add(&other);
                 results.push(other);
             }
         }
@@ -129,6 +130,8 @@ impl Job<'_> {
 pub(crate) struct Explored {
     /// Orientations of all samples, and the period of the object's symmetry.
     motions: Vec<(Vec<f64>, f64)>,
+    /// What was found there.
+    results: Vec<Candidate>,
 }
 
 /// An arrangement is a motion that is known when at most this share of its instants is elsewhere: refinement decodes these anew.
@@ -144,7 +147,26 @@ impl Explored {
         self.motions.len() >= MOST_EXPLORED
     }
 
-    fn add(&mut self, result: &Reconstruction) {
+    /// The answer with what else explains the log about as well or better, whatever speaks against that: it is then a doubt.
+    pub fn against_others(self, mut answer: Candidate) -> Reconstruction {
+        let is_rival = |other: &Candidate| {
+            other.log_posterior > answer.log_posterior - CERTAIN.0 && !same_result(&answer.result, &other.result)
+        };
+        let rivals: Vec<Candidate> = self.results.into_iter().filter(is_rival).collect();
+        let result = &mut answer.result;
+        for rival in rivals {
+            if result.is_certified() || !result.others.is_empty() {
+                result.others.push(rival.result);
+                result.alternatives = 1 + result.others.len();
+                result.verdict = Verdict::new(vec![Doubt::Alternatives { objects: result.alternatives }]);
+            }
+        }
+        answer.result
+    }
+
+    fn add(&mut self, candidate: &Candidate) {
+        self.results.push(candidate.clone());
+        let result = &candidate.result;
         let psi = result.motion.iter().map(|pose| pose.psi_rad).collect();
         // The symmetry of an object that the log contradicts says nothing.
         let symmetry = if result.verdict.is_explained() { result.symmetry.symmetry } else { Symmetry::NONE };

@@ -3,12 +3,14 @@
 //! smoothed to an optimum of its own, with a shape of its own, and the difference of the log evidences decides.
 
 use crate::estimate::association::transitions::{LONGEST_STEP, near};
-use crate::estimate::evidence::forbidden_jumps::deviance;
+use crate::estimate::evidence::jump_prior::deviance;
 use crate::estimate::evidence::laplace::log_evidence;
 use crate::estimate::evidence::motion_prior::CERTAIN;
+use crate::estimate::evidence::variance_components::with_balance_weights;
 use crate::estimate::jumps::DetectedJump;
 use crate::estimate::measurements::Measurements;
-use crate::estimate::motion::common_rotation;
+use crate::estimate::model::balance_tolerance::with_exact_balance;
+use crate::estimate::motion::{common_rotation, moved};
 use crate::estimate::solver::gauss_newton::{Estimate, Fit, Smoother, StoppingCriteria};
 use crate::math::angle::wrapped_to;
 use rayon::prelude::*;
@@ -20,8 +22,8 @@ pub(crate) struct Alternative {
     pub psi: Vec<f64>,
     /// Samples whose ambiguity it resolves.
     pub samples: Vec<usize>,
-    /// By how much its motion prior (jumps, unstable poses) costs more than that of the decoded motion, −2 ln; `None`: by the jumps that
-    /// statics forbids it once it is fitted.
+    /// By how much its motion prior (jumps, unstable poses) costs more than that of the decoded motion, −2 ln; `None`: by its jumps
+    /// once it is fitted.
     pub motion_cost: Option<f64>,
 }
 
@@ -31,6 +33,20 @@ const STOPPING: StoppingCriteria = StoppingCriteria { iterations: 20, tolerance:
 /// An alternative whose margin is below minus this replaces the motion (−2 ln of the odds): less is within what two runs of the
 /// smoother differ by.
 const LIKELIER: f64 = 1.0;
+
+/// An alternative that has at least this share of the samples elsewhere, and whose margin is below this, may be more likely once noise and
+/// number of harmonics are its own: those of the present motion can be worth as much to it.
+const WIDESPREAD: f64 = 0.05;
+const NEARLY_AS_LIKELY: f64 = 60.0;
+
+/// What became of alternative motions.
+#[derive(Default)]
+pub(crate) struct Compared {
+    /// The best of them, where it is more likely than the fit.
+    pub likelier: Option<Estimate>,
+    /// Else the best that deserves a fit of its own, all unknowns included.
+    pub nearly_as_likely: Option<Vec<f64>>,
+}
 
 /// How ambiguous the pose of each sample is.
 pub(crate) struct Ambiguity {
@@ -86,37 +102,49 @@ impl Ambiguity {
 }
 
 /// Compares alternative motions with that of a fit by their evidence, and replaces the margins of the samples they were proposed
-/// for. `jumps` are those of a motion. Returns the estimate of the best alternative where it is more likely than the fit.
+/// for. `jumps` are those of a motion.
 pub(crate) fn compare_evidence(
     measurements: &Measurements,
     fit: &Fit,
     alternatives: &[Alternative],
     jumps: &(dyn Fn(&Estimate) -> Vec<DetectedJump> + Sync),
     ambiguity: &mut Ambiguity,
-) -> Option<Estimate> {
+) -> Compared {
     if alternatives.is_empty() {
-        return None;
+        return Compared::default();
     }
-    let smoother = Smoother::new(measurements, fit.order, fit.noise, fit.prior).strictly_convex();
-    // The log evidence, and −2 ln of the prior of the forbidden jumps where they count.
-    let weigh = |estimate: &Estimate, by_jumps: bool| {
+    let of_fit = Smoother::new(measurements, fit.order, fit.noise, fit.prior).strictly_convex();
+    // The log evidence, −2 ln of the prior of the jumps where they count, and the optimum.
+    let weigh = |smoother: &Smoother, estimate: Estimate, by_jumps: bool| {
         let normal = smoother.linearise(&estimate.coefficients, &estimate.psi);
         let factor = smoother.factor(&normal)?;
-        let forbidden = if by_jumps { deviance(measurements, estimate, &factor, &jumps(estimate)) } else { 0.0 };
-        Some((log_evidence(&smoother, estimate, &normal, &factor), forbidden))
+        let of_jumps = if by_jumps { deviance(measurements, &estimate, &factor, &jumps(&estimate)) } else { 0.0 };
+        Some((log_evidence(smoother, &estimate, &normal, &factor), of_jumps, estimate))
+    };
+    let likelier = |estimate: Estimate, by_jumps: bool| {
+        // A loose balance may be the work of the present motion, so that each motion has the more likely of that and an exact one.
+        let exact = with_exact_balance(fit.noise).and_then(|noise| {
+            let measurements = with_balance_weights(measurements.clone(), &estimate, noise.balance_m);
+            let exact = Smoother::new(&measurements, fit.order, noise, fit.prior).strictly_convex();
+            let there = exact.run(estimate.coefficients.clone(), estimate.psi.clone(), STOPPING);
+            weigh(&exact, there, by_jumps)
+        });
+        let loose = weigh(&of_fit, estimate, by_jumps);
+        [loose, exact].into_iter().flatten().max_by(|a, b| a.0.total_cmp(&b.0))
     };
     let Estimate { coefficients, psi, .. } = fit.estimate.clone();
-    let here = smoother.run(coefficients, psi, STOPPING);
-    let (here_evidence, forbidden_here) =
-        weigh(&here, alternatives.iter().any(|alternative| alternative.motion_cost.is_none()))?;
+    let here = of_fit.run(coefficients, psi, STOPPING);
+    let by_jumps = alternatives.iter().any(|alternative| alternative.motion_cost.is_none());
+    let Some((here_evidence, jumps_here, here)) = likelier(here, by_jumps) else { return Compared::default() };
     let period = fit.prior.symmetry.period_rad();
     let weighed: Vec<(Estimate, f64)> = alternatives
         .par_iter()
         .map(|Alternative { psi, motion_cost, .. }| {
-            let there = smoother.run_chord(here.coefficients.clone(), psi.clone(), STOPPING);
-            let margin = weigh(&there, motion_cost.is_none()).map_or(f64::INFINITY, |(evidence, forbidden)| {
-                2.0 * (here_evidence - evidence) + motion_cost.unwrap_or(forbidden - forbidden_here)
-            });
+            let there = of_fit.run_chord(here.coefficients.clone(), psi.clone(), STOPPING);
+            let Some((evidence, jumps_there, there)) = likelier(there.clone(), motion_cost.is_none()) else {
+                return (there, f64::INFINITY);
+            };
+            let margin = 2.0 * (here_evidence - evidence) + motion_cost.unwrap_or(jumps_there - jumps_here);
             (there, if margin.is_nan() { f64::INFINITY } else { margin })
         })
         .collect();
@@ -137,8 +165,19 @@ pub(crate) fn compare_evidence(
             }
         }
     }
-    let best = weighed.into_iter().min_by(|a, b| a.1.total_cmp(&b.1));
-    best.filter(|(_, margin)| *margin < -LIKELIER).map(|(estimate, _)| estimate)
+    Compared::of(&here.psi, weighed, period)
+}
+
+impl Compared {
+    /// Of alternatives with their margins, to the motion `here`.
+    fn of(here: &[f64], weighed: Vec<(Estimate, f64)>, period: f64) -> Self {
+        let least = |best: (Estimate, f64), other: (Estimate, f64)| if other.1 < best.1 { other } else { best };
+        let is_widespread = |there: &Estimate| moved(here, &there.psi, period) as f64 >= WIDESPREAD * here.len() as f64;
+        let (likelier, others): (Vec<_>, Vec<_>) = weighed.into_iter().partition(|(_, margin)| *margin < -LIKELIER);
+        let likelier = likelier.into_iter().reduce(least).map(|(estimate, _)| estimate);
+        let near = others.into_iter().filter(|(there, margin)| *margin < NEARLY_AS_LIKELY && is_widespread(there));
+        Self { likelier, nearly_as_likely: near.reduce(least).map(|(estimate, _)| estimate.psi) }
+    }
 }
 
 #[cfg(test)]
@@ -166,7 +205,9 @@ mod tests {
         );
         let alternative =
             Alternative { psi: elsewhere(&fit, 50..52, 1.5), samples: vec![50, 51], motion_cost: Some(20.0) };
-        assert!(compare_evidence(&measurements, &fit, &[alternative], &|_| Vec::new(), &mut ambiguity).is_none());
+        assert!(
+            compare_evidence(&measurements, &fit, &[alternative], &|_| Vec::new(), &mut ambiguity).likelier.is_none()
+        );
         let ambiguity_rad = ambiguity.ambiguity_rad();
         assert_eq!((ambiguity_rad[50], ambiguity_rad[51]), (0.0, 0.0));
         assert!(ambiguity_rad[80] > 1.8, "no alternative was proposed for it");
@@ -183,11 +224,32 @@ mod tests {
             .expect("two samples differ");
         assert_eq!(alternative.samples, [50, 51]);
         let better = compare_evidence(&measurements, &wrong, &[alternative], &|_| Vec::new(), &mut ambiguity)
+            .likelier
             .expect("the right poses are likelier");
         for (found, truth) in better.psi.iter().zip(&right.estimate.psi) {
             assert!((found - truth).abs() < 1e-3, "{found} {truth}");
         }
         let ambiguity_rad = ambiguity.ambiguity_rad();
         assert!(ambiguity_rad[50] > 0.5 && ambiguity_rad[49] == 0.0, "{}", ambiguity_rad[50]);
+    }
+    #[test]
+    fn a_widespread_alternative_that_is_not_much_less_likely_deserves_a_fit_of_its_own() {
+        let here = vec![0.0; 100];
+        // The first samples a radian away.
+        let alternative = |count: usize, margin: f64| {
+            let psi = (0..here.len()).map(|sample| if sample < count { 1.0 } else { 0.0 }).collect();
+            (Estimate { coefficients: Vec::new(), psi, cost: 0.0 }, margin)
+        };
+        let of = |weighed: &[(Estimate, f64)]| {
+            let compared = Compared::of(&here, weighed.to_vec(), std::f64::consts::TAU);
+            let elsewhere = |psi: &Vec<f64>| psi.iter().filter(|psi| **psi > 0.5).count();
+            (compared.likelier.map(|it| elsewhere(&it.psi)), compared.nearly_as_likely.as_ref().map(elsewhere))
+        };
+        assert_eq!(of(&[alternative(5, NEARLY_AS_LIKELY - 0.1)]), (None, Some(5)));
+        assert_eq!(of(&[alternative(4, NEARLY_AS_LIKELY - 0.1)]), (None, None), "too few samples");
+        assert_eq!(of(&[alternative(5, NEARLY_AS_LIKELY + 0.1)]), (None, None), "too unlikely");
+        let likelier = [alternative(5, 3.0), alternative(6, 2.0), alternative(7, -1.1), alternative(8, -2.0)];
+        assert_eq!(of(&likelier), (Some(8), Some(6)));
+        assert_eq!(of(&[alternative(9, -0.9)]), (None, Some(9)));
     }
 }

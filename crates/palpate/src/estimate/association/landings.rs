@@ -1,7 +1,7 @@
-//! Rival motions beside a jump that statics forbids. Where an object is nearly symmetric, the samples after a jump may all have been given
-//! poses a copy away from the true ones: the contacts fit nearly as well, and only the jump itself is impossible. Here the samples after
-//! such a jump, up to the next one of that kind or the end of the log, are turned together, so that the object lands where its
-//! potential energy lets it (`docs/theory.md`, decoding of the motion). Each such motion becomes an alternative, which the evidence decides
+//! Rival motions beside a jump that statics does not predict. Where an object is nearly symmetric, the samples after a jump may all have been
+//! given poses a copy away from the true ones: the contacts fit nearly as well, and the jump itself is impossible, or there was none, since
+//! the contacts did not move. Here the samples after such a jump, up to the next one of that kind or the end of the log, are turned
+//! together, so that the object lands where its potential energy lets it or stays (`docs/theory.md`, decoding of the motion). Each such motion becomes an alternative, which the evidence decides
 //! ([`super::alternatives`]).
 
 use crate::estimate::association::alternatives::{Alternative, Ambiguity};
@@ -15,8 +15,8 @@ use crate::palms::PalmPair;
 use crate::shape::SupportFunction;
 use std::ops::Range;
 
-/// Forbidden jumps that are looked at, in order of time: a motion with more of them is wrong in other ways.
-const MOST_FORBIDDEN: usize = 4;
+/// Jumps that are looked at: a motion with more that are not predicted is wrong in other ways.
+const MOST_DOUBTFUL: usize = 4;
 
 /// Landings of a jump that are tried, those over the lowest barriers.
 const LANDINGS: usize = 2;
@@ -24,7 +24,11 @@ const LANDINGS: usize = 2;
 /// Steps that take each orientation to the minimum of its own sample after it was turned: the landing is good to a few degrees.
 const PROJECTIONS: usize = 6;
 
-/// The motions with the samples after a forbidden jump turned to where it may land. Their samples count as ambiguous until the evidence
+/// Two poses are copies where the contacts differ by less than this between them, as a share of the mean radius: the jumps of objects that
+/// are not symmetric move them by several per cent.
+const COPY: f64 = 0.01;
+
+/// The motions with the samples after a doubtful jump turned to where it may land. Their samples count as ambiguous until the evidence
 /// decides.
 pub(crate) fn landings(
     measurements: &Measurements,
@@ -33,18 +37,23 @@ pub(crate) fn landings(
     jumps: &[DetectedJump],
     ambiguity: &mut Ambiguity,
 ) -> Vec<Alternative> {
-    let forbidden: Vec<&DetectedJump> = jumps.iter().filter(|jump| !jump.physical).collect();
-    if forbidden.is_empty() || forbidden.len() > MOST_FORBIDDEN {
+    let shape = SupportFunction::from_coefficients(&fit.estimate.coefficients);
+    let doubtful: Vec<(&DetectedJump, Vec<f64>)> = jumps
+        .iter()
+        .filter(|jump| !jump.predicted)
+        .map(|jump| (jump, allowed(&shape, &palms[jump.sample], jump)))
+        .filter(|(jump, landings)| !jump.physical || !landings.is_empty())
+        .collect();
+    if doubtful.len() > MOST_DOUBTFUL {
         return Vec::new();
     }
-    let shape = SupportFunction::from_coefficients(&fit.estimate.coefficients);
     let smoother = Smoother::new(measurements, fit.order, fit.noise, fit.prior);
     let count = measurements.len();
     let mut alternatives = Vec::new();
-    for (number, jump) in forbidden.iter().enumerate() {
-        let next = forbidden.get(number + 1).map(|next| next.sample);
+    for (number, (jump, allowed)) in doubtful.iter().enumerate() {
+        let next = doubtful.get(number + 1).map(|(next, _)| next.sample);
         let turned: Vec<Range<usize>> = next.into_iter().chain([count]).map(|end| jump.sample..end).collect();
-        for landing in allowed(&shape, &palms[jump.sample], jump).into_iter().take(LANDINGS) {
+        for landing in allowed.iter().take(LANDINGS) {
             for samples in &turned {
                 let mut psi = fit.estimate.psi.clone();
                 psi[samples.clone()].iter_mut().for_each(|psi| *psi += landing - jump.psi_after);
@@ -57,7 +66,8 @@ pub(crate) fn landings(
     alternatives
 }
 
-/// Other poses than that after a jump which the object reaches without a barrier, the lowest barrier first.
+/// Other poses than that after a jump which the object reaches without a barrier, or keeps, the lowest barrier first. Where statics allows the
+/// jump, copies of that pose only.
 fn allowed(shape: &SupportFunction, palms: &PalmPair, jump: &DetectedJump) -> Vec<f64> {
     let landscape = EnergyLandscape::new(shape, palms);
     let allowance_m = BARRIER_ALLOWANCE * shape.mean_radius_m();
@@ -69,12 +79,18 @@ fn allowed(shape: &SupportFunction, palms: &PalmPair, jump: &DetectedJump) -> Ve
             continue;
         }
         let barrier_m = barrier_m(|psi| landscape.height_m(psi), jump.psi_before, landing);
-        if barrier_m <= allowance_m {
+        if barrier_m <= allowance_m && (!jump.physical || are_copies(shape, palms, landing, jump.psi_after)) {
             reached.push((barrier_m, landing));
         }
     }
     reached.sort_by(|a, b| a.0.total_cmp(&b.0));
     reached.into_iter().map(|(_, landing)| landing).collect()
+}
+
+/// Whether the contacts are at the same places in two poses.
+fn are_copies(shape: &SupportFunction, palms: &PalmPair, one: f64, other: f64) -> bool {
+    let (s, t) = (palms.contact_positions_m(shape, one), palms.contact_positions_m(shape, other));
+    (s.0 - t.0).abs().max((s.1 - t.1).abs()) < COPY * shape.mean_radius_m()
 }
 
 #[cfg(test)]
@@ -177,8 +193,8 @@ mod tests {
             (!found.is_empty(), ambiguity.is_open(palms.len() - 1), ambiguity.is_open(0))
         };
         assert_eq!(found(&jumps(1, false)), (true, true, false));
-        assert_eq!(found(&jumps(MOST_FORBIDDEN, false)), (true, true, false));
-        assert_eq!(found(&jumps(MOST_FORBIDDEN + 1, false)), (false, false, false));
+        assert_eq!(found(&jumps(MOST_DOUBTFUL, false)), (true, true, false));
+        assert_eq!(found(&jumps(MOST_DOUBTFUL + 1, false)), (false, false, false));
         assert_eq!(found(&jumps(1, true)), (false, false, false));
     }
 }

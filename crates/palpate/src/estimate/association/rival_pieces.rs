@@ -37,40 +37,61 @@ const NO_RIVAL: f64 = 100.0;
 /// Rivals of a piece that are handed to the evidence.
 const RIVALS: usize = 3;
 
+/// A motion whose predictive likelihood is larger by this (−2 ln) is preferred: less is within what linearising the shape changes.
+const PREFERRED: f64 = 10.0;
+
+/// Other motions of short pieces.
+pub(crate) struct Rivals {
+    /// Each of them for itself.
+    pub alternatives: Vec<Alternative>,
+    /// Motions of all samples with one piece as the predictive shape of all others prefers it. A second error elsewhere can make the evidence
+    /// reject it, so that it takes a fit of its own, decoding included, to compare them.
+    pub preferred: Vec<Vec<f64>>,
+}
+
 /// Looks for other motions of each short piece. Their samples count as ambiguous until the evidence decides.
 pub(crate) fn rival_motions(
     measurements: &Measurements,
     fit: &Fit,
     starts: &[usize],
     ambiguity: &mut Ambiguity,
-) -> Vec<Alternative> {
+) -> Rivals {
+    let mut found = Rivals { alternatives: Vec::new(), preferred: Vec::new() };
     let mut edges = vec![0];
     edges.extend(starts);
     edges.push(measurements.len());
     let mut pieces: Vec<Range<usize>> = edges.windows(2).map(|edge| edge[0]..edge[1]).collect();
     if pieces.len() < 2 {
-        return Vec::new();
+        return found;
     }
     pieces.retain(|piece| (SHORT_SEGMENT..=LONGEST).contains(&piece.len()));
     pieces.sort_by_key(ExactSizeIterator::len);
     pieces.truncate(MOST_PIECES);
-    let found: Vec<(Range<usize>, Vec<Vec<f64>>)> =
+    let of_pieces: Vec<(Range<usize>, Vec<Rival>)> =
         pieces.into_par_iter().map(|piece| (piece.clone(), rivals(measurements, fit, piece))).collect();
-    let mut alternatives = Vec::new();
-    for (piece, rivals) in found {
+    for (piece, rivals) in of_pieces {
         let settled = ambiguity.settled(piece.clone());
         for rival in rivals {
             ambiguity.doubt(&settled);
             let mut psi = fit.estimate.psi.clone();
-            psi[piece.clone()].copy_from_slice(&rival);
-            alternatives.push(Alternative { psi, samples: settled.clone(), motion_cost: None });
+            psi[piece.clone()].copy_from_slice(&rival.psi);
+            if rival.cost < -PREFERRED {
+                found.preferred.push(psi.clone());
+            }
+            found.alternatives.push(Alternative { psi, samples: settled.clone(), motion_cost: None });
         }
     }
-    alternatives
+    found
+}
+
+/// Another motion of a piece, and what it costs more than the present one by the predictive likelihood, −2 ln.
+struct Rival {
+    psi: Vec<f64>,
+    cost: f64,
 }
 
 /// The likeliest other motions of one piece.
-fn rivals(measurements: &Measurements, fit: &Fit, piece: Range<usize>) -> Vec<Vec<f64>> {
+fn rivals(measurements: &Measurements, fit: &Fit, piece: Range<usize>) -> Vec<Rival> {
     let period = fit.prior.symmetry.period_rad();
     let alone = Measurements { instants: measurements.instants[piece.clone()].to_vec() };
     let present = &fit.estimate.psi[piece.clone()];
@@ -86,14 +107,14 @@ fn rivals(measurements: &Measurements, fit: &Fit, piece: Range<usize>) -> Vec<Ve
     let weighed = |mut psi: Vec<f64>| {
         let _ = loose.misfit_of_motion(&alone.instants, &mut psi, POLISHING);
         let fitted = sharp.misfit_of_motion(&alone.instants, &mut psi, POLISHING);
-        (fitted.misfit + fitted.log_determinant, psi)
+        Rival { cost: fitted.misfit + fitted.log_determinant, psi }
     };
-    let here = weighed(present.to_vec()).0;
-    let mut rivals: Vec<(f64, Vec<f64>)> = trials.into_iter().map(weighed).collect();
-    rivals.retain(|(cost, psi)| *cost < here + NO_RIVAL && !is_same(psi, present));
-    rivals.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let distinct = first_distinct(rivals, RIVALS, |(_, psi)| psi.as_slice(), is_same);
-    distinct.into_iter().map(|(_, psi)| psi).collect()
+    let here = weighed(present.to_vec()).cost;
+    let against_here = |rival: Rival| Rival { cost: rival.cost - here, ..rival };
+    let mut rivals: Vec<Rival> = trials.into_iter().map(weighed).map(against_here).collect();
+    rivals.retain(|rival| rival.cost < NO_RIVAL && !is_same(&rival.psi, present));
+    rivals.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    first_distinct(rivals, RIVALS, |rival| rival.psi.as_slice(), is_same)
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 //! harmonics.
 
 pub(crate) mod fit;
-pub(crate) mod forbidden_jumps;
+pub(crate) mod jump_prior;
 pub(crate) mod laplace;
 pub(crate) mod motion_prior;
 pub(crate) mod order;

@@ -2,6 +2,7 @@
 
 use crate::estimate::measurements::Measurements;
 use crate::estimate::model::contact::{AT_REST, contacts};
+use crate::estimate::model::noise::Noise;
 use crate::mechanics::Forces;
 use crate::mechanics::force_model::{ForceModel, MotionState};
 
@@ -43,6 +44,17 @@ pub(crate) const STABILITY_SLACK: f64 = 0.05;
 /// The balance is inexact when its standard deviation exceeds this share of the sensor noise; an exact log has a tenth of it.
 pub(crate) const INEXACT_BALANCE: f64 = 0.5;
 
+/// Standard deviation of the balance, over that of the contacts, of exact statics as a fit begins with it; and the one above which a balance
+/// is loose.
+pub(crate) const EXACT_BALANCE: f64 = 0.1;
+const LOOSE_BALANCE: f64 = 0.2;
+
+/// Where the balance is loose, the same noise with an exact one: wrong poses can make it seem loose, and a loose balance holds them.
+pub(crate) fn with_exact_balance(noise: Noise) -> Option<Noise> {
+    let Noise { sensor_m, balance_m } = noise;
+    (balance_m > LOOSE_BALANCE * sensor_m).then_some(Noise { sensor_m, balance_m: EXACT_BALANCE * sensor_m })
+}
+
 /// Contacts with more noise than this share of the mean radius are noisy: below it the contacts alone determine every pose.
 const NOISY_CONTACTS: f64 = 3e-4;
 
@@ -71,6 +83,13 @@ mod tests {
         assert!(balance_is_missed(1.001 * NOISY_CONTACTS * RADIUS_M, balance_m, RADIUS_M));
         assert!(!balance_is_missed(0.999 * NOISY_CONTACTS * RADIUS_M, balance_m, RADIUS_M));
         assert!(!balance_is_missed(NOISY_CONTACTS * RADIUS_M, balance_m, RADIUS_M), "the limit itself is not above it");
+    }
+
+    #[test]
+    fn a_balance_is_made_exact_where_it_is_loose() {
+        let at = |share: f64| with_exact_balance(Noise { sensor_m: 1e-4, balance_m: share * 1e-4 });
+        assert_eq!(at(1.001 * LOOSE_BALANCE), Some(Noise { sensor_m: 1e-4, balance_m: EXACT_BALANCE * 1e-4 }));
+        assert_eq!(at(0.999 * LOOSE_BALANCE), None);
     }
 
     #[test]

@@ -10,7 +10,7 @@ use crate::estimate::model::layout::Layout;
 use crate::estimate::solver::gauss_newton::{Fit, Smoother};
 use crate::estimate::solver::normal_equations::{Normal, PSI_INFORMATION};
 use crate::estimate::solver::posterior::Posterior;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 /// Standard deviations of shape and motion in the gauge described above.
 pub(crate) struct ErrorBars {
@@ -30,6 +30,11 @@ impl ErrorBars {
         let posterior = Posterior { layout: smoother.layout(), mean, information: normal.matrix.clone() };
         let covariance = posterior.covariance_over(felt)?;
         Some(Self { layout: posterior.layout, covariance, normal, inflation })
+    }
+
+    /// The Cholesky factor of the information on the coefficients, whatever the gauge.
+    pub fn factor(&self) -> Option<Cholesky<f64, Dyn>> {
+        self.normal.matrix.clone().cholesky()
     }
 
     /// The covariance of the coefficients in this gauge, not inflated.

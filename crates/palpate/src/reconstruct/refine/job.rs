@@ -17,7 +17,9 @@ use crate::estimate::evidence::order::choose_order;
 use crate::estimate::evidence::variance_components::VarianceComponents;
 use crate::estimate::jumps::{DetectedJump, detect_jumps};
 use crate::estimate::measurements::Measurements;
-use crate::estimate::model::balance_tolerance::{balance_is_missed, balance_limit_m};
+use crate::estimate::model::balance_tolerance::{
+    EXACT_BALANCE, balance_is_missed, balance_limit_m, with_exact_balance,
+};
 use crate::estimate::model::layout::Layout;
 use crate::estimate::model::noise::Noise;
 use crate::estimate::model::noise_from_log::{contact_scatter_m, stated_noise_m, with_noisy_angles};
@@ -53,10 +55,7 @@ const CONTRADICTED: f64 = 2.0;
 
 /// Standard deviations of the balance that a fit begins with, as shares of that of the contacts: spoilt by friction or pace, and
 /// as exact as statics has it.
-const BALANCE_SHARES: [f64; 2] = [1.0, 0.1];
-
-/// Standard deviation of the balance, over that of the contacts, above which a fit is repeated with an exact one.
-const LOOSE_BALANCE: f64 = 0.2;
+const BALANCE_SHARES: [f64; 2] = [1.0, EXACT_BALANCE];
 
 /// Share of the loose standard deviation of the balance below which that of the repeated fit is another optimum, and not the same again.
 const STAYS_EXACT: f64 = 0.5;
@@ -64,6 +63,9 @@ const STAYS_EXACT: f64 = 0.5;
 /// A restart whose log evidence on the thinned log is larger by this, in nats, is taken to its optimum over all samples: less is
 /// within the differences between two runs.
 const PROMISING: f64 = 1.0;
+
+/// Rivals of an optimum, and of those found from them, that are taken to an optimum of their own: each costs as much as the first.
+const MOST_RIVALS: usize = 4;
 
 /// Samples on each side of an ambiguous one that are set aside with it: a wrong pose bends the shape at its neighbours too.
 const NEIGHBOURS_SET_ASIDE: usize = 5;
@@ -124,6 +126,8 @@ pub(crate) struct Refined {
     pub symmetry: FoundSymmetry,
     /// Whether decoding leaves the motion as it is, but for a few samples. Else it is wrong, or that of a symmetric object.
     pub settled: bool,
+    /// Motions that deserve a fit of their own: with one short piece as all others predict it, or nearly as likely.
+    pub rivals: Vec<Vec<f64>>,
 }
 
 impl<'a> Job<'a> {
@@ -145,33 +149,58 @@ impl<'a> Job<'a> {
         let psi = carry_over(&found.thin, &start.psi, &start.coefficients, &medium, &found.ranges);
         let start = Estimate { coefficients: start.coefficients.clone(), psi, cost: f64::INFINITY };
         let rough = self.rough(&medium, start).ok_or(ReconstructError::NotSolvable)?;
-        let psi = decode(&medium, &rough, self.floor_m(), None).psi;
-        let rough = Fit { estimate: Estimate { psi, ..rough.estimate }, ..rough };
-        let mut general = self.to_fixed_point(&medium, &found.ranges, rough)?;
+        let mut general = self.to_fixed_point(&medium, &found.ranges, self.decoded(&medium, rough), None)?;
         if general.settled {
             general = self.with_restarts(&medium, &found.ranges, general);
         }
         Ok(self.with_symmetry(&medium, &found.ranges, general))
     }
 
-    /// The best of an optimum and of those reached from the restarts along the valley of its cost.
-    fn with_restarts(&self, medium: &Measurements, ranges: &[Range<usize>], mut best: Refined) -> Refined {
+    /// The best of an optimum, of those reached from its rivals, and of those reached from the restarts along the valley of its cost.
+    pub(super) fn with_restarts(&self, medium: &Measurements, ranges: &[Range<usize>], optimum: Refined) -> Refined {
+        let mut best = self.with_rivals(medium, ranges, optimum);
         for start in along_weakest_direction(medium, &best.coarse).into_iter().flatten() {
-            let Fit { order, noise, prior, log_evidence, .. } = best.coarse;
-            // The balance as exact as statics has it: its residuals show on which side the centre of mass is.
-            let noise = Noise { balance_m: BALANCE_SHARES[1] * noise.sensor_m, ..noise };
-            let there = fit(medium, order, start, noise, prior, self.variance_components(), ROUNDS);
-            let Some(Fitted { fit: there, .. }) =
-                there.filter(|there| there.fit.log_evidence > log_evidence + PROMISING)
+            let Some(there) = self
+                .fit_with_exact_balance(medium, start, &best.coarse)
+                .filter(|there| there.log_evidence > best.coarse.log_evidence + PROMISING)
             else {
                 continue;
             };
-            match self.to_fixed_point(medium, ranges, there) {
+            match self.to_fixed_point(medium, ranges, there, None) {
                 Ok(other) if other.fine.log_evidence > best.fine.log_evidence => best = other,
                 _ => {}
             }
         }
         best
+    }
+
+    /// The best of an optimum and of those reached from its rivals.
+    pub(super) fn with_rivals(&self, medium: &Measurements, ranges: &[Range<usize>], optimum: Refined) -> Refined {
+        let mut best = optimum;
+        for _ in 0..MOST_RIVALS {
+            let Some(psi) = best.rivals.pop() else { break };
+            let coefficients = best.fine.estimate.coefficients.clone();
+            let on_medium = carry_over(&self.measurements, &psi, &coefficients, medium, ranges);
+            let estimate = Estimate { coefficients, psi: on_medium, cost: f64::INFINITY };
+            let Some(there) = self.fit_with_exact_balance(medium, estimate, &best.coarse) else { continue };
+            match self.to_fixed_point(medium, ranges, there, Some(psi)) {
+                Ok(other) if other.fine.log_evidence > best.fine.log_evidence => best = other,
+                _ => {}
+            }
+        }
+        best
+    }
+
+    /// A fit to the thinned log with the balance as exact as statics has it: its residuals show on which side the centre of mass is.
+    fn fit_with_exact_balance(&self, medium: &Measurements, start: Estimate, like: &Fit) -> Option<Fit> {
+        let noise = Noise { balance_m: EXACT_BALANCE * like.noise.sensor_m, ..like.noise };
+        fit(medium, like.order, start, noise, like.prior, self.variance_components(), ROUNDS).map(|fitted| fitted.fit)
+    }
+
+    /// A fit with the motion decoded.
+    fn decoded(&self, medium: &Measurements, rough: Fit) -> Fit {
+        let psi = decode(medium, &rough, self.floor_m(), None).psi;
+        Fit { estimate: Estimate { psi, ..rough.estimate }, ..rough }
     }
 
     /// The first fit, with the number of harmonics of the search: a few samples at a wrong pose would make the evidence prefer
@@ -188,16 +217,17 @@ impl<'a> Job<'a> {
     }
 
     /// Chooses the number of harmonics, fits all samples and decodes the motion, until the decoding relocates no sample. `rough`
-    /// is a fit to the thinned log.
+    /// is a fit to the thinned log, `known` the motion of all samples where it is known.
     pub(super) fn to_fixed_point(
         &self,
         medium: &Measurements,
         ranges: &[Range<usize>],
         rough: Fit,
+        known: Option<Vec<f64>>,
     ) -> Result<Refined, ReconstructError> {
         let Fit { estimate: mut start, noise, prior, .. } = rough;
         let period = prior.symmetry.period_rad();
-        let mut decoded: Option<Vec<f64>> = None;
+        let mut motion = known;
         let mut medium = medium.clone();
         let (mut attempt, mut relocated) = (0, self.measurements.len() / FIRST_SHARE);
         loop {
@@ -209,7 +239,7 @@ impl<'a> Job<'a> {
             let coarse = fitted.fit;
             medium = fitted.weighted;
             let coefficients = coarse.estimate.coefficients.clone();
-            let psi = decoded.unwrap_or_else(|| {
+            let psi = motion.unwrap_or_else(|| {
                 carry_over(&medium, &coarse.estimate.psi, &coefficients, &self.measurements, ranges)
             });
             let all = Estimate { coefficients, psi, cost: f64::INFINITY };
@@ -239,17 +269,22 @@ impl<'a> Job<'a> {
                 let jumps = self.jumps(&fine.estimate, period);
                 let is_contradicted =
                     fine.noise.sensor_m >= CONTRADICTED * self.scatter_m || jumps.iter().any(|jump| !jump.physical);
+                let mut rivals = Vec::new();
                 let settled = !last || few(decoded_now.relocated, self.measurements.len()) || !is_contradicted;
                 if settled {
                     let starts: Vec<usize> = jumps.iter().map(|jump| jump.sample).collect();
                     alternatives.extend(reassociated(&measurements, &fine, &starts, &mut ambiguity));
-                    alternatives.extend(rival_motions(&measurements, &fine, &starts, &mut ambiguity));
+                    let found = rival_motions(&measurements, &fine, &starts, &mut ambiguity);
+                    alternatives.extend(found.alternatives);
+                    rivals = found.preferred;
                     alternatives.extend(landings(&measurements, &self.palms(), &fine, &jumps, &mut ambiguity));
                 } else {
                     alternatives.clear();
                 }
                 let jumps_of = |estimate: &Estimate| self.jumps(estimate, period);
-                match compare_evidence(&measurements, &fine, &alternatives, &jumps_of, &mut ambiguity) {
+                let compared = compare_evidence(&measurements, &fine, &alternatives, &jumps_of, &mut ambiguity);
+                rivals.extend(compared.nearly_as_likely);
+                match compared.likelier {
                     Some(better) if settled && attempt < REPAIRS => {
                         decoded_now.relocated = moved(&fine.estimate.psi, &better.psi, period);
                         decoded_now.psi = better.psi;
@@ -262,6 +297,7 @@ impl<'a> Job<'a> {
                             ambiguity_rad: ambiguity.ambiguity_rad(),
                             symmetry: FoundSymmetry::default(),
                             settled,
+                            rivals,
                         });
                     }
                 }
@@ -271,7 +307,7 @@ impl<'a> Job<'a> {
             let coefficients = fine.estimate.coefficients;
             let psi = carry_over(&self.measurements, &decoded_now.psi, &coefficients, &medium, ranges);
             start = Estimate { coefficients, psi, cost: f64::INFINITY };
-            decoded = Some(decoded_now.psi);
+            motion = Some(decoded_now.psi);
         }
     }
 
@@ -283,13 +319,10 @@ impl<'a> Job<'a> {
             fit(&self.measurements, order, start, noise, prior, self.variance_components_of_all(), ROUNDS)
         };
         let loose = fit_from(start, noise)?;
-        let Noise { sensor_m, balance_m } = loose.fit.noise;
-        if balance_m <= LOOSE_BALANCE * sensor_m {
-            return Some(loose);
-        }
-        let exact = Noise { sensor_m, balance_m: BALANCE_SHARES[1] * sensor_m };
+        let Some(exact) = with_exact_balance(loose.fit.noise) else { return Some(loose) };
         let likelier = |Fitted { fit: exact, .. }: &Fitted| {
-            exact.noise.balance_m < STAYS_EXACT * balance_m && exact.log_evidence > loose.fit.log_evidence
+            exact.noise.balance_m < STAYS_EXACT * loose.fit.noise.balance_m
+                && exact.log_evidence > loose.fit.log_evidence
         };
         Some(fit_from(loose.fit.estimate.clone(), exact).filter(likelier).unwrap_or(loose))
     }

@@ -1,7 +1,7 @@
 //! Symmetric models of the object in place of the general one, where the evidence prefers them (`docs/theory.md`, symmetry).
 
 use crate::estimate::coverage::{NODES, contact_paths, overlap, touches};
-use crate::estimate::evidence::forbidden_jumps::deviance;
+use crate::estimate::evidence::jump_prior::deviance;
 use crate::estimate::evidence::symmetry::{against_general, log_prior_odds, symmetric_models};
 use crate::estimate::measurements::Measurements;
 use crate::estimate::model::prior::Prior;
@@ -54,10 +54,11 @@ impl Job<'_> {
             let prior = Prior { symmetry: model.symmetry, ..general.fine.prior };
             let mut psi: Vec<f64> = general.fine.estimate.psi.iter().map(|psi| psi - model.turn).collect();
             unwrap_to(&mut psi, model.symmetry.period_rad());
-            let psi = carry_over(&self.measurements, &psi, &model.coefficients, medium, ranges);
-            let estimate = Estimate { coefficients: model.coefficients, psi, cost: f64::INFINITY };
+            let on_medium = carry_over(&self.measurements, &psi, &model.coefficients, medium, ranges);
+            let estimate = Estimate { coefficients: model.coefficients, psi: on_medium, cost: f64::INFINITY };
             let rough = Fit { estimate, prior, ..general.coarse.clone() };
-            let Ok(mut refined) = self.to_fixed_point(medium, ranges, rough) else { continue };
+            let Ok(refined) = self.to_fixed_point(medium, ranges, rough, Some(psi)) else { continue };
+            let mut refined = self.with_rivals(medium, ranges, refined);
             refined.fine.estimate.psi = self.motion(&refined.fine);
             let against_general = against_general(&refined.measurements, &refined.fine);
             let Some(held) = against_general.filter(|held| !held.model.is_contradicted()) else { continue };
@@ -74,7 +75,10 @@ impl Job<'_> {
             let is_same = |general: &Refined| same_motion(&general.fine.estimate.psi, &refined.fine.estimate.psi, TAU);
             // The pieces of an object that is not symmetric, or not known to be, may lie as the symmetric model has them.
             if is_guess && !is_same(&general) {
-                general = self.likelier(general, self.without_symmetry(medium, ranges, &refined));
+                general = {
+                    let laid = self.without_symmetry(medium, ranges, &refined);
+                    self.likelier(general, laid.map(|laid| self.with_restarts(medium, ranges, laid)))
+                };
             }
             // A symmetry that would be a doubt is of no use where the general model has the same motion. Else the two are rivals.
             if is_guess && is_same(&general) {
@@ -102,10 +106,10 @@ impl Job<'_> {
     /// The general optimum next to a symmetric one.
     fn without_symmetry(&self, medium: &Measurements, ranges: &[Range<usize>], symmetric: &Refined) -> Option<Refined> {
         let Fit { estimate: Estimate { coefficients, psi, .. }, prior, .. } = &symmetric.fine;
-        let psi = carry_over(&self.measurements, psi, coefficients, medium, ranges);
-        let estimate = Estimate { coefficients: coefficients.clone(), psi, cost: f64::INFINITY };
-        let prior = Prior { symmetry: Symmetry::NONE, ..*prior };
-        self.to_fixed_point(medium, ranges, Fit { estimate, prior, ..symmetric.coarse.clone() }).ok()
+        let on_medium = carry_over(&self.measurements, psi, coefficients, medium, ranges);
+        let estimate = Estimate { coefficients: coefficients.clone(), psi: on_medium, cost: f64::INFINITY };
+        let rough = Fit { estimate, prior: Prior { symmetry: Symmetry::NONE, ..*prior }, ..symmetric.coarse.clone() };
+        self.to_fixed_point(medium, ranges, rough, Some(psi.clone())).ok()
     }
 
     /// The more likely of two general optima, jumps that statics forbids included.

@@ -1,11 +1,12 @@
 use super::*;
 use crate::mechanics::Jump;
+use crate::reconstruct::result::reconstruction::Pose;
 use crate::shape::SupportFunction;
 
 const RADIUS_M: f64 = 0.03;
 
 /// A result of a circle with the fields that the comparison of results reads.
-fn candidate(explained: bool, log_evidence: f64, chi2_per_dof: f64, physical: &[bool]) -> Candidate {
+fn candidate(explained: bool, log_posterior: f64, chi2_per_dof: f64, physical: &[bool]) -> Candidate {
     let jump = |&physical: &bool| Jump { physical, ..Jump::default() };
     let result = Reconstruction {
         shape: SupportFunction::new(RADIUS_M, Vec::new()),
@@ -22,7 +23,7 @@ fn candidate(explained: bool, log_evidence: f64, chi2_per_dof: f64, physical: &[
         sensor_sd_m: 1e-6,
         balance_sd_m: 1e-7,
     };
-    Candidate { result, log_evidence }
+    Candidate { result, log_posterior }
 }
 
 #[test]
@@ -92,4 +93,42 @@ fn further_explanations_are_required_where_noisy_contacts_miss_the_balance() {
     assert!(balance_is_missed(unbalanced.result.sensor_sd_m, unbalanced.result.balance_sd_m, RADIUS_M));
     assert!(!unbalanced.is_enough(FURTHER_EXPLANATIONS));
     assert!(unbalanced.is_enough(FURTHER_EXPLANATIONS + 1));
+}
+
+#[test]
+fn a_rival_that_is_as_likely_takes_the_certificate_whatever_speaks_against_it() {
+    let turning = |explained: bool, log_posterior: f64, turn_rad: f64| {
+        let mut candidate = candidate(explained, log_posterior, 1.0, &[]);
+        let pose = |sample: usize| Pose {
+            time_s: sample as f64,
+            psi_rad: turn_rad * sample as f64,
+            psi_sd_rad: 1e-3,
+            com_x_m: 0.0,
+            com_y_m: 0.0,
+            com_sd_m: 0.0,
+            theta1_rad: 0.0,
+            theta2_rad: 0.0,
+            piece: 0,
+            residual1_m: None,
+            residual2_m: None,
+        };
+        candidate.result.motion = (0..100).map(pose).collect();
+        candidate
+    };
+    let answer = |certified: bool, others: &[Candidate]| {
+        let mut explored = Explored::default();
+        others.iter().for_each(|other| explored.add(other));
+        let mut answer = turning(true, 0.0, 0.01);
+        if certified {
+            answer.result.verdict = Verdict::new(Vec::new());
+        }
+        let result = explored.against_others(answer);
+        (result.is_certified(), result.alternatives)
+    };
+    let margin = CERTAIN.0;
+    assert_eq!(answer(true, &[turning(false, 0.1 - margin, 0.03)]), (false, 2));
+    assert_eq!(answer(true, &[turning(false, 50.0, 0.03), turning(true, 0.0, -0.02)]), (false, 3));
+    assert_eq!(answer(true, &[turning(false, -0.1 - margin, 0.03)]), (true, 1), "less likely");
+    assert_eq!(answer(true, &[turning(false, 50.0, 0.01)]), (true, 1), "the same motion");
+    assert_eq!(answer(false, &[turning(false, 50.0, 0.03)]), (false, 1), "not certified anyway");
 }

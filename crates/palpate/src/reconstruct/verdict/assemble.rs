@@ -3,7 +3,8 @@
 
 use super::certificate::Findings;
 use crate::estimate::coverage::{NODES, completed, contact_paths, touches};
-use crate::estimate::jumps::{detect_jumps, jump_reversals};
+use crate::estimate::evidence::jump_prior::excess;
+use crate::estimate::jumps::{DetectedJump, detect_jumps, jump_reversals};
 use crate::estimate::measurements::{Instant, Measurements};
 use crate::estimate::model::balance_tolerance::unstable_samples;
 use crate::estimate::model::contact::residuals;
@@ -35,11 +36,12 @@ pub(crate) struct Expected {
 /// Share of ambiguous samples up to which the standard deviation of ψ is that of the others: so many are a matter of a few pieces.
 const MOST_AMBIGUOUS: f64 = 0.5;
 
-/// A result, and the log evidence of the fit behind it.
+/// A result, and how likely it is against others.
 #[derive(Clone, Debug)]
 pub(crate) struct Candidate {
     pub result: Reconstruction,
-    pub log_evidence: f64,
+    /// ln of the evidence of the fit behind it and of the prior of its motion.
+    pub log_posterior: f64,
 }
 
 /// Assembles the result. `None` when the information matrix cannot be factored (the log does not determine the shape).
@@ -83,6 +85,14 @@ pub(crate) fn assemble(
     let inflation = 0.5 * (correlation_time(&of_sensor1) + correlation_time(&of_sensor2));
     let felt_there: Vec<f64> = felt.iter().map(|theta| theta - turned).collect();
     let error_bars = ErrorBars::new(measurements, &in_own_frame, &felt_there, inflation)?;
+
+    let own_frame = |jump: &DetectedJump| DetectedJump {
+        psi_before: jump.psi_before + turned,
+        psi_after: jump.psi_after + turned,
+        ..*jump
+    };
+    let in_own: Vec<DetectedJump> = jumps.iter().map(own_frame).collect();
+    let log_posterior = fit.log_evidence - excess(measurements, &in_own_frame.estimate, &error_bars.factor()?, &in_own);
 
     let outline = outline(&shape, &counts, |theta| error_bars.r_sd_m(theta - turned));
     let angle_sd = angle_scatter_rad(measurements);
@@ -167,7 +177,7 @@ pub(crate) fn assemble(
         sensor_sd_m: fit.noise.sensor_m,
         balance_sd_m: fit.noise.balance_m,
     };
-    Some(Candidate { result, log_evidence: fit.log_evidence })
+    Some(Candidate { result, log_posterior })
 }
 
 /// The boundary at [`NODES`] normal angles, felt as often as `counts` say, with the standard deviation of r at each.

@@ -1,8 +1,9 @@
-//! What a motion pays for jumps that statics forbids (`docs/theory.md`, decoding of the motion), as a part of its prior. The barrier on the way is a
-//! difference of heights of the centre of mass, linear in the shape, so that its standard deviation is known: a barrier that errors of the
-//! shape may have made costs no more than any jump that is not predicted, one that is certain excludes the motion.
+//! What a motion pays for its jumps (`docs/theory.md`, decoding of the motion), as a part of its prior: those that statics predicts, those
+//! that it does not, and those that it forbids. The barrier on the way is a difference of heights of the centre of mass, linear in the
+//! shape, so that its standard deviation is known: a barrier that errors of the shape may have made costs no more than any jump that is not
+//! predicted, one that is certain excludes the motion.
 
-use crate::estimate::evidence::motion_prior::{EXCLUDED, UNPREDICTED_JUMP};
+use crate::estimate::evidence::motion_prior::{EXCLUDED, PREDICTED_JUMP, UNPREDICTED_JUMP};
 use crate::estimate::jumps::{BARRIER_ALLOWANCE, DetectedJump};
 use crate::estimate::measurements::{Instant, Measurements};
 use crate::estimate::model::contact::contacts;
@@ -11,7 +12,7 @@ use crate::estimate::solver::gauss_newton::Estimate;
 use crate::mechanics::passage::top_of_barrier;
 use nalgebra::{Cholesky, DVector, Dyn};
 
-/// −2 ln of the prior of the forbidden jumps of a motion; `posterior` is the Cholesky factor of the information on the shape.
+/// −2 ln of the prior of the jumps of a motion; `posterior` is the Cholesky factor of the information on the shape.
 pub(crate) fn deviance(
     measurements: &Measurements,
     Estimate { coefficients, .. }: &Estimate,
@@ -20,6 +21,9 @@ pub(crate) fn deviance(
 ) -> f64 {
     let allowance_m = BARRIER_ALLOWANCE * coefficients[0].abs();
     let of_jump = |jump: &DetectedJump| {
+        if jump.predicted {
+            return PREDICTED_JUMP.deviance();
+        }
         let instant = &measurements.instants[jump.sample];
         let height = |psi: f64| instant.palms.center(contacts(instant, coefficients, psi).r)[1];
         let (top, barrier_m) = top_of_barrier(height, jump.psi_before, jump.psi_after);
@@ -28,7 +32,17 @@ pub(crate) fn deviance(
         let deviance = barrier_m * barrier_m / variance;
         deviance.clamp(UNPREDICTED_JUMP.deviance(), EXCLUDED.deviance())
     };
-    jumps.iter().filter(|jump| !jump.physical).map(of_jump).sum()
+    jumps.iter().map(of_jump).sum()
+}
+
+/// −ln of the same beyond what the evidence of a fit has for every jump ([`super::motion_prior::neg_log_prior`]).
+pub(crate) fn excess(
+    measurements: &Measurements,
+    estimate: &Estimate,
+    posterior: &Cholesky<f64, Dyn>,
+    jumps: &[DetectedJump],
+) -> f64 {
+    0.5 * deviance(measurements, estimate, posterior, jumps) - PREDICTED_JUMP.0 * jumps.len() as f64
 }
 
 /// Derivative of the height of the centre of mass at an orientation by the coefficients.
@@ -49,8 +63,13 @@ mod tests {
     use crate::shape::{SupportFunction, ellipse};
     use nalgebra::DMatrix;
 
-    /// A jump of an ellipse over the barrier between its two poses, and the factor of an information of (1/`sd_m`)² on each coefficient.
-    fn of_known_to(sd_m: f64, physical: bool) -> (f64, f64) {
+    /// The prior of a jump of an ellipse over the barrier between its two poses, with an information of (1/`sd_m`)² on each coefficient; and
+    /// that barrier, metres.
+    fn with_jump(
+        sd_m: f64,
+        predicted: bool,
+        prior: fn(&Measurements, &Estimate, &Cholesky<f64, Dyn>, &[DetectedJump]) -> f64,
+    ) -> (f64, f64) {
         let shape = ellipse(0.03, 0.024).expect("possible");
         let palms = PalmPair::hinged(0.6, 1.7);
         let landscape = EnergyLandscape::new(&shape, &palms);
@@ -61,8 +80,8 @@ mod tests {
             psi_after: second,
             height_before_m: landscape.height_m(first),
             height_after_m: landscape.height_m(second),
-            physical,
-            predicted: physical,
+            physical: predicted,
+            predicted,
         };
         let (s1, s2) = palms.contact_positions_m(&shape, first);
         let measurements = Measurements::new(&Log { samples: vec![Sample::new(0.0, palms, s1, s2)] }, None);
@@ -72,7 +91,11 @@ mod tests {
         let (_, barrier_m) = top_of_barrier(|psi| landscape.height_m(psi), first, second);
         let estimate = Estimate { coefficients, psi: vec![first], cost: 0.0 };
         let posterior = information.cholesky().expect("definite");
-        (deviance(&measurements, &estimate, &posterior, &[jump]), barrier_m)
+        (prior(&measurements, &estimate, &posterior, &[jump]), barrier_m)
+    }
+
+    fn of_known_to(sd_m: f64, predicted: bool) -> (f64, f64) {
+        with_jump(sd_m, predicted, deviance)
     }
 
     #[test]
@@ -85,6 +108,9 @@ mod tests {
         assert_eq!(of_known_to(barrier_m, false).0, UNPREDICTED_JUMP.deviance());
         let between = of_known_to(0.015 * barrier_m, false).0;
         assert!(between > UNPREDICTED_JUMP.deviance() && between < certain, "{between}");
-        assert_eq!(of_known_to(1e-6, true).0, 0.0);
+        assert_eq!(of_known_to(1e-6, true).0, PREDICTED_JUMP.deviance());
+        // Beyond what any fit pays for a jump.
+        assert_eq!(with_jump(1e-6, true, excess).0, 0.0);
+        assert_eq!(with_jump(barrier_m, false, excess).0, UNPREDICTED_JUMP.0 - PREDICTED_JUMP.0);
     }
 }
