@@ -38,6 +38,15 @@ pub(crate) fn correlation_time(residuals: &[f64]) -> f64 {
     tau.max(1.0)
 }
 
+/// Autocorrelation of errors at a lag, in samples; 0 where there are too few.
+pub(crate) fn autocorrelation(residuals: &[f64], lag: usize) -> f64 {
+    let variance: f64 = residuals.iter().map(|e| e * e).sum();
+    if lag >= residuals.len() || variance <= 0.0 {
+        return 0.0;
+    }
+    residuals.iter().zip(&residuals[lag..]).map(|(a, b)| a * b).sum::<f64>() / variance
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -75,6 +84,16 @@ mod tests {
             let expected = (1.0 + rho) / (1.0 - rho);
             assert!((mean / expected - 1.0).abs() < 0.1, "{mean} for {expected}");
         }
+    }
+
+    #[test]
+    fn errors_are_correlated_by_the_lag_of_their_period() {
+        let waves: Vec<f64> = (0..8000).map(|sample| (std::f64::consts::TAU * f64::from(sample) / 8.0).sin()).collect();
+        for (lag, expected) in [(0, 1.0), (2, 0.0), (4, -1.0), (8, 1.0)] {
+            assert!((autocorrelation(&waves, lag) - expected).abs() < 2e-3, "lag {lag}");
+        }
+        assert_eq!(autocorrelation(&waves, 8000), 0.0);
+        assert_eq!(autocorrelation(&[0.0; 10], 1), 0.0);
     }
 
     #[test]

@@ -75,10 +75,8 @@ impl Job<'_> {
             let is_same = |general: &Refined| same_motion(&general.fine.estimate.psi, &refined.fine.estimate.psi, TAU);
             // The pieces of an object that is not symmetric, or not known to be, may lie as the symmetric model has them.
             if is_guess && !is_same(&general) {
-                general = {
-                    let laid = self.without_symmetry(medium, ranges, &refined);
-                    self.likelier(general, laid.map(|laid| self.with_restarts(medium, ranges, laid)))
-                };
+                let laid = self.without_symmetry(medium, ranges, &refined);
+                general = self.likelier(general, laid.map(|laid| self.with_restarts(medium, ranges, laid)));
             }
             // A symmetry that would be a doubt is of no use where the general model has the same motion. Else the two are rivals.
             if is_guess && is_same(&general) {

@@ -14,7 +14,7 @@ use crate::estimate::motion::unwrap;
 use crate::estimate::solver::error_bars::ErrorBars;
 use crate::estimate::solver::gauss_newton::Fit;
 use crate::log::{Log, Sample};
-use crate::math::statistics::{correlation_time, typical_sd};
+use crate::math::statistics::{autocorrelation, correlation_time, typical_sd};
 use crate::mechanics::Jump;
 use crate::palms::PalmPair;
 use crate::reconstruct::options::limits::CertificateLimits;
@@ -42,6 +42,23 @@ pub(crate) struct Candidate {
     pub result: Reconstruction,
     /// ln of the evidence of the fit behind it and of the prior of its motion.
     pub log_posterior: f64,
+}
+
+/// Longest correlation time of the errors, in samples, that is taken for the memory of a sensor: what a wrong shape or motion leaves keeps
+/// its sign over a whole feature of the boundary.
+const SENSOR_MEMORY: f64 = 15.0;
+
+/// Least share of the variance that third differences of errors with such a memory show.
+const LEAST_SHOWN: f64 = 0.05;
+
+/// How many times larger the errors of a sensor are than third differences of neighbouring readings show, by what the fit leaves.
+fn hidden_from_neighbours(residuals_m: &[f64]) -> f64 {
+    if correlation_time(residuals_m) > SENSOR_MEMORY {
+        return 1.0;
+    }
+    let [one, two, three] = [1, 2, 3].map(|lag| autocorrelation(residuals_m, lag));
+    let shown = (20.0 - 30.0 * one + 12.0 * two - 2.0 * three) / 20.0;
+    1.0 / shown.clamp(LEAST_SHOWN, 1.0).sqrt()
 }
 
 /// Assembles the result. `None` when the information matrix cannot be factored (the log does not determine the shape).
@@ -111,7 +128,8 @@ pub(crate) fn assemble(
 
     let angle_error = angle_sd * angle_sensitivity_m(measurements, coefficients, psi);
     let allowance = limits.model_allowance * coefficients[0].abs();
-    let expected_m = expected.stated_m.unwrap_or(expected.scatter_m.hypot(angle_error).max(allowance));
+    let hidden = hidden_from_neighbours(&of_sensor1).min(hidden_from_neighbours(&of_sensor2));
+    let expected_m = expected.stated_m.unwrap_or((hidden * expected.scatter_m).hypot(angle_error).max(allowance));
     let (chi2_per_dof, dof) = chi2(measurements, &residuals_m, expected_m, Layout::of_shape(fit.order).unknowns());
     let times_s: Vec<f64> = log.samples.iter().map(|sample| sample.time_s).collect();
     let ambiguous = ambiguity_rad.iter().filter(|ambiguity_rad| **ambiguity_rad > 0.0).count();
