@@ -65,7 +65,7 @@ const STAYS_EXACT: f64 = 0.5;
 const PROMISING: f64 = 1.0;
 
 /// Rivals of an optimum, and of those found from them, that are taken to an optimum of their own: each costs as much as the first.
-const MOST_RIVALS: usize = 4;
+const MOST_RIVALS: usize = 2;
 
 /// Samples on each side of an ambiguous one that are set aside with it: a wrong pose bends the shape at its neighbours too.
 const NEIGHBOURS_SET_ASIDE: usize = 5;
@@ -157,7 +157,7 @@ impl<'a> Job<'a> {
     }
 
     /// The best of an optimum, of those reached from its rivals, and of those reached from the restarts along the valley of its cost.
-    pub(super) fn with_restarts(&self, medium: &Measurements, ranges: &[Range<usize>], optimum: Refined) -> Refined {
+    fn with_restarts(&self, medium: &Measurements, ranges: &[Range<usize>], optimum: Refined) -> Refined {
         let mut best = self.with_rivals(medium, ranges, optimum);
         for start in along_weakest_direction(medium, &best.coarse).into_iter().flatten() {
             let Some(there) = self
@@ -175,7 +175,7 @@ impl<'a> Job<'a> {
     }
 
     /// The best of an optimum and of those reached from its rivals.
-    pub(super) fn with_rivals(&self, medium: &Measurements, ranges: &[Range<usize>], optimum: Refined) -> Refined {
+    fn with_rivals(&self, medium: &Measurements, ranges: &[Range<usize>], optimum: Refined) -> Refined {
         let mut best = optimum;
         for _ in 0..MOST_RIVALS {
             let Some(psi) = best.rivals.pop() else { break };

@@ -57,8 +57,7 @@ impl Job<'_> {
             let on_medium = carry_over(&self.measurements, &psi, &model.coefficients, medium, ranges);
             let estimate = Estimate { coefficients: model.coefficients, psi: on_medium, cost: f64::INFINITY };
             let rough = Fit { estimate, prior, ..general.coarse.clone() };
-            let Ok(refined) = self.to_fixed_point(medium, ranges, rough, Some(psi)) else { continue };
-            let mut refined = self.with_rivals(medium, ranges, refined);
+            let Ok(mut refined) = self.to_fixed_point(medium, ranges, rough, Some(psi)) else { continue };
             refined.fine.estimate.psi = self.motion(&refined.fine);
             let against_general = against_general(&refined.measurements, &refined.fine);
             let Some(held) = against_general.filter(|held| !held.model.is_contradicted()) else { continue };
@@ -75,8 +74,7 @@ impl Job<'_> {
             let is_same = |general: &Refined| same_motion(&general.fine.estimate.psi, &refined.fine.estimate.psi, TAU);
             // The pieces of an object that is not symmetric, or not known to be, may lie as the symmetric model has them.
             if is_guess && !is_same(&general) {
-                let laid = self.without_symmetry(medium, ranges, &refined);
-                general = self.likelier(general, laid.map(|laid| self.with_restarts(medium, ranges, laid)));
+                general = self.likelier(general, self.without_symmetry(medium, ranges, &refined));
             }
             // A symmetry that would be a doubt is of no use where the general model has the same motion. Else the two are rivals.
             if is_guess && is_same(&general) {
