@@ -32,17 +32,9 @@ fn found(shape: &SupportFunction, psi: &[f64], felt: impl Fn(f64) -> bool) -> Re
         }
     });
     let motion = psi.iter().enumerate().map(|(i, &psi_rad)| Pose {
-        time_s: i as f64,
-        psi_rad,
-        psi_sd_rad: 0.0,
         com_x_m: 0.01 * i as f64,
         com_y_m: 0.05,
-        com_sd_m: 0.0,
-        theta1_rad: 0.0,
-        theta2_rad: 0.0,
-        piece: 0,
-        residual1_m: None,
-        residual2_m: None,
+        ..Pose::of_test(i as f64, psi_rad)
     });
     Reconstruction {
         shape: shape.clone(),

@@ -1,8 +1,8 @@
 //! Rival motions beside a jump that statics does not predict. Where an object is nearly symmetric, the samples after a jump may all have been
 //! given poses a copy away from the true ones: the contacts fit nearly as well, and the jump itself is impossible, or there was none, since
 //! the contacts did not move. Here the samples after such a jump, up to the next one of that kind or the end of the log, are turned
-//! together, so that the object lands where its potential energy lets it or stays (`docs/theory.md`, decoding of the motion). Each such motion becomes an alternative, which the evidence decides
-//! ([`super::alternatives`]).
+//! together, so that the object lands where its potential energy lets it or stays (`docs/theory.md`, decoding of the motion). Each such
+//! motion becomes an alternative, which the evidence decides ([`super::alternatives`]).
 
 use crate::estimate::association::alternatives::{Alternative, Ambiguity};
 use crate::estimate::jumps::{BARRIER_ALLOWANCE, DetectedJump};

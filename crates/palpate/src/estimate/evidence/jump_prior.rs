@@ -8,7 +8,7 @@ use crate::estimate::jumps::{BARRIER_ALLOWANCE, DetectedJump};
 use crate::estimate::measurements::{Instant, Measurements};
 use crate::estimate::model::contact::contacts;
 use crate::estimate::model::layout::Layout;
-use crate::estimate::solver::gauss_newton::Estimate;
+use crate::estimate::solver::gauss_newton::{Estimate, Fit, Smoother};
 use crate::mechanics::passage::top_of_barrier;
 use nalgebra::{Cholesky, DVector, Dyn};
 
@@ -43,6 +43,14 @@ pub(crate) fn excess(
     jumps: &[DetectedJump],
 ) -> f64 {
     0.5 * deviance(measurements, estimate, posterior, jumps) - PREDICTED_JUMP.0 * jumps.len() as f64
+}
+
+/// Log evidence of a fit times the prior of its jumps; minus infinity where the log does not determine the shape.
+pub(crate) fn log_posterior(measurements: &Measurements, fit: &Fit, jumps: &[DetectedJump]) -> f64 {
+    let Fit { estimate, order, noise, prior, log_evidence } = fit;
+    let smoother = Smoother::new(measurements, *order, *noise, *prior).strictly_convex();
+    let factor = smoother.factor(&smoother.linearise(&estimate.coefficients, &estimate.psi));
+    factor.map_or(f64::NEG_INFINITY, |factor| log_evidence - excess(measurements, estimate, &factor, jumps))
 }
 
 /// Derivative of the height of the centre of mass at an orientation by the coefficients.

@@ -1,7 +1,8 @@
 //! Noise of the readings estimated from the log alone, before any shape is known (`docs/theory.md`, what the log says of itself).
 //!
 //! Third differences of neighbouring samples cancel every smooth motion and leave √20 times the noise. They are taken where the palms
-//! move least: palms that go from step to step, or fast for the rate of the samples, carry the contacts along. Quantised readings (a touchpad's counts, or rounded digits in a file) have at least the standard deviation of their step q, q/√12.
+//! move least: palms that go from step to step, or fast for the rate of the samples, carry the contacts along. Quantised readings (a
+//! touchpad's counts, or rounded digits in a file) have at least the standard deviation of their step q, q/√12.
 
 use crate::estimate::measurements::{Instant, Measurements};
 use crate::estimate::model::contact::{by_palms, contacts};

@@ -13,6 +13,7 @@ use crate::estimate::association::predictive::PredictiveShape;
 use crate::estimate::association::rival_pieces::rival_motions;
 use crate::estimate::association::short_segments::reassociated;
 use crate::estimate::evidence::fit::{Fitted, ROUNDS, fit};
+use crate::estimate::evidence::jump_prior::log_posterior;
 use crate::estimate::evidence::order::choose_order;
 use crate::estimate::evidence::variance_components::VarianceComponents;
 use crate::estimate::jumps::{DetectedJump, detect_jumps};
@@ -126,8 +127,51 @@ pub(crate) struct Refined {
     pub symmetry: FoundSymmetry,
     /// Whether decoding leaves the motion as it is, but for a few samples. Else it is wrong, or that of a symmetric object.
     pub settled: bool,
+    /// Log evidence of `fine` times the prior of its jumps.
+    pub log_posterior: f64,
     /// Motions that deserve a fit of their own: with one short piece as all others predict it, or nearly as likely.
     pub rivals: Vec<Vec<f64>>,
+}
+
+impl Refined {
+    fn new(optimum: Optimum, weighed: Weighed) -> Self {
+        let Optimum { coarse, fine, measurements, log_posterior, .. } = optimum;
+        let Weighed { ambiguity_rad, settled, rivals, .. } = weighed;
+        let symmetry = FoundSymmetry::default();
+        Self { coarse, fine, measurements, ambiguity_rad, symmetry, settled, log_posterior, rivals }
+    }
+
+    /// This optimum, or the other where that is more likely.
+    pub(super) fn or_likelier(self, other: Result<Self, ReconstructError>) -> Self {
+        other.ok().filter(|other| other.log_posterior > self.log_posterior).unwrap_or(self)
+    }
+}
+
+/// One motion at the optimum of all else.
+struct Optimum {
+    /// As in [`Refined`].
+    coarse: Fit,
+    fine: Fit,
+    measurements: Measurements,
+    jumps: Vec<DetectedJump>,
+    /// Log evidence times the prior of the jumps.
+    log_posterior: f64,
+}
+
+/// What comparing it with other motions told.
+struct Weighed {
+    /// As in [`Refined`].
+    ambiguity_rad: Vec<f64>,
+    settled: bool,
+    rivals: Vec<Vec<f64>>,
+    /// A motion that is more likely.
+    likelier: Option<Vec<f64>>,
+}
+
+impl Optimum {
+    fn is_likelier_than(&self, other: &Self) -> bool {
+        self.log_posterior > other.log_posterior + PROMISING
+    }
 }
 
 impl<'a> Job<'a> {
@@ -166,10 +210,7 @@ impl<'a> Job<'a> {
             else {
                 continue;
             };
-            match self.to_fixed_point(medium, ranges, there, None) {
-                Ok(other) if other.fine.log_evidence > best.fine.log_evidence => best = other,
-                _ => {}
-            }
+            best = best.or_likelier(self.to_fixed_point(medium, ranges, there, None));
         }
         best
     }
@@ -183,10 +224,7 @@ impl<'a> Job<'a> {
             let on_medium = carry_over(&self.measurements, &psi, &coefficients, medium, ranges);
             let estimate = Estimate { coefficients, psi: on_medium, cost: f64::INFINITY };
             let Some(there) = self.fit_with_exact_balance(medium, estimate, &best.coarse) else { continue };
-            match self.to_fixed_point(medium, ranges, there, Some(psi)) {
-                Ok(other) if other.fine.log_evidence > best.fine.log_evidence => best = other,
-                _ => {}
-            }
+            best = best.or_likelier(self.to_fixed_point(medium, ranges, there, Some(psi)));
         }
         best
     }
@@ -230,6 +268,7 @@ impl<'a> Job<'a> {
         let mut motion = known;
         let mut medium = medium.clone();
         let (mut attempt, mut relocated) = (0, self.measurements.len() / FIRST_SHARE);
+        let mut likeliest: Option<Optimum> = None;
         loop {
             let fitted = match self.options.harmonics {
                 Some(order) => fit(&medium, order, start, noise, prior, self.variance_components(), ROUNDS),
@@ -249,65 +288,84 @@ impl<'a> Job<'a> {
                 sensor_m: self.stated_m.unwrap_or(averaged * coarse.noise.sensor_m),
                 balance_m: averaged * coarse.noise.balance_m,
             };
-            let Fitted { fit: fine, weighted: measurements } =
-                self.fit_all(coarse.order, all, noise, coarse.prior).ok_or(ReconstructError::NotSolvable)?;
-            let Estimate { coefficients, psi, .. } = &fine.estimate;
-            let with_noisy_angles = with_noisy_angles(&self.measurements, coefficients, psi, self.scatter_m);
-            let of_all = decode(&with_noisy_angles, &fine, self.floor_m(), None);
-            let (mut decoded_now, superseded) = match self.without_ambiguous(&with_noisy_angles, &fine, &of_all) {
-                Some(again) => (again, Some(of_all.psi)),
-                None => (of_all, None),
-            };
+            let fitted = self.fit_all(coarse.order, all, noise, coarse.prior).ok_or(ReconstructError::NotSolvable)?;
+            let mut optimum = self.optimum(coarse, fitted);
+            let decoded_again = self.decoded_again(&optimum.fine);
+            let now = decoded_again.0.relocated;
             // Where the motion does not settle, the arrangement is wrong, or it is a matter of a few samples.
-            let last = attempt == REPAIRS || CONTRACTION * decoded_now.relocated > relocated;
-            if decoded_now.relocated == 0 || last {
-                let mut ambiguity = Ambiguity::new(std::mem::take(&mut decoded_now.margin));
-                let mut alternatives = std::mem::take(&mut decoded_now.alternatives);
-                let motions = superseded.iter().chain([&decoded_now.psi]);
-                alternatives
-                    .extend(motions.filter_map(|motion| ambiguity.unsettled(&fine.estimate.psi, motion, period)));
-                let jumps = self.jumps(&fine.estimate, period);
-                let is_contradicted =
-                    fine.noise.sensor_m >= CONTRADICTED * self.scatter_m || jumps.iter().any(|jump| !jump.physical);
-                let mut rivals = Vec::new();
-                let settled = !last || few(decoded_now.relocated, self.measurements.len()) || !is_contradicted;
-                if settled {
-                    let starts: Vec<usize> = jumps.iter().map(|jump| jump.sample).collect();
-                    alternatives.extend(reassociated(&measurements, &fine, &starts, &mut ambiguity));
-                    let found = rival_motions(&measurements, &fine, &starts, &mut ambiguity);
-                    alternatives.extend(found.alternatives);
-                    rivals = found.preferred;
-                    alternatives.extend(landings(&measurements, &self.palms(), &fine, &jumps, &mut ambiguity));
-                } else {
-                    alternatives.clear();
-                }
-                let jumps_of = |estimate: &Estimate| self.jumps(estimate, period);
-                let compared = compare_evidence(&measurements, &fine, &alternatives, &jumps_of, &mut ambiguity);
-                rivals.extend(compared.nearly_as_likely);
-                match compared.likelier {
-                    Some(better) if settled && attempt < REPAIRS => {
-                        decoded_now.relocated = moved(&fine.estimate.psi, &better.psi, period);
-                        decoded_now.psi = better.psi;
-                    }
-                    _ => {
-                        return Ok(Refined {
-                            coarse,
-                            fine,
-                            measurements,
-                            ambiguity_rad: ambiguity.ambiguity_rad(),
-                            symmetry: FoundSymmetry::default(),
-                            settled,
-                            rivals,
-                        });
+            let last = attempt == REPAIRS || CONTRACTION * now > relocated;
+            let (next, moved) = if now == 0 || last {
+                let mut weighed = self.weighed(&optimum, decoded_again, last);
+                if weighed.likelier.is_none() || attempt == REPAIRS {
+                    // A few wrong poses loosen the balance, and a loose balance lets the decoding place more of them wrongly.
+                    if let Some(before) = likeliest.take_if(|before| before.is_likelier_than(&optimum)) {
+                        optimum = before;
+                        weighed = self.weighed(&optimum, self.decoded_again(&optimum.fine), true);
                     }
                 }
-            }
+                match weighed.likelier.take() {
+                    Some(likelier) if attempt < REPAIRS => {
+                        let moved = moved(&optimum.fine.estimate.psi, &likelier, period);
+                        (likelier, moved)
+                    }
+                    _ => return Ok(Refined::new(optimum, weighed)),
+                }
+            } else {
+                (decoded_again.0.psi, now)
+            };
             attempt += 1;
-            relocated = decoded_now.relocated;
-            let coefficients = fine.estimate.coefficients;
-            let psi = carry_over(&self.measurements, &decoded_now.psi, &coefficients, &medium, ranges);
+            let coefficients = optimum.fine.estimate.coefficients.clone();
+            let psi = carry_over(&self.measurements, &next, &coefficients, &medium, ranges);
             start = Estimate { coefficients, psi, cost: f64::INFINITY };
-            motion = Some(decoded_now.psi);
+            (motion, relocated) = (Some(next), moved);
+            if likeliest.as_ref().is_none_or(|before| !before.is_likelier_than(&optimum)) {
+                likeliest = Some(optimum);
+            }
+        }
+    }
+
+    /// Compares an optimum with other motions: what its decoding left open, and what else short pieces and doubtful jumps may be. `last`:
+    /// its motion will not be decoded again, though the decoding relocates samples.
+    fn weighed(&self, optimum: &Optimum, (decoded, superseded): (Decoded, Option<Vec<f64>>), last: bool) -> Weighed {
+        let Optimum { fine, measurements, jumps, .. } = optimum;
+        let period = fine.prior.symmetry.period_rad();
+        let mut ambiguity = Ambiguity::new(decoded.margin);
+        let mut alternatives = decoded.alternatives;
+        let motions = superseded.iter().chain([&decoded.psi]);
+        alternatives.extend(motions.filter_map(|motion| ambiguity.unsettled(&fine.estimate.psi, motion, period)));
+        let is_contradicted =
+            fine.noise.sensor_m >= CONTRADICTED * self.scatter_m || jumps.iter().any(|jump| !jump.physical);
+        let settled = !last || few(decoded.relocated, self.measurements.len()) || !is_contradicted;
+        if !settled {
+            // The samples that may be elsewhere stay ambiguous.
+            return Weighed { ambiguity_rad: ambiguity.ambiguity_rad(), settled, rivals: Vec::new(), likelier: None };
+        }
+        let starts: Vec<usize> = jumps.iter().map(|jump| jump.sample).collect();
+        alternatives.extend(reassociated(measurements, fine, &starts, &mut ambiguity));
+        let found = rival_motions(measurements, fine, &starts, &mut ambiguity);
+        alternatives.extend(found.alternatives);
+        alternatives.extend(landings(measurements, &self.palms(), fine, jumps, &mut ambiguity));
+        let jumps_of = |estimate: &Estimate| self.jumps(estimate, period);
+        let compared = compare_evidence(measurements, fine, &alternatives, &jumps_of, &mut ambiguity);
+        let rivals = found.preferred.into_iter().chain(compared.nearly_as_likely).collect();
+        let likelier = compared.likelier.map(|estimate| estimate.psi);
+        Weighed { ambiguity_rad: ambiguity.ambiguity_rad(), settled, rivals, likelier }
+    }
+
+    fn optimum(&self, coarse: Fit, Fitted { fit: fine, weighted: measurements }: Fitted) -> Optimum {
+        let jumps = self.jumps(&fine.estimate, fine.prior.symmetry.period_rad());
+        let log_posterior = log_posterior(&measurements, &fine, &jumps);
+        Optimum { coarse, fine, measurements, jumps, log_posterior }
+    }
+
+    /// The motion decoded with the shape of a fit to all samples; where ambiguous ones were set aside, also as it came out with them.
+    fn decoded_again(&self, fine: &Fit) -> (Decoded, Option<Vec<f64>>) {
+        let Estimate { coefficients, psi, .. } = &fine.estimate;
+        let with_noisy_angles = with_noisy_angles(&self.measurements, coefficients, psi, self.scatter_m);
+        let of_all = decode(&with_noisy_angles, fine, self.floor_m(), None);
+        match self.without_ambiguous(&with_noisy_angles, fine, &of_all) {
+            Some(again) => (again, Some(of_all.psi)),
+            None => (of_all, None),
         }
     }
 

@@ -1,12 +1,12 @@
 //! Symmetric models of the object in place of the general one, where the evidence prefers them (`docs/theory.md`, symmetry).
 
 use crate::estimate::coverage::{NODES, contact_paths, overlap, touches};
-use crate::estimate::evidence::jump_prior::deviance;
 use crate::estimate::evidence::symmetry::{against_general, log_prior_odds, symmetric_models};
 use crate::estimate::measurements::Measurements;
 use crate::estimate::model::prior::Prior;
 use crate::estimate::motion::{outlying_steps, same_motion, unwrap_to};
-use crate::estimate::solver::gauss_newton::{Estimate, Fit, Smoother};
+use crate::estimate::solver::gauss_newton::{Estimate, Fit};
+use crate::reconstruct::options::error::ReconstructError;
 use crate::reconstruct::refine::job::{Job, Refined};
 use crate::reconstruct::refine::resample::carry_over;
 use crate::reconstruct::result::reconstruction::FoundSymmetry;
@@ -59,6 +59,11 @@ impl Job<'_> {
             let rough = Fit { estimate, prior, ..general.coarse.clone() };
             let Ok(mut refined) = self.to_fixed_point(medium, ranges, rough, Some(psi)) else { continue };
             refined.fine.estimate.psi = self.motion(&refined.fine);
+            let is_same = |general: &Refined| same_motion(&general.fine.estimate.psi, &refined.fine.estimate.psi, TAU);
+            // The pieces of an object that is not symmetric may lie as the symmetric model has them.
+            if !is_same(&general) && self.unphysical_jumps(&general.fine.estimate, TAU) > 0 {
+                general = general.or_likelier(self.without_symmetry(medium, ranges, &refined));
+            }
             let against_general = against_general(&refined.measurements, &refined.fine);
             let Some(held) = against_general.filter(|held| !held.model.is_contradicted()) else { continue };
             let weight = refined.fine.log_evidence + log_prior_odds();
@@ -71,10 +76,9 @@ impl Job<'_> {
             let limits = &self.options.limits;
             let is_guess = deviation_sd_m > limits.symmetry_deviation * radius_m
                 || probability(weight - general.fine.log_evidence) < limits.symmetry_probability;
-            let is_same = |general: &Refined| same_motion(&general.fine.estimate.psi, &refined.fine.estimate.psi, TAU);
-            // The pieces of an object that is not symmetric, or not known to be, may lie as the symmetric model has them.
+            // So may those of one that is not known to be.
             if is_guess && !is_same(&general) {
-                general = self.likelier(general, self.without_symmetry(medium, ranges, &refined));
+                general = general.or_likelier(self.without_symmetry(medium, ranges, &refined));
             }
             // A symmetry that would be a doubt is of no use where the general model has the same motion. Else the two are rivals.
             if is_guess && is_same(&general) {
@@ -100,26 +104,17 @@ impl Job<'_> {
     }
 
     /// The general optimum next to a symmetric one.
-    fn without_symmetry(&self, medium: &Measurements, ranges: &[Range<usize>], symmetric: &Refined) -> Option<Refined> {
+    fn without_symmetry(
+        &self,
+        medium: &Measurements,
+        ranges: &[Range<usize>],
+        symmetric: &Refined,
+    ) -> Result<Refined, ReconstructError> {
         let Fit { estimate: Estimate { coefficients, psi, .. }, prior, .. } = &symmetric.fine;
         let on_medium = carry_over(&self.measurements, psi, coefficients, medium, ranges);
         let estimate = Estimate { coefficients: coefficients.clone(), psi: on_medium, cost: f64::INFINITY };
         let rough = Fit { estimate, prior: Prior { symmetry: Symmetry::NONE, ..*prior }, ..symmetric.coarse.clone() };
-        self.to_fixed_point(medium, ranges, rough, Some(psi.clone())).ok()
-    }
-
-    /// The more likely of two general optima, jumps that statics forbids included.
-    fn likelier(&self, one: Refined, other: Option<Refined>) -> Refined {
-        let weight = |refined: &Refined| {
-            let Fit { estimate, order, noise, prior, log_evidence } = &refined.fine;
-            let smoother = Smoother::new(&refined.measurements, *order, *noise, *prior).strictly_convex();
-            let factor = smoother.factor(&smoother.linearise(&estimate.coefficients, &estimate.psi))?;
-            Some(log_evidence - 0.5 * deviance(&refined.measurements, estimate, &factor, &self.jumps(estimate, TAU)))
-        };
-        match other {
-            Some(other) if weight(&other) > weight(&one) => other,
-            _ => one,
-        }
+        self.to_fixed_point(medium, ranges, rough, Some(psi.clone()))
     }
 
     /// Share of the felt boundary that was felt on two copies.

@@ -181,6 +181,26 @@ pub struct Pose {
 }
 
 #[cfg(test)]
+impl Pose {
+    /// The pose of a test: exact, about the origin.
+    pub(crate) fn of_test(time_s: f64, psi_rad: f64) -> Self {
+        Self {
+            time_s,
+            psi_rad,
+            psi_sd_rad: 0.0,
+            com_x_m: 0.0,
+            com_y_m: 0.0,
+            com_sd_m: 0.0,
+            theta1_rad: 0.0,
+            theta2_rad: 0.0,
+            piece: 0,
+            residual1_m: None,
+            residual2_m: None,
+        }
+    }
+}
+
+#[cfg(test)]
 mod tests {
     use super::*;
 

@@ -99,19 +99,7 @@ fn further_explanations_are_required_where_noisy_contacts_miss_the_balance() {
 fn a_rival_that_is_as_likely_takes_the_certificate_whatever_speaks_against_it() {
     let turning = |explained: bool, log_posterior: f64, turn_rad: f64| {
         let mut candidate = candidate(explained, log_posterior, 1.0, &[]);
-        let pose = |sample: usize| Pose {
-            time_s: sample as f64,
-            psi_rad: turn_rad * sample as f64,
-            psi_sd_rad: 1e-3,
-            com_x_m: 0.0,
-            com_y_m: 0.0,
-            com_sd_m: 0.0,
-            theta1_rad: 0.0,
-            theta2_rad: 0.0,
-            piece: 0,
-            residual1_m: None,
-            residual2_m: None,
-        };
+        let pose = |sample: usize| Pose { psi_sd_rad: 1e-3, ..Pose::of_test(sample as f64, turn_rad * sample as f64) };
         candidate.result.motion = (0..100).map(pose).collect();
         candidate
     };
