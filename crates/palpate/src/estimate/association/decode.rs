@@ -13,7 +13,6 @@ use crate::estimate::association::transitions::{Transition, is_same_pose, near, 
 use crate::estimate::association::viterbi::Trellis;
 use crate::estimate::evidence::motion_prior::{CERTAIN, UNSTABLE_POSE};
 use crate::estimate::measurements::{Instant, Measurements};
-use crate::estimate::model::balance_tolerance::balance_limit_m;
 use crate::estimate::model::noise::Spread;
 use crate::estimate::model::table::SupportTable;
 use crate::estimate::solver::gauss_newton::Fit;
@@ -21,9 +20,8 @@ use crate::math::statistics::{correlation_time, median};
 use crate::shape::SupportFunction;
 use rayon::prelude::*;
 
-/// Where the balance is too inexact to predict jumps, a contact that moves by less than this share of the mean radius, plus
-/// [`STILL_SDS`] standard deviations of a contact position, did not jump. Larger values exclude true jumps, smaller ones admit
-/// flips of symmetric objects.
+/// A contact that moves by less than this share of the mean radius, plus [`STILL_SDS`] standard deviations of a contact position, did not
+/// jump. Larger values exclude true jumps, smaller ones admit flips of symmetric objects.
 const STILL: f64 = 0.02;
 const STILL_SDS: f64 = 6.0;
 
@@ -87,8 +85,7 @@ pub(crate) fn decode(measurements: &Measurements, fit: &Fit, floor_m: f64, aside
     let barrier_sd_m = BARRIER_SD[0] * spread.contact_m2.sqrt() + BARRIER_SD[1] * coefficients[0].abs();
     let contact_sd_m = spread.contact_m2.sqrt();
     let balance_m = spread.balance_m2.sqrt();
-    let inexact = balance_m > balance_limit_m(contact_sd_m, coefficients[0].abs());
-    let still_m = if inexact { STILL * coefficients[0].abs() + STILL_SDS * contact_sd_m } else { 0.0 };
+    let still_m = STILL * coefficients[0].abs() + STILL_SDS * contact_sd_m;
     let period = fit.prior.symmetry.period_rad();
     let anchor = anchor(here, period);
     let mut choices: Vec<Vec<Choice>> = (0..measurements.len())

@@ -1,7 +1,7 @@
 //! Symmetric models of the object in place of the general one, where the evidence prefers them (`docs/theory.md`, symmetry).
 
 use crate::estimate::coverage::{NODES, contact_paths, overlap, touches};
-use crate::estimate::evidence::symmetry::{against_general, log_prior_odds, symmetric_models};
+use crate::estimate::evidence::symmetry::{SymmetricModel, against_general, log_prior_odds, symmetric_models};
 use crate::estimate::measurements::Measurements;
 use crate::estimate::model::prior::Prior;
 use crate::estimate::motion::{outlying_steps, same_motion, unwrap_to};
@@ -20,6 +20,14 @@ const MOST_MODELS: usize = 3;
 /// A symmetric model is fitted where the posterior of the general one does not exclude it by more than this, in nats: a generous
 /// limit, since a piece at a wrong pose spoils that posterior, and the fit decides.
 const NOT_EXCLUDED: f64 = 200.0;
+
+/// Standard deviations, in the mean over the directions that the log determines, by which a general model may miss a symmetry that it would
+/// have but for pieces at wrong poses: those that the shape does not have are missed by hundreds.
+const SPOILT_SDS: f64 = 30.0;
+
+/// Standard deviation of a contact position, over the scatter of neighbouring samples, below which impossible jumps may be all that is wrong
+/// with a motion: pieces on other copies of their boundary fit nearly as well.
+const FITS: f64 = 4.0;
 
 /// Where one model holds, those further behind the likeliest than this are not fitted, in nats.
 const FAR_BEHIND: f64 = 20.0;
@@ -41,6 +49,10 @@ impl Job<'_> {
         ranges: &[Range<usize>],
         mut general: Refined,
     ) -> Refined {
+        let fits = general.fine.noise.sensor_m < FITS * self.scatter_m;
+        if fits && self.unphysical_jumps(&general.fine.estimate, TAU) > 0 {
+            general = self.laid_out(medium, ranges, general);
+        }
         let mut models = symmetric_models(&general.measurements, &general.fine);
         models.retain(|model| model.log_ratio > -NOT_EXCLUDED);
         // ln of the evidence of each model that was fitted, times its prior odds against the general one.
@@ -51,19 +63,9 @@ impl Job<'_> {
             if best.is_some() && model.log_ratio < likeliest - FAR_BEHIND {
                 break;
             }
-            let prior = Prior { symmetry: model.symmetry, ..general.fine.prior };
-            let mut psi: Vec<f64> = general.fine.estimate.psi.iter().map(|psi| psi - model.turn).collect();
-            unwrap_to(&mut psi, model.symmetry.period_rad());
-            let on_medium = carry_over(&self.measurements, &psi, &model.coefficients, medium, ranges);
-            let estimate = Estimate { coefficients: model.coefficients, psi: on_medium, cost: f64::INFINITY };
-            let rough = Fit { estimate, prior, ..general.coarse.clone() };
-            let Ok(mut refined) = self.to_fixed_point(medium, ranges, rough, Some(psi)) else { continue };
+            let Ok(mut refined) = self.symmetric(medium, ranges, &general, &model) else { continue };
             refined.fine.estimate.psi = self.motion(&refined.fine);
             let is_same = |general: &Refined| same_motion(&general.fine.estimate.psi, &refined.fine.estimate.psi, TAU);
-            // The pieces of an object that is not symmetric may lie as the symmetric model has them.
-            if !is_same(&general) && self.unphysical_jumps(&general.fine.estimate, TAU) > 0 {
-                general = general.or_likelier(self.without_symmetry(medium, ranges, &refined));
-            }
             let against_general = against_general(&refined.measurements, &refined.fine);
             let Some(held) = against_general.filter(|held| !held.model.is_contradicted()) else { continue };
             let weight = refined.fine.log_evidence + log_prior_odds();
@@ -76,7 +78,7 @@ impl Job<'_> {
             let limits = &self.options.limits;
             let is_guess = deviation_sd_m > limits.symmetry_deviation * radius_m
                 || probability(weight - general.fine.log_evidence) < limits.symmetry_probability;
-            // So may those of one that is not known to be.
+            // The pieces of an object that is not known to be symmetric may lie as the symmetric model has them.
             if is_guess && !is_same(&general) {
                 general = general.or_likelier(self.without_symmetry(medium, ranges, &refined));
             }
@@ -103,6 +105,40 @@ impl Job<'_> {
         likeliest
     }
 
+    /// The optimum of a symmetric model next to the general one.
+    fn symmetric(
+        &self,
+        medium: &Measurements,
+        ranges: &[Range<usize>],
+        general: &Refined,
+        model: &SymmetricModel,
+    ) -> Result<Refined, ReconstructError> {
+        let prior = Prior { symmetry: model.symmetry, ..general.fine.prior };
+        let mut psi: Vec<f64> = general.fine.estimate.psi.iter().map(|psi| psi - model.turn).collect();
+        unwrap_to(&mut psi, model.symmetry.period_rad());
+        let on_medium = carry_over(&self.measurements, &psi, &model.coefficients, medium, ranges);
+        let estimate = Estimate { coefficients: model.coefficients.clone(), psi: on_medium, cost: f64::INFINITY };
+        let rough = Fit { estimate, prior, ..general.coarse.clone() };
+        self.to_fixed_point(medium, ranges, rough, Some(psi))
+    }
+
+    /// Pieces of an object that is nearly symmetric lie on any copy of their boundary, with jumps between them that statics forbids. A model
+    /// with as much symmetry of rotation as may be has them all on one; the motion that statics then allows is where the general one is
+    /// fitted anew.
+    fn laid_out(&self, medium: &Measurements, ranges: &[Range<usize>], general: Refined) -> Refined {
+        let models = symmetric_models(&general.measurements, &general.fine);
+        let is_rotation = |model: &SymmetricModel| model.symmetry.order > 1 && !model.symmetry.mirror;
+        let is_near = |model: &SymmetricModel| model.missed < SPOILT_SDS * SPOILT_SDS * model.determined;
+        let highest = models.into_iter().filter(|model| is_rotation(model) && is_near(model));
+        let Some(model) = highest.max_by_key(|model| model.symmetry.order) else { return general };
+        let symmetric = self.symmetric(medium, ranges, &general, &model).ok();
+        // Else the pieces do not lie on copies.
+        let is_likelier = |symmetric: &Refined| symmetric.log_posterior > general.log_posterior;
+        let Some(mut symmetric) = symmetric.filter(is_likelier) else { return general };
+        symmetric.fine.estimate.psi = self.motion(&symmetric.fine);
+        general.or_likelier(self.without_symmetry(medium, ranges, &symmetric))
+    }
+
     /// The general optimum next to a symmetric one.
     fn without_symmetry(
         &self,
@@ -126,5 +162,70 @@ impl Job<'_> {
         let counts = touches(&contact_paths(&self.measurements, &angles, &outlying_steps(psi)));
         debug_assert_eq!(counts.len(), NODES);
         overlap(&counts, symmetry, 0.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::estimate::evidence::fit::{Fitted, ROUNDS, fit};
+    use crate::estimate::evidence::jump_prior::log_posterior;
+    use crate::estimate::evidence::variance_components::VarianceComponents;
+    use crate::estimate::model::noise::Noise;
+    use crate::palms::PalmMotion;
+    use crate::reconstruct::options::ReconstructOptions;
+    use crate::sensor::Touchpad;
+    use crate::shape::SupportFunction;
+    use crate::simulate::{SimulateOptions, simulate};
+
+    const NOISE_SD_M: f64 = 5e-5;
+    const ORDER: usize = 6;
+
+    /// Of an object with three lobes and a mark of `mark_m`: whether the true motion comes out where some samples were given poses that are a
+    /// copy, a third of a turn, away.
+    fn comes_out(mark_m: f64) -> bool {
+        let mut harmonics = vec![[0.0; 2]; ORDER];
+        harmonics[2] = [5e-4, 0.0];
+        harmonics[3] = [0.0, mark_m];
+        let shape = SupportFunction::new(0.03, harmonics);
+        let motion = PalmMotion::random(4, 20.0, 0.4).and_then(|motion| motion.sample(20.0)).expect("possible");
+        let touchpad = Touchpad { noise_sd_m: NOISE_SD_M, ..Touchpad::ideal() };
+        let run =
+            simulate(&shape, &motion, &SimulateOptions { touchpad, ..SimulateOptions::default() }).expect("possible");
+        let options = ReconstructOptions::default();
+        let job = Job::new(&run.log, &options);
+        let truth: Vec<f64> = run.truth.motion.iter().map(|pose| pose.psi_rad).collect();
+        let mut psi = truth.clone();
+        let count = psi.len();
+        for (from, to) in [(count / 5, 2 * count / 5), (3 * count / 5, 4 * count / 5)] {
+            psi[from..to].iter_mut().for_each(|psi| *psi += TAU / 3.0);
+        }
+        let estimate = Estimate { coefficients: shape.coefficients(), psi, cost: f64::INFINITY };
+        let noise = Noise { sensor_m: NOISE_SD_M, balance_m: NOISE_SD_M };
+        let components = VarianceComponents { sensor: true, floor_m: 1e-8 };
+        let Fitted { fit: fine, weighted: measurements } =
+            fit(&job.measurements, ORDER, estimate, noise, job.prior, components, ROUNDS).expect("an optimum");
+        let jumps = job.jumps(&fine.estimate, TAU);
+        assert!(jumps.iter().any(|jump| !jump.physical));
+        let general = Refined {
+            coarse: fine.clone(),
+            log_posterior: log_posterior(&measurements, &fine, &jumps),
+            fine,
+            measurements,
+            ambiguity_rad: vec![0.0; count],
+            symmetry: FoundSymmetry::default(),
+            settled: true,
+            rivals: Vec::new(),
+        };
+        let all = 0..count;
+        let found = job.laid_out(&job.measurements, std::slice::from_ref(&all), general);
+        same_motion(&found.fine.estimate.psi, &truth, TAU)
+    }
+
+    #[test]
+    fn pieces_on_other_copies_of_their_boundary_are_brought_to_one() {
+        assert!(comes_out(0.0));
+        assert!(comes_out(1e-5), "not quite symmetric");
+        assert!(!comes_out(5e-4), "there are no copies");
     }
 }
