@@ -43,7 +43,8 @@ use std::ops::Range;
 const REPAIRS: usize = 3;
 
 /// A decoding converges when it relocates at most one in this many of the samples that the one before relocated; as that of the
-/// first counts one in [`FIRST_SHARE`] of all samples.
+/// first counts one in [`FIRST_SHARE`] of all samples. A motion of which the last decoding relocates more than that is lost: nothing is
+/// gained by alternatives for a few of its samples.
 const CONTRACTION: usize = 2;
 const FIRST_SHARE: usize = 4;
 
@@ -335,7 +336,8 @@ impl<'a> Job<'a> {
         alternatives.extend(motions.filter_map(|motion| ambiguity.unsettled(&fine.estimate.psi, motion, period)));
         let is_contradicted =
             fine.noise.sensor_m >= CONTRADICTED * self.scatter_m || jumps.iter().any(|jump| !jump.physical);
-        let settled = !last || few(decoded.relocated, self.measurements.len()) || !is_contradicted;
+        let is_lost = decoded.relocated > self.measurements.len() / FIRST_SHARE;
+        let settled = !last || few(decoded.relocated, self.measurements.len()) || !(is_contradicted || is_lost);
         if !settled {
             // The samples that may be elsewhere stay ambiguous.
             return Weighed { ambiguity_rad: ambiguity.ambiguity_rad(), settled, rivals: Vec::new(), likelier: None };
