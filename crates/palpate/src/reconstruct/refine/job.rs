@@ -43,14 +43,17 @@ use std::ops::Range;
 const REPAIRS: usize = 3;
 
 /// A decoding converges when it relocates at most one in this many of the samples that the one before relocated; as that of the
-/// first counts one in [`FIRST_SHARE`] of all samples. A motion of which the last decoding relocates more than that is lost: nothing is
-/// gained by alternatives for a few of its samples.
+/// first counts one in [`FIRST_SHARE`] of all samples.
 const CONTRACTION: usize = 2;
 const FIRST_SHARE: usize = 4;
 
 /// Share of the samples that the last decoding may relocate where the log contradicts the motion: with more, alternatives of a few samples
 /// are not worth their fits. The samples that it relocates stay ambiguous.
 const MOST_UNSETTLED: f64 = 0.02;
+
+/// Of so many samples at most one is the first after a jump, unless the motion is lost: palms that go to and fro make one jump in 80. Where
+/// the last decoding besides relocates more than one sample in [`FIRST_SHARE`], nothing is gained by alternatives for a few of them.
+const LOST: usize = 20;
 
 /// Standard deviation of a contact position, over the scatter of neighbouring samples, above which the log contradicts such a motion.
 const CONTRADICTED: f64 = 2.0;
@@ -336,8 +339,9 @@ impl<'a> Job<'a> {
         alternatives.extend(motions.filter_map(|motion| ambiguity.unsettled(&fine.estimate.psi, motion, period)));
         let is_contradicted =
             fine.noise.sensor_m >= CONTRADICTED * self.scatter_m || jumps.iter().any(|jump| !jump.physical);
-        let is_lost = decoded.relocated > self.measurements.len() / FIRST_SHARE;
-        let settled = !last || few(decoded.relocated, self.measurements.len()) || !(is_contradicted || is_lost);
+        let samples = self.measurements.len();
+        let is_lost = decoded.relocated > samples / FIRST_SHARE && jumps.len() > samples / LOST;
+        let settled = !last || few(decoded.relocated, samples) || !(is_contradicted || is_lost);
         if !settled {
             // The samples that may be elsewhere stay ambiguous.
             return Weighed { ambiguity_rad: ambiguity.ambiguity_rad(), settled, rivals: Vec::new(), likelier: None };
