@@ -76,11 +76,16 @@ impl Job<'_> {
     /// Refines the arrangements that explain the log about equally well. Only certified ones count; when there is just one, it is
     /// the answer, else none is certified as unique.
     pub fn judge(&self, found: &Found, explored: &mut Explored) -> Result<Candidate, ReconstructError> {
-        let first = self.refine(found, 0)?;
+        let mut first = self.refine(found, 0)?;
         let period = first.fine.prior.symmetry.period_rad();
         let alternatives = alternatives(&found.thin, &found.estimates, &first.coarse, period);
+        let as_likely = std::mem::take(&mut first.as_likely);
         let mut results = vec![self.assemble(first)?];
         explored.add(&results[0]);
+        for other in as_likely.into_iter().filter_map(|refined| self.assemble(refined).ok()) {
+            explored.add(&other);
+            results.push(other);
+        }
         // A certified answer requires that all others are ruled out; one that is explained but not certified stays the answer
         // without them.
         let first = &results[0];

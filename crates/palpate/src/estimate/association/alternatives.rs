@@ -183,7 +183,7 @@ impl Compared {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::estimate::association::turned_pebble::turned_pebble;
+    use crate::estimate::association::simulated::turned_pebble;
 
     /// The motion of a fit with some samples turned by `turn`.
     fn elsewhere(fit: &Fit, samples: Range<usize>, turn: f64) -> Vec<f64> {

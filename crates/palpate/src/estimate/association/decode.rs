@@ -13,6 +13,7 @@ use crate::estimate::association::transitions::{Transition, is_same_pose, near, 
 use crate::estimate::association::viterbi::Trellis;
 use crate::estimate::evidence::motion_prior::{CERTAIN, UNSTABLE_POSE};
 use crate::estimate::measurements::{Instant, Measurements};
+use crate::estimate::model::balance_tolerance::balance_limit_m;
 use crate::estimate::model::noise::Spread;
 use crate::estimate::model::table::SupportTable;
 use crate::estimate::solver::gauss_newton::Fit;
@@ -86,6 +87,7 @@ pub(crate) fn decode(measurements: &Measurements, fit: &Fit, floor_m: f64, aside
     let contact_sd_m = spread.contact_m2.sqrt();
     let balance_m = spread.balance_m2.sqrt();
     let still_m = STILL * coefficients[0].abs() + STILL_SDS * contact_sd_m;
+    let inexact_balance = balance_m > balance_limit_m(contact_sd_m, coefficients[0].abs());
     let period = fit.prior.symmetry.period_rad();
     let anchor = anchor(here, period);
     let mut choices: Vec<Vec<Choice>> = (0..measurements.len())
@@ -121,6 +123,7 @@ pub(crate) fn decode(measurements: &Measurements, fit: &Fit, floor_m: f64, aside
                 instant: &measurements.instants[index],
                 barrier_sd_m,
                 still_m,
+                still_between_turning: inexact_balance,
                 period,
             };
             let blind = aside.is_some_and(|aside| (aside.blind)(index));

@@ -8,9 +8,10 @@ pub(crate) mod decode;
 pub(crate) mod landings;
 pub(crate) mod motion_grid;
 pub(crate) mod predictive;
+pub(crate) mod relative_rotation;
 pub(crate) mod rival_pieces;
 pub(crate) mod short_segments;
-pub(crate) mod transitions;
 #[cfg(test)]
-mod turned_pebble;
+mod simulated;
+pub(crate) mod transitions;
 pub(crate) mod viterbi;

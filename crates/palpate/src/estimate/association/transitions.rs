@@ -16,6 +16,10 @@ use std::f64::consts::{PI, TAU};
 /// sample, and below the turn of most jumps.
 pub(crate) const LONGEST_STEP: f64 = 0.15;
 
+/// Palms that turn by less than this from one sample to the next are at rest, radians: above it, the contacts of an object that does not turn
+/// move by as much as those that count as still.
+pub(crate) const PALMS_AT_REST_RAD: f64 = 0.01;
+
 /// The signed turn from one angle to another, radians, at most half a period: poses that differ by a multiple of `period` are one (2π
 /// for an object without symmetry of rotation).
 pub(crate) fn turn(from: f64, to: f64, period: f64) -> f64 {
@@ -39,8 +43,10 @@ pub(crate) struct Transition<'a> {
     pub instant: &'a Instant,
     /// Standard deviation of an energy barrier that errors of the shape cause, metres.
     pub barrier_sd_m: f64,
-    /// Contacts that move by less than this did not jump, metres; 0 where this is not tested.
+    /// Contacts that move by less than this between palms at rest did not jump, metres.
     pub still_m: f64,
+    /// Whether that holds between palms that turn as well: the balance does not tell more.
+    pub still_between_turning: bool,
     /// Poses that differ by a multiple of this are one, radians.
     pub period: f64,
 }
@@ -58,10 +64,12 @@ impl Transition<'_> {
         carried(&Forces::default(), self.shape, &palms, psi).0
     }
 
-    /// Whether both contacts were seen and neither jumped.
+    /// Whether both contacts were seen and neither jumped. Where the palms turned, a jump may by chance end with the contacts where they
+    /// were: a nearly symmetric object does so again and again.
     pub fn still_since(&self, before: &Instant) -> bool {
         let moved = (self.instant.s1 - before.s1).abs().max((self.instant.s2 - before.s2).abs());
-        before.both_seen() && self.instant.both_seen() && moved < self.still_m
+        let comparable = self.still_between_turning || before.palms_turn_to(self.instant) < PALMS_AT_REST_RAD;
+        before.both_seen() && self.instant.both_seen() && comparable && moved < self.still_m
     }
 
     /// Energy barrier on the way from one orientation to another, as a rise of the centre of mass in metres: on the shorter path, or

@@ -8,3 +8,4 @@ pub(crate) mod gauss_newton;
 pub(crate) mod normal_equations;
 pub(crate) mod outer_products;
 pub(crate) mod posterior;
+pub(crate) mod shape_given_motion;

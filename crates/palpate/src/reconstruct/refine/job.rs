@@ -10,10 +10,12 @@ use crate::estimate::association::copies::carried_copies;
 use crate::estimate::association::decode::{Aside, Decoded, decode};
 use crate::estimate::association::landings::landings;
 use crate::estimate::association::predictive::PredictiveShape;
+use crate::estimate::association::relative_rotation::rival_rotations;
 use crate::estimate::association::rival_pieces::rival_motions;
 use crate::estimate::association::short_segments::reassociated;
 use crate::estimate::evidence::fit::{Fitted, ROUNDS, fit};
 use crate::estimate::evidence::jump_prior::log_posterior;
+use crate::estimate::evidence::motion_prior::CERTAIN;
 use crate::estimate::evidence::order::choose_order;
 use crate::estimate::evidence::variance_components::VarianceComponents;
 use crate::estimate::jumps::{DetectedJump, detect_jumps};
@@ -71,6 +73,9 @@ const PROMISING: f64 = 1.0;
 
 /// Rivals of an optimum, and of those found from them, that are taken to an optimum of their own: each costs as much as the first.
 const MOST_RIVALS: usize = 2;
+
+/// Other rotations of a part of the log that are followed, and times that this is done.
+const MOST_ROTATIONS: usize = 3;
 
 /// Samples on each side of an ambiguous one that are set aside with it: a wrong pose bends the shape at its neighbours too.
 const NEIGHBOURS_SET_ASIDE: usize = 5;
@@ -135,6 +140,8 @@ pub(crate) struct Refined {
     pub log_posterior: f64,
     /// Motions that deserve a fit of their own: with one short piece as all others predict it, or nearly as likely.
     pub rivals: Vec<Vec<f64>>,
+    /// Optima with a part of the log at another rotation that are about as likely.
+    pub as_likely: Vec<Self>,
 }
 
 impl Refined {
@@ -142,7 +149,8 @@ impl Refined {
         let Optimum { coarse, fine, measurements, log_posterior, .. } = optimum;
         let Weighed { ambiguity_rad, settled, rivals, .. } = weighed;
         let symmetry = FoundSymmetry::default();
-        Self { coarse, fine, measurements, ambiguity_rad, symmetry, settled, log_posterior, rivals }
+        let as_likely = Vec::new();
+        Self { coarse, fine, measurements, ambiguity_rad, symmetry, settled, log_posterior, rivals, as_likely }
     }
 
     /// This optimum, or the other where that is more likely.
@@ -201,7 +209,30 @@ impl<'a> Job<'a> {
         if general.settled {
             general = self.with_restarts(&medium, &found.ranges, general);
         }
-        Ok(self.with_symmetry(&medium, &found.ranges, general))
+        let likeliest = self.with_symmetry(&medium, &found.ranges, general);
+        Ok(if likeliest.settled { self.with_other_rotations(&medium, &found.ranges, likeliest) } else { likeliest })
+    }
+
+    /// The best of an optimum and of those reached by turning a part of the log against the rest.
+    fn with_other_rotations(&self, medium: &Measurements, ranges: &[Range<usize>], optimum: Refined) -> Refined {
+        let mut best = optimum;
+        for _ in 0..MOST_ROTATIONS {
+            let rivals = rival_rotations(medium, &self.fit_on_medium(medium, ranges, &best.fine));
+            let mut likelier = None;
+            for rival in rivals.into_iter().take(MOST_ROTATIONS) {
+                let Some(fitted) = self.fit_with_exact_balance(medium, rival, &best.coarse) else { continue };
+                let Ok(rival) = self.to_fixed_point(medium, ranges, fitted, None) else { continue };
+                if rival.log_posterior > best.log_posterior + PROMISING {
+                    likelier = Some(rival);
+                    break;
+                }
+                best.as_likely.extend((rival.log_posterior > best.log_posterior - CERTAIN.0).then_some(rival));
+            }
+            let Some(likelier) = likelier else { break };
+            let before = std::mem::replace(&mut best, likelier);
+            best.as_likely.extend((before.log_posterior > best.log_posterior - CERTAIN.0).then_some(before));
+        }
+        best
     }
 
     /// The best of an optimum, of those reached from its rivals, and of those reached from the restarts along the valley of its cost.
@@ -224,13 +255,36 @@ impl<'a> Job<'a> {
         let mut best = optimum;
         for _ in 0..MOST_RIVALS {
             let Some(psi) = best.rivals.pop() else { break };
-            let coefficients = best.fine.estimate.coefficients.clone();
-            let on_medium = carry_over(&self.measurements, &psi, &coefficients, medium, ranges);
-            let estimate = Estimate { coefficients, psi: on_medium, cost: f64::INFINITY };
+            let estimate = self.on_medium(medium, ranges, &best.fine.estimate.coefficients, &psi);
             let Some(there) = self.fit_with_exact_balance(medium, estimate, &best.coarse) else { continue };
             best = best.or_likelier(self.to_fixed_point(medium, ranges, there, Some(psi)));
         }
         best
+    }
+
+    /// A start on the thinned log with a motion of all samples.
+    pub(super) fn on_medium(
+        &self,
+        medium: &Measurements,
+        ranges: &[Range<usize>],
+        coefficients: &[f64],
+        psi: &[f64],
+    ) -> Estimate {
+        let psi = carry_over(&self.measurements, psi, coefficients, medium, ranges);
+        Estimate { coefficients: coefficients.to_vec(), psi, cost: f64::INFINITY }
+    }
+
+    /// A fit to all samples, on the thinned log.
+    fn fit_on_medium(&self, medium: &Measurements, ranges: &[Range<usize>], fine: &Fit) -> Fit {
+        let estimate = self.on_medium(medium, ranges, &fine.estimate.coefficients, &fine.estimate.psi);
+        let averaged = self.averaged(medium);
+        let noise = Noise { sensor_m: fine.noise.sensor_m / averaged, balance_m: fine.noise.balance_m / averaged };
+        Fit { estimate, noise, ..fine.clone() }
+    }
+
+    /// The noise of a sample, as a multiple of that of a mean on the thinned log.
+    fn averaged(&self, medium: &Measurements) -> f64 {
+        (self.measurements.len() as f64 / medium.len() as f64).sqrt()
     }
 
     /// A fit to the thinned log with the balance as exact as statics has it: its residuals show on which side the centre of mass is.
@@ -286,8 +340,7 @@ impl<'a> Job<'a> {
                 carry_over(&medium, &coarse.estimate.psi, &coefficients, &self.measurements, ranges)
             });
             let all = Estimate { coefficients, psi, cost: f64::INFINITY };
-            // The noise of a sample is larger than that of a mean.
-            let averaged = (self.measurements.len() as f64 / medium.len() as f64).sqrt();
+            let averaged = self.averaged(&medium);
             let noise = Noise {
                 sensor_m: self.stated_m.unwrap_or(averaged * coarse.noise.sensor_m),
                 balance_m: averaged * coarse.noise.balance_m,
@@ -318,9 +371,7 @@ impl<'a> Job<'a> {
                 (decoded_again.0.psi, now)
             };
             attempt += 1;
-            let coefficients = optimum.fine.estimate.coefficients.clone();
-            let psi = carry_over(&self.measurements, &next, &coefficients, &medium, ranges);
-            start = Estimate { coefficients, psi, cost: f64::INFINITY };
+            start = self.on_medium(&medium, ranges, &optimum.fine.estimate.coefficients, &next);
             (motion, relocated) = (Some(next), moved);
             if likeliest.as_ref().is_none_or(|before| !before.is_likelier_than(&optimum)) {
                 likeliest = Some(optimum);

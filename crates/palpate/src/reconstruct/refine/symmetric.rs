@@ -8,7 +8,6 @@ use crate::estimate::motion::{outlying_steps, same_motion, unwrap_to};
 use crate::estimate::solver::gauss_newton::{Estimate, Fit};
 use crate::reconstruct::options::error::ReconstructError;
 use crate::reconstruct::refine::job::{Job, Refined};
-use crate::reconstruct::refine::resample::carry_over;
 use crate::reconstruct::result::reconstruction::FoundSymmetry;
 use crate::shape::Symmetry;
 use std::f64::consts::TAU;
@@ -116,8 +115,7 @@ impl Job<'_> {
         let prior = Prior { symmetry: model.symmetry, ..general.fine.prior };
         let mut psi: Vec<f64> = general.fine.estimate.psi.iter().map(|psi| psi - model.turn).collect();
         unwrap_to(&mut psi, model.symmetry.period_rad());
-        let on_medium = carry_over(&self.measurements, &psi, &model.coefficients, medium, ranges);
-        let estimate = Estimate { coefficients: model.coefficients.clone(), psi: on_medium, cost: f64::INFINITY };
+        let estimate = self.on_medium(medium, ranges, &model.coefficients, &psi);
         let rough = Fit { estimate, prior, ..general.coarse.clone() };
         self.to_fixed_point(medium, ranges, rough, Some(psi))
     }
@@ -147,8 +145,7 @@ impl Job<'_> {
         symmetric: &Refined,
     ) -> Result<Refined, ReconstructError> {
         let Fit { estimate: Estimate { coefficients, psi, .. }, prior, .. } = &symmetric.fine;
-        let on_medium = carry_over(&self.measurements, psi, coefficients, medium, ranges);
-        let estimate = Estimate { coefficients: coefficients.clone(), psi: on_medium, cost: f64::INFINITY };
+        let estimate = self.on_medium(medium, ranges, coefficients, psi);
         let rough = Fit { estimate, prior: Prior { symmetry: Symmetry::NONE, ..*prior }, ..symmetric.coarse.clone() };
         self.to_fixed_point(medium, ranges, rough, Some(psi.clone()))
     }
@@ -216,6 +213,7 @@ mod tests {
             symmetry: FoundSymmetry::default(),
             settled: true,
             rivals: Vec::new(),
+            as_likely: Vec::new(),
         };
         let all = 0..count;
         let found = job.laid_out(&job.measurements, std::slice::from_ref(&all), general);

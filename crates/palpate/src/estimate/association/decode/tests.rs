@@ -1,5 +1,5 @@
 use super::*;
-use crate::estimate::association::transitions::LONGEST_STEP;
+use crate::estimate::association::transitions::{LONGEST_STEP, PALMS_AT_REST_RAD};
 use crate::estimate::evidence::motion_prior::{EXCLUDED, PER_HALF_TURN, PREDICTED_JUMP, UNPREDICTED_JUMP};
 use crate::estimate::model::noise::Noise;
 use crate::estimate::model::prior::Prior;
@@ -26,9 +26,6 @@ struct Scene {
     jump: usize,
 }
 
-/// Turn of a palm from sample to sample that leaves the contacts where they are, radians.
-const SLOWLY: f64 = 0.002;
-
 /// A sample far from the jump of a scene, where the object hardly moves.
 const SLOW: usize = 90;
 
@@ -44,11 +41,11 @@ fn scene() -> Scene {
     Scene { shape, measurements: Measurements::new(&log, None), psi, jump: 40 }
 }
 
-/// An ellipse, which looks the same after half a turn, between palms of which one turns by `step` from sample to sample; its poses differ by
-/// `off` from those of rest.
-fn ellipse(off: f64, step: f64) -> Scene {
+/// An ellipse, which looks the same after half a turn, between palms that turn slowly; its poses differ by `off` from those of
+/// rest.
+fn ellipse(off: f64) -> Scene {
     let shape = SupportFunction::new(SIZE_M, vec![[0.0; 2], [0.1 * SIZE_M, 0.0]]);
-    let palms: Vec<PalmPair> = (0..20).map(|index| PalmPair::hinged(0.6 + step * f64::from(index), 1.7)).collect();
+    let palms: Vec<PalmPair> = (0..20).map(|index| PalmPair::hinged(0.6 + 0.002 * f64::from(index), 1.7)).collect();
     let mut psi = vec![EnergyLandscape::new(&shape, &palms[0]).stable_poses()[0].psi_rad];
     for pair in palms.windows(2) {
         psi.push(followed(&shape, &pair[0], &pair[1], psi[psi.len() - 1]).0);
@@ -92,7 +89,8 @@ impl Scene {
     /// The costs of the steps from the pose of the sample before `to` to these poses.
     fn steps_to(&self, to: usize, barrier_sd_m: f64, still_m: f64, blind: bool, ends: &[f64]) -> Vec<f64> {
         let (shape, table, instant) = (&self.shape, &self.table(), &self.measurements.instants[to]);
-        let ahead = Transition { shape, table, instant, barrier_sd_m, still_m, period: TAU };
+        let still_between_turning = true;
+        let ahead = Transition { shape, table, instant, barrier_sd_m, still_m, still_between_turning, period: TAU };
         let choice = |&psi: &f64| Choice { psi, misfit: 0.0 };
         let (from, ends) = ([choice(&self.psi[to - 1])], ends.iter().map(choice).collect::<Vec<_>>());
         steps(&ahead, &self.measurements.instants[to - 1], &from, &ends, blind)
@@ -231,7 +229,15 @@ fn a_blind_step_costs_the_same_whatever_statics_predicts() {
 fn the_costs_of_steps_go_from_pose_to_pose_in_order() {
     let scene = scene();
     let (shape, table, instant) = (&scene.shape, &scene.table(), &scene.measurements.instants[SLOW]);
-    let ahead = Transition { shape, table, instant, barrier_sd_m: STEEP, still_m: 0.0, period: TAU };
+    let ahead = Transition {
+        shape,
+        table,
+        instant,
+        barrier_sd_m: STEEP,
+        still_m: 0.0,
+        still_between_turning: false,
+        period: TAU,
+    };
     let choice = |psi: f64| Choice { psi, misfit: 0.0 };
     let psi = scene.psi[SLOW];
     let costs = steps(
@@ -253,8 +259,16 @@ fn an_object_between_crossed_palms_stays_where_it_was() {
     let crossed = |instant: &Instant| instant.turned(0.0, -instant.phi2 - 0.1);
     let (shape, table) = (&scene.shape, &scene.table());
     let rest = |before: &Instant, instant: &Instant| {
-        Transition { shape, table, instant, barrier_sd_m: FLAT, still_m: 0.0, period: TAU }
-            .rest(before, scene.psi[scene.jump - 1])
+        Transition {
+            shape,
+            table,
+            instant,
+            barrier_sd_m: FLAT,
+            still_m: 0.0,
+            still_between_turning: false,
+            period: TAU,
+        }
+        .rest(before, scene.psi[scene.jump - 1])
     };
     assert!(is_same_pose(rest(&before, &instant), scene.psi[scene.jump], TAU));
     assert_eq!(rest(&before, &crossed(&instant)), scene.psi[scene.jump - 1]);
@@ -320,7 +334,7 @@ fn a_burst_in_the_balance_changes_neither_its_spread_nor_its_memory() {
 
 #[test]
 fn an_unstable_pose_is_penalised_and_a_stable_one_is_not() {
-    let scene = ellipse(0.0, SLOWLY);
+    let scene = ellipse(0.0);
     let (instant, table) = (&scene.measurements.instants[0], scene.table());
     let rest = scene.psi[0];
     // A quarter of a turn on the ellipse is balanced again, at a maximum of the potential energy, for palms that are symmetric.
@@ -338,7 +352,7 @@ fn an_unstable_pose_is_penalised_and_a_stable_one_is_not() {
 
 #[test]
 fn an_object_that_seems_to_rest_on_a_maximum_is_not_explained() {
-    let scene = ellipse(0.0, SLOWLY);
+    let scene = ellipse(0.0);
     let palms: Vec<PalmPair> = (0..scene.psi.len()).map(|sample| scene.palms(sample)).collect();
     let psi: Vec<f64> = scene
         .psi
@@ -430,7 +444,7 @@ fn the_motion_is_changed_only_for_a_sufficient_gain() {
 
 #[test]
 fn the_margin_of_a_pose_of_a_symmetric_object_is_the_cost_of_one_jump() {
-    let mut scene = ellipse(0.0, SLOWLY);
+    let mut scene = ellipse(0.0);
     // Contacts that were seen from sample to sample would exclude the jump.
     scene.measurements.instants.iter_mut().skip(1).step_by(2).for_each(Instant::set_aside);
     let fit = scene.fit(&scene.psi);
@@ -450,9 +464,32 @@ fn the_margin_of_a_pose_of_a_symmetric_object_is_the_cost_of_one_jump() {
 }
 
 #[test]
+fn contacts_that_do_not_move_exclude_a_jump_between_palms_at_rest() {
+    let scene = scene();
+    let (shape, table) = (&scene.shape, &scene.table());
+    let before = scene.measurements.instants[SLOW];
+    let excluded = |turn_rad: f64, still_between_turning: bool| {
+        let after = Instant { phi1: before.phi1 + turn_rad, ..before };
+        let ahead = Transition {
+            shape,
+            table,
+            instant: &after,
+            barrier_sd_m: STEEP,
+            still_m: 1e-6,
+            still_between_turning,
+            period: TAU,
+        };
+        ahead.still_since(&before)
+    };
+    // Turning palm 1 by some angle turns palm 2 as well.
+    assert!(excluded(0.499 * PALMS_AT_REST_RAD, false) && !excluded(0.501 * PALMS_AT_REST_RAD, false));
+    assert!(excluded(2.0 * PALMS_AT_REST_RAD, true));
+}
+
+#[test]
 fn contacts_that_do_not_move_exclude_a_jump_whatever_the_balance() {
     for off in [0.0, 0.1] {
-        let still = ellipse(off, SLOWLY);
+        let still = ellipse(off);
         let margins = decode(&still.measurements, &still.fit(&still.psi), FLOOR_M, None).margin;
         assert!((margins[0] - EXCLUDED.deviance()).abs() < 1.0, "{} {off}", margins[0]);
     }
@@ -504,7 +541,7 @@ fn a_pose_is_ambiguous_below_a_safe_margin_or_where_nothing_explains_it() {
 
 #[test]
 fn samples_set_aside_may_be_wherever_the_predictive_shape_explains_them() {
-    let scene = ellipse(0.0, SLOWLY);
+    let scene = ellipse(0.0);
     let (table, fit) = (scene.table(), scene.fit(&scene.psi));
     let predictive = PredictiveShape::from(&scene.measurements, &fit).expect("a shape");
     let given = |off: f64| vec![Choice { psi: scene.psi[5] + off, misfit: -777.0 }];

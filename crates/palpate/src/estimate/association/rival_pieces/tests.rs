@@ -1,34 +1,6 @@
 use super::*;
-use crate::estimate::model::prior::Prior;
-use crate::estimate::solver::gauss_newton::{Estimate, Smoother, StoppingCriteria};
-use crate::palms::PalmMotion;
-use crate::sensor::Touchpad;
-use crate::shape::rounded_polygon;
-use crate::simulate::{SimulateOptions, simulate};
+use crate::estimate::association::simulated::{fitted, thrown_triangle as felt};
 use std::f64::consts::TAU;
-
-const SIZE_M: f64 = 0.03;
-const NOISE: Noise = Noise { sensor_m: 1e-4, balance_m: 2e-5 };
-
-/// A rounded triangle in a random motion: its measurements, the optimum near the truth, and the first samples after its jumps.
-fn felt(seed: u64) -> Option<(Measurements, Fit, Vec<usize>)> {
-    let shape = rounded_polygon(3, 0.4, 0.4).expect("possible").scaled(SIZE_M);
-    let motion = PalmMotion::random(seed, 20.0, 1.0).and_then(|motion| motion.sample(20.0)).expect("possible");
-    let touchpad = Touchpad { noise_sd_m: NOISE.sensor_m, ..Touchpad::ideal() };
-    let run = simulate(&shape, &motion, &SimulateOptions { touchpad, seed, ..SimulateOptions::default() }).ok()?;
-    let measurements = Measurements::new(&run.log, None);
-    let psi: Vec<f64> = run.truth.motion.iter().map(|pose| pose.psi_rad).collect();
-    let starts: Vec<usize> = (1..psi.len()).filter(|&sample| !near(psi[sample - 1], psi[sample], TAU)).collect();
-    let fit = fitted(&measurements, shape.coefficients(), psi);
-    Some((measurements, fit, starts))
-}
-
-fn fitted(measurements: &Measurements, coefficients: Vec<f64>, psi: Vec<f64>) -> Fit {
-    let (order, prior) = (coefficients.len() / 2, Prior::new(SIZE_M, 0.5 * SIZE_M));
-    let stopping = StoppingCriteria { iterations: 30, tolerance: 1e-7 };
-    let estimate: Estimate = Smoother::new(measurements, order, NOISE, prior).run(coefficients, psi, stopping);
-    Fit { estimate, order, noise: NOISE, prior, log_evidence: 0.0 }
-}
 
 fn open() -> Ambiguity {
     Ambiguity::new(vec![f64::INFINITY; 1000])

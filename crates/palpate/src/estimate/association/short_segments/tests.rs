@@ -1,5 +1,5 @@
 use super::*;
-use crate::estimate::association::turned_pebble::turned_pebble;
+use crate::estimate::association::simulated::turned_pebble;
 use crate::estimate::motion::SHORT_SEGMENT;
 use crate::math::angle::wrapped;
 use std::ops::Range;

@@ -1,0 +1,217 @@
+//! Other rotations of a part of the log against the rest: of what lies behind a jump, or between two. Where the parts share little of the
+//! boundary, contacts say little of the rotation between them: at a loose noise some shape explains a whole range of rotations, and a sharp
+//! fit has an optimum of its own at many of them (`docs/theory.md`, the search).
+//!
+//! Here the rotation is profiled: at each, the shape has its optimum in closed form ([`ShapeGivenMotion`]); rotations that some shape explains
+//! at the loose noise are taken to their sharp optimum, and the evidence compares them.
+
+use crate::estimate::association::motion_grid::first_distinct;
+use crate::estimate::association::transitions::{is_same_pose, near};
+use crate::estimate::evidence::laplace::log_evidence;
+use crate::estimate::evidence::motion_prior::CERTAIN;
+use crate::estimate::measurements::Measurements;
+use crate::estimate::model::contact::residuals;
+use crate::estimate::model::layout::Layout;
+use crate::estimate::model::noise::Noise;
+use crate::estimate::model::prior::Prior;
+use crate::estimate::motion::{SHORT_SEGMENT, same_motion};
+use crate::estimate::solver::gauss_newton::{Estimate, Fit, Smoother, StoppingCriteria};
+use crate::estimate::solver::shape_given_motion::ShapeGivenMotion;
+use rayon::prelude::*;
+use std::f64::consts::TAU;
+use std::ops::Range;
+
+/// Trial rotations: 5 degrees apart.
+const TURNS: usize = 72;
+
+/// Noise of the trials, as a share of the size: loose, so that their grid is fine enough for it.
+const LOOSE: f64 = 0.01;
+
+/// A trial is a rival when it costs at most this much more for each instant than the present rotation.
+const RIVAL_COST: f64 = 0.5;
+
+/// Instants that the fit misses by more squared standard deviations than this at the loose noise say nothing of rotations: they are means
+/// across a jump. Where more than a share of them are, the motion is wrong in other ways.
+const EXPLAINED: f64 = 9.0;
+const LEAST_EXPLAINED: f64 = 0.9;
+
+/// Jumps above which the motion is lost.
+const MOST_JUMPS: usize = 24;
+
+/// Trials of one part that are taken to their optimum at most.
+const MOST_POLISHED: usize = 24;
+
+/// Effort of the smoother for a trial at one noise.
+const POLISHING: StoppingCriteria = StoppingCriteria { iterations: 15, tolerance: 1e-4 };
+
+/// Optima with one part of the motion of a fit turned against the rest, the likeliest first: those that are not much less likely than the
+/// fit.
+pub(crate) fn rival_rotations(measurements: &Measurements, fit: &Fit) -> Vec<Estimate> {
+    let &Fit { order, noise, prior, .. } = fit;
+    let period = prior.symmetry.period_rad();
+    let sharp = Smoother::new(measurements, order, noise, prior);
+    let weighed = |estimate: Estimate| {
+        let normal = sharp.linearise(&estimate.coefficients, &estimate.psi);
+        let evidence = log_evidence(&sharp, &estimate, &normal, &sharp.factor(&normal)?);
+        evidence.is_finite().then_some((evidence, estimate))
+    };
+    let present = sharp.run(fit.estimate.coefficients.clone(), fit.estimate.psi.clone(), POLISHING);
+    let Some((evidence, present)) = weighed(present) else { return Vec::new() };
+    let sd_m = (LOOSE * prior.size_m).max(noise.sensor_m);
+    let loose = Noise { sensor_m: sd_m, balance_m: sd_m };
+    let mut rivals: Vec<(f64, Estimate)> = trials(measurements, &present, loose, prior)
+        .into_par_iter()
+        .filter_map(|Trial { part, omega, coefficients, .. }| {
+            let mut psi = present.psi.clone();
+            psi[part].iter_mut().for_each(|psi| *psi += omega);
+            let estimate = Smoother::new(measurements, order, loose, prior).run(coefficients, psi, POLISHING);
+            weighed(sharp.run(estimate.coefficients, estimate.psi, POLISHING))
+        })
+        .filter(|(of_rival, _)| *of_rival > evidence - CERTAIN.0)
+        .collect();
+    rivals.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let is_same = |a: &[f64], b: &[f64]| same_motion(a, b, period);
+    rivals.retain(|(_, rival)| !is_same(&rival.psi, &present.psi));
+    let most = rivals.len();
+    first_distinct(rivals, most, |(_, rival)| rival.psi.as_slice(), is_same)
+        .into_iter()
+        .map(|(_, rival)| rival)
+        .collect()
+}
+
+/// A part of the log turned by `omega` against the rest.
+struct Trial {
+    /// Its least sum of squares at the loose noise, orientations given.
+    cost: f64,
+    part: Range<usize>,
+    omega: f64,
+    /// The shape of that cost.
+    coefficients: Vec<f64>,
+}
+
+/// The rotations of each part that some shape explains about as well as the present one.
+fn trials(measurements: &Measurements, present: &Estimate, loose: Noise, prior: Prior) -> Vec<Trial> {
+    let period = prior.symmetry.period_rad();
+    let psi = &present.psi;
+    let jumps: Vec<usize> = (1..psi.len()).filter(|&index| !near(psi[index - 1], psi[index], period)).collect();
+    let explained: Vec<usize> =
+        (0..psi.len()).filter(|&index| is_explained(measurements, present, index, loose)).collect();
+    if jumps.len() > MOST_JUMPS || (explained.len() as f64) < LEAST_EXPLAINED * psi.len() as f64 {
+        return Vec::new();
+    }
+    let mut parts: Vec<Range<usize>> = jumps.iter().map(|&jump| jump..psi.len()).collect();
+    parts.extend(jumps.windows(2).map(|jump| jump[0]..jump[1]));
+    parts.retain(|part| part.len() >= SHORT_SEGMENT && part.start >= SHORT_SEGMENT);
+    let order = Layout::of_coefficients(&present.coefficients).order;
+    let of_part = |part: Range<usize>| {
+        let (inside, outside): (Vec<usize>, Vec<usize>) = explained.iter().partition(|index| part.contains(index));
+        let given = |samples: Vec<usize>| ShapeGivenMotion::of_samples(measurements, psi, &samples, order, loose);
+        let (inside, mut rest) = (given(inside), ShapeGivenMotion::of_prior(prior, order));
+        rest += &given(outside);
+        let turned = |omega: f64| {
+            let mut sum = inside.turned(omega);
+            sum += &rest;
+            sum.minimum().map(|(cost, coefficients)| Trial { cost, part: part.clone(), omega, coefficients })
+        };
+        let here = turned(0.0).map_or(f64::NEG_INFINITY, |trial| trial.cost);
+        let most = here + RIVAL_COST * psi.len() as f64;
+        let omegas = (1..TURNS).map(|turn| TAU * turn as f64 / TURNS as f64);
+        let elsewhere = omegas.filter(|omega| !is_same_pose(0.0, *omega, period));
+        let mut trials: Vec<Trial> = elsewhere.filter_map(turned).filter(|trial| trial.cost < most).collect();
+        trials.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+        trials.truncate(MOST_POLISHED);
+        trials
+    };
+    parts.into_par_iter().flat_map_iter(of_part).collect()
+}
+
+/// Whether an instant is explained at this noise.
+fn is_explained(measurements: &Measurements, estimate: &Estimate, index: usize, noise: Noise) -> bool {
+    let instant = &measurements.instants[index];
+    let value = residuals(instant, &estimate.coefficients, estimate.psi[index]).value;
+    let squares = value.iter().zip(noise.weights(instant)).map(|(value, weight)| (value * weight).powi(2));
+    squares.sum::<f64>() < EXPLAINED
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::estimate::association::simulated::{fitted, thrown_triangle, turned_pebble};
+
+    /// Logs with a jump in their middle: measurements, the optimum near the truth, and the first sample after the jump.
+    fn with_a_jump() -> impl Iterator<Item = (Measurements, Fit, usize)> {
+        (0..70).filter_map(|seed| {
+            let (measurements, fit, starts) = thrown_triangle(seed)?;
+            let middle = 40..measurements.len() - 40;
+            let psi = &fit.estimate.psi;
+            let is_jump = |&start: &usize| middle.contains(&start) && !near(psi[start - 1], psi[start], TAU);
+            let start = starts.into_iter().find(is_jump)?;
+            Some((measurements, fit, start))
+        })
+    }
+
+    fn turned(fit: &Fit, part: Range<usize>, omega: f64) -> Estimate {
+        let mut estimate = fit.estimate.clone();
+        estimate.psi[part].iter_mut().for_each(|psi| *psi += omega);
+        estimate
+    }
+
+    #[test]
+    fn from_a_wrong_rotation_the_true_one_is_found() {
+        let (mut wrong_ones, mut returned) = (0, 0);
+        for (measurements, right, start) in with_a_jump() {
+            let is_right = |psi: &[f64]| same_motion(psi, &right.estimate.psi, TAU);
+            for omega in [1.0, 2.5, 4.0] {
+                let Estimate { coefficients, psi, .. } = turned(&right, start..measurements.len(), omega);
+                let wrong = fitted(&measurements, coefficients, psi);
+                // A log that determines the rotation contradicts a wrong one.
+                if is_right(&wrong.estimate.psi) || wrong.estimate.cost > 2.0 * right.estimate.cost {
+                    continue;
+                }
+                wrong_ones += 1;
+                let rivals = rival_rotations(&measurements, &wrong);
+                returned += usize::from(rivals.iter().any(|rival| is_right(&rival.psi)));
+            }
+        }
+        assert!(wrong_ones > 10 && returned * 3 >= wrong_ones * 2, "{returned} of {wrong_ones}");
+    }
+
+    #[test]
+    fn only_rotations_that_some_shape_explains_are_tried() {
+        for (measurements, fit, start) in with_a_jump().take(20) {
+            let sd_m = LOOSE * fit.prior.size_m;
+            let loose = Noise { sensor_m: sd_m, balance_m: sd_m };
+            let explained: Vec<usize> = (0..measurements.len())
+                .filter(|&index| is_explained(&measurements, &fit.estimate, index, loose))
+                .collect();
+            let cost_at = |omega: f64| {
+                let psi = turned(&fit, start..measurements.len(), omega).psi;
+                let mut sum = ShapeGivenMotion::of_prior(fit.prior, fit.order);
+                sum += &ShapeGivenMotion::of_samples(&measurements, &psi, &explained, fit.order, loose);
+                sum.minimum().expect("determined").0
+            };
+            let trials = trials(&measurements, &fit.estimate, loose, fit.prior);
+            let of_jump: Vec<&Trial> =
+                trials.iter().filter(|trial| trial.part == (start..measurements.len())).collect();
+            let most = cost_at(0.0) + RIVAL_COST * measurements.len() as f64;
+            let grid = (1..TURNS).map(|turn| TAU * turn as f64 / TURNS as f64);
+            let rivals = grid.filter(|omega| cost_at(*omega) < most && !is_same_pose(0.0, *omega, TAU)).count();
+            assert_eq!(of_jump.len(), rivals.min(MOST_POLISHED), "of {} explained", explained.len());
+            for trial in of_jump {
+                assert!((trial.cost - cost_at(trial.omega)).abs() < 1e-6 * trial.cost, "{}", trial.omega);
+            }
+            assert!((1..TURNS / 2).contains(&rivals), "{rivals}");
+        }
+    }
+
+    #[test]
+    fn a_log_without_jumps_and_one_that_is_lost_have_no_rivals() {
+        let (measurements, fit) = turned_pebble();
+        assert!(rival_rotations(&measurements, &fit).is_empty());
+        let (measurements, fit, _) = with_a_jump().next().expect("a log");
+        let mut lost = fit.clone();
+        lost.estimate.psi.iter_mut().enumerate().for_each(|(index, psi)| *psi += f64::from(index as u32 / 7 % 2));
+        let loose = Noise { sensor_m: 0.05 * fit.prior.size_m, balance_m: 0.05 * fit.prior.size_m };
+        assert!(trials(&measurements, &lost.estimate, loose, fit.prior).is_empty());
+    }
+}

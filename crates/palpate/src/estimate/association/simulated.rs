@@ -1,0 +1,53 @@
+//! What tests of the data association start from: simulated logs, and the optimum near the truth.
+
+use crate::estimate::association::transitions::near;
+use crate::estimate::measurements::Measurements;
+use crate::estimate::model::noise::Noise;
+use crate::estimate::model::prior::Prior;
+use crate::estimate::solver::gauss_newton::{Estimate, Fit, Smoother, StoppingCriteria};
+use crate::palms::PalmMotion;
+use crate::plan::{PalmLimits, plan_turn};
+use crate::sensor::Touchpad;
+use crate::shape::{NamedShape, rounded_polygon};
+use crate::simulate::{SimulateOptions, simulate};
+use std::f64::consts::TAU;
+
+const SIZE_M: f64 = 0.03;
+const NOISE: Noise = Noise { sensor_m: 1e-4, balance_m: 2e-5 };
+
+/// A pebble turned around over some 200 samples with a little noise, and the optimum near the truth.
+pub(super) fn turned_pebble() -> (Measurements, Fit) {
+    let pebble = NamedShape::Pebble.shape(SIZE_M).expect("a valid size");
+    let plan = plan_turn(&pebble, &PalmLimits::default(), 40.0).expect("a motion without a jump");
+    let options = SimulateOptions {
+        start_psi_rad: plan.start_psi_rad,
+        touchpad: Touchpad { noise_sd_m: NOISE.sensor_m, ..Touchpad::ideal() },
+        ..SimulateOptions::default()
+    };
+    let run = simulate(&pebble, &plan.motion.sample(5.0).expect("possible"), &options).expect("possible");
+    let measurements = Measurements::new(&run.log, None);
+    let psi = run.truth.motion.iter().map(|pose| pose.psi_rad).collect();
+    let fit = fitted(&measurements, pebble.coefficients(), psi);
+    (measurements, fit)
+}
+
+/// A rounded triangle in a random motion: its measurements, the optimum near the truth, and the first samples after its jumps.
+pub(super) fn thrown_triangle(seed: u64) -> Option<(Measurements, Fit, Vec<usize>)> {
+    let shape = rounded_polygon(3, 0.4, 0.4).expect("possible").scaled(SIZE_M);
+    let motion = PalmMotion::random(seed, 20.0, 1.0).and_then(|motion| motion.sample(20.0)).expect("possible");
+    let touchpad = Touchpad { noise_sd_m: NOISE.sensor_m, ..Touchpad::ideal() };
+    let run = simulate(&shape, &motion, &SimulateOptions { touchpad, seed, ..SimulateOptions::default() }).ok()?;
+    let measurements = Measurements::new(&run.log, None);
+    let psi: Vec<f64> = run.truth.motion.iter().map(|pose| pose.psi_rad).collect();
+    let starts: Vec<usize> = (1..psi.len()).filter(|&sample| !near(psi[sample - 1], psi[sample], TAU)).collect();
+    let fit = fitted(&measurements, shape.coefficients(), psi);
+    Some((measurements, fit, starts))
+}
+
+/// The optimum near a shape and a motion.
+pub(super) fn fitted(measurements: &Measurements, coefficients: Vec<f64>, psi: Vec<f64>) -> Fit {
+    let (order, prior) = (coefficients.len() / 2, Prior::new(SIZE_M, 0.5 * SIZE_M));
+    let stopping = StoppingCriteria { iterations: 30, tolerance: 1e-7 };
+    let estimate: Estimate = Smoother::new(measurements, order, NOISE, prior).run(coefficients, psi, stopping);
+    Fit { estimate, order, noise: NOISE, prior, log_evidence: 0.0 }
+}
