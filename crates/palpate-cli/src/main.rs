@@ -6,6 +6,7 @@
 mod demo;
 mod paper;
 mod reconstruct;
+mod rig;
 mod simulate;
 mod sweep;
 mod terminal;
@@ -23,6 +24,7 @@ Examples:
   palpate reconstruct trial.csv -o trial           your own log -> trial/report.html, shape.csv, motion.csv, summary.json
   palpate simulate --shape egg -o egg.csv          a log to try things on, with the truth beside it
   palpate reconstruct egg.csv -o egg --truth egg.truth
+  palpate rig --template > rig.toml                what is known of pads and encoders, for reconstruct --rig
   palpate paper                                    the figures of Moll & Erdmann (2001), reproduced
   palpate sweep plan.toml -o study                 thousands of logs, simulated or recorded, in one table
 
@@ -44,6 +46,7 @@ enum Command {
     Demo(demo::Arguments),
     Simulate(simulate::Arguments),
     Reconstruct(reconstruct::Arguments),
+    Rig(rig::Arguments),
     Paper(paper::Arguments),
     Sweep(sweep::Arguments),
 }
@@ -53,6 +56,7 @@ fn main() -> ExitCode {
         Command::Demo(arguments) => demo::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Reconstruct(arguments) => reconstruct::run(&arguments),
+        Command::Rig(arguments) => rig::run(&arguments),
         Command::Paper(arguments) => paper::run(&arguments),
         Command::Sweep(arguments) => sweep::run(&arguments),
     };

@@ -6,8 +6,9 @@ use std::time::Instant;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use palpate::compare::{compare, true_support};
 use palpate::reconstruct::{FoundSymmetry, Method, Reconstructor, diagnostics};
+use palpate::sensor::Rig;
 use palpate::{Reconstruction, Truth};
-use palpate_io::{LogFile, Summary, TruthSummary};
+use palpate_io::{ConstantSummary, LogFile, Summary, TruthSummary};
 use palpate_report::{ReportInput, TruthOverlay};
 
 use crate::terminal::{Ending, Failure, Terminal, print};
@@ -28,6 +29,7 @@ Examples:
   palpate reconstruct trial.csv                          writes trial.palpate/
   palpate reconstruct trial.csv -o out/trial
   palpate reconstruct trial.csv --json | jq .certified
+  palpate reconstruct trial.csv --rig rig.toml           pads and encoders as they are: zeros, angles and scales estimated with the shape
   palpate reconstruct egg.csv --truth egg.truth          compares with what is known, after the fact
   palpate reconstruct egg.csv --method ode               as Moll & Erdmann (2001) did it, to compare; never certified
 
@@ -53,6 +55,12 @@ pub struct Arguments {
     /// Standard deviation of the contact positions, mm [default: as the log states, or else estimated from it]
     #[arg(long, value_name = "MM", value_parser = values::positive)]
     sensor_sd_mm: Option<f64>,
+    /// What is known of the rig, a file as `palpate rig --template` prints it: constants that are not exact are estimated with the shape
+    #[arg(long, value_name = "RIG.toml")]
+    rig: Option<PathBuf>,
+    /// Take readings as they are, as without --rig
+    #[arg(long, conflicts_with = "rig")]
+    calibrated: bool,
     /// How to reconstruct; only likelihood has error bars and a certificate
     #[arg(long, value_parser = method(), default_value_t)]
     method: Method,
@@ -91,7 +99,11 @@ fn method() -> impl TypedValueParser<Value = Method> {
 pub fn run(arguments: &Arguments) -> Result<Ending, Failure> {
     let terminal = Terminal::new(arguments.quiet);
     let out = arguments.out.clone().unwrap_or_else(|| arguments.log.with_extension("palpate"));
-    let file = palpate_io::read_log(&arguments.log)?;
+    let rig = arguments.rig.as_deref().map(palpate_io::read_rig).transpose()?;
+    let file = match &rig {
+        Some(rig) => palpate_io::read_log_as(&arguments.log, &rig.conventions)?,
+        None => palpate_io::read_log(&arguments.log)?,
+    };
     let truth = arguments.truth.as_deref().map(|dir| read_truth(dir, &file)).transpose()?;
     file.notes.iter().for_each(|note| terminal.note(note));
     if let Some(threads) = arguments.threads {
@@ -109,7 +121,8 @@ pub fn run(arguments: &Arguments) -> Result<Ending, Failure> {
         reconstructor: Reconstructor::new()
             .harmonics(arguments.harmonics)
             .sensor_sd_m(arguments.sensor_sd_mm.map(|sd| 1e-3 * sd))
-            .method(arguments.method),
+            .method(arguments.method)
+            .rig(rig.map_or_else(Rig::default, |file| file.rig)),
         min_touches: arguments.min_touches,
         diagnostics: arguments.diagnostics,
         out: &out,
@@ -203,6 +216,16 @@ pub fn told(summary: &Summary, out: &Path) -> String {
     if summary.symmetry.order > 1 || summary.symmetry.mirror {
         lines.push(format!("  is      {}", FoundSymmetry::from(summary.symmetry)));
     }
+    if summary.size_sd > 0.0 || summary.offset_sd_m > 0.0 {
+        lines.push(format!(
+            "  size    is known to {:.1} % and {} mm all around, as the rig is: no log tells more (lengths above are for the rig as stated)",
+            100.0 * summary.size_sd,
+            three_digits(1e3 * summary.offset_sd_m)
+        ));
+    }
+    if let Some(told) = rig_told(summary) {
+        lines.push(format!("  rig     {told}"));
+    }
     if let Some(truth) = &summary.truth {
         lines.push(format!(
             "  errors  shape {} mm (form alone {} mm), orientation {} deg, centre of mass {} mm (root mean square)",
@@ -217,6 +240,27 @@ pub fn told(summary: &Summary, out: &Path) -> String {
     }
     lines.push(format!("  report  {}", out.join("report.html").display()));
     lines.join("\n")
+}
+
+/// What the log told of the rig.
+fn rig_told(summary: &Summary) -> Option<String> {
+    let constant = |(name, constant): (&String, &ConstantSummary)| {
+        let (factor, unit) = if name.ends_with("_rad") {
+            (1.0_f64.to_degrees(), " deg")
+        } else if name.ends_with("_m") {
+            (1e3, " mm")
+        } else if name.ends_with("_s") {
+            (1e3, " ms")
+        } else {
+            (100.0, " %")
+        };
+        let plain = name.trim_end_matches("_rad").trim_end_matches("_m").trim_end_matches("_s").replace('_', " ");
+        let (value, sd) = (factor * constant.value, factor * constant.sd);
+        format!("{plain} {value:.3} ± {sd:.3}{unit}")
+    };
+    let open = summary.calibration.iter().filter(|(_, constant)| constant.prior_sd > 0.0);
+    let told: Vec<String> = open.map(constant).collect();
+    (!told.is_empty()).then(|| told.join(", "))
 }
 
 /// A number with three significant digits, but no more than six decimals.

@@ -11,7 +11,7 @@ use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use palpate::reconstruct::{Progress, ReconstructError};
-use palpate_io::{ReadError, WriteError, WriteProblem};
+use palpate_io::{ReadError, RigError, WriteError, WriteProblem};
 
 /// No progress is shown for work shorter than this.
 const PATIENCE: Duration = Duration::from_secs(1);
@@ -38,6 +38,12 @@ pub enum Failure {
 
 impl From<ReadError> for Failure {
     fn from(error: ReadError) -> Self {
+        Self::Input(error.to_string())
+    }
+}
+
+impl From<RigError> for Failure {
+    fn from(error: RigError) -> Self {
         Self::Input(error.to_string())
     }
 }

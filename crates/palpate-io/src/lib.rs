@@ -1,4 +1,4 @@
-//! Everything of palpate that touches the outside: palm logs, truth folders and result folders.
+//! Everything of palpate that touches the outside: palm logs, rig files, truth folders and result folders.
 //!
 //! A palm log is a CSV file that says what a robot knew while two tactile palms carried an object: the palm angles and where each
 //! palm felt it. [`read_log`] takes it in, or says in one sentence which line and column is wrong and what to do about it.
@@ -31,6 +31,9 @@
 //! A log that knows its truth (from a simulator, a vision system or a drawing) has it beside it: `NAME.truth/` for `NAME.csv`, see
 //! [`truth_dir_of`], [`read_truth`] and [`write_truth`].
 //!
+//! A rig file says what is known of the palms and pads before a log is read: calibration constants with their standard deviations, and
+//! conventions that differ from those of a palm log. See [`read_rig`], [`rig_to_toml`] and the commented [`rig_template`].
+//!
 //! Nothing here knows how a shape is estimated.
 #![forbid(unsafe_code)]
 
@@ -39,19 +42,25 @@ mod folder;
 mod log;
 mod read_error;
 mod result;
+mod rig;
 mod truth;
 mod write_error;
 
 pub use csv::columns::{point_of, point_row, pose_of, pose_row};
 pub use folder::write_whole;
-pub use log::log_reader::{LogFile, MIN_SAMPLES, log_from_columns, parse_log, read_log};
+pub use log::log_reader::{LogFile, MIN_SAMPLES, log_from_columns, parse_log, read_log, read_log_as};
 pub use log::log_writer::{log_csv, write_log};
 pub use read_error::{ReadError, ReadProblem};
 pub use result::figures::{check_figures_target, write_figures};
-pub use result::summary::{JumpSummary, Summary, TruthSummary};
+pub use result::summary::{ConstantSummary, JumpSummary, Summary, TruthSummary};
 pub use result::{
     alternative_dir_of, alternatives_dir_of, check_result_target, read_motion_csv, read_shape_csv, read_summary,
     write_result, write_result_with_diagnostics,
 };
+pub use rig::conventions::{Conventions, Direction, PalmConventions};
+pub use rig::parse::{parse_rig, read_rig};
+pub use rig::rig_error::{RigError, RigProblem};
+pub use rig::to_toml::rig_to_toml;
+pub use rig::{Pad, RigFile, rig_template};
 pub use truth::{read_truth, truth_dir_of, write_truth};
 pub use write_error::{WriteError, WriteProblem};

@@ -60,6 +60,7 @@ fn reconstruction() -> Reconstruction {
         others: Vec::new(),
         sensor_sd_m: 1e-4,
         balance_sd_m: 2e-5,
+        calibration: None,
     }
 }
 

@@ -10,6 +10,7 @@ use crate::csv::table::{Column, Quantity, Table, read_bytes};
 use crate::csv::text;
 use crate::csv::unit::{Dimension, Unit};
 use crate::read_error::{ReadError, ReadProblem};
+use crate::rig::conventions::Conventions;
 
 /// Fewest samples with a contact on both palms that a log must have: fewer cannot be solved for a shape.
 pub const MIN_SAMPLES: usize = palpate::reconstruct::FEWEST_SAMPLES;
@@ -71,6 +72,20 @@ pub fn read_log(path: &Path) -> Result<LogFile, ReadError> {
     parse_log(&path.to_string_lossy(), &read_bytes(path)?)
 }
 
+/// The same for a log that a rig wrote by its own conventions: signs of the angles, direction of the pads, base points.
+///
+/// # Errors
+/// As [`read_log`].
+pub fn read_log_as(path: &Path, conventions: &Conventions) -> Result<LogFile, ReadError> {
+    let (name, bytes) = (path.to_string_lossy(), read_bytes(path)?);
+    let table = Table::parse(&name, &bytes, HEADER)?;
+    let columns = Columns { signs: conventions.angle_signs, ..Columns::find(&table)? };
+    table.require_rows()?;
+    let mut file = from_table(&name, table, &columns)?;
+    file.log = Conventions { angle_signs: [1.0; 2], ..*conventions }.apply(&file.log);
+    Ok(file)
+}
+
 /// Reads a palm log from memory; `name` stands for the file in messages.
 ///
 /// # Errors
@@ -115,6 +130,8 @@ fn from_table(name: &str, table: Table, columns: &Columns) -> Result<LogFile, Re
 struct Columns {
     time: Column,
     phi: [Column; 2],
+    /// What the angles are multiplied by.
+    signs: [f64; 2],
     s: [Column; 2],
     sd: [Option<Column>; 2],
     base1: [Option<Column>; 2],
@@ -129,6 +146,7 @@ impl Columns {
         Ok(Self {
             time: required(TIME)?,
             phi: [required(PHI1)?, required(PHI2)?],
+            signs: [1.0; 2],
             s: [required(S1)?, required(S2)?],
             sd: [optional(S1_SD)?, optional(S2_SD)?],
             base1: [optional(BASE1_X)?, optional(BASE1_Y)?],
@@ -150,8 +168,8 @@ impl Columns {
         Ok(Sample {
             time_s: table.number(row, self.time)?,
             palms: PalmPair {
-                phi1_rad: palm1_angle(table, row, self.phi[0])?,
-                phi2_rad: palm2_angle(table, row, self.phi[1])?,
+                phi1_rad: palm1_angle(table, row, self.phi[0], self.signs[0])?,
+                phi2_rad: palm2_angle(table, row, self.phi[1], self.signs[1])?,
                 base1_m: [coordinate(self.base1[0])?, coordinate(self.base1[1])?],
                 base2_m: [coordinate(self.base2[0])?, coordinate(self.base2[1])?],
             },
@@ -169,8 +187,8 @@ fn unit_of(column: Column) -> &'static str {
     column.unit.map_or("", Unit::suffix)
 }
 
-fn palm1_angle(table: &Table, row: usize, column: Column) -> Result<f64, ReadError> {
-    let phi1 = table.number(row, column)?;
+fn palm1_angle(table: &Table, row: usize, column: Column, sign: f64) -> Result<f64, ReadError> {
+    let phi1 = sign * table.number(row, column)?;
     if phi1.abs() <= MAX_PHI1_RAD {
         return Ok(phi1);
     }
@@ -186,8 +204,8 @@ fn palm1_angle(table: &Table, row: usize, column: Column) -> Result<f64, ReadErr
     ))
 }
 
-fn palm2_angle(table: &Table, row: usize, column: Column) -> Result<f64, ReadError> {
-    let phi2 = table.number(row, column)?;
+fn palm2_angle(table: &Table, row: usize, column: Column, sign: f64) -> Result<f64, ReadError> {
+    let phi2 = sign * table.number(row, column)?;
     let is_parallel = phi2.sin().abs() < MIN_SIN_PHI2;
     if phi2 > 0.0 && phi2 < PI && !is_parallel {
         return Ok(phi2);

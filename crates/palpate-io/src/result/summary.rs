@@ -3,9 +3,10 @@
 use palpate::Reconstruction;
 use palpate::compare::TruthError;
 use palpate::number_or_null;
-use palpate::reconstruct::{Doubt, FoundSymmetry, Jump, Verdict};
+use palpate::reconstruct::{CalibrationEstimate, ConstantEstimate, Doubt, FoundSymmetry, Jump, Verdict};
 use palpate::shape::Symmetry;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
 /// The summary of a result, `summary.json`. A number that could not be computed (NaN or infinite) is `null` in JSON and reads back
 /// as NaN.
@@ -42,6 +43,15 @@ pub struct Summary {
     /// Standard deviation of the balance equation, metres.
     #[serde(with = "number_or_null")]
     pub balance_sd_m: f64,
+    /// Relative standard deviation of the size, from the tolerance of what the scales of both pads have in common; 0 where the rig is exact.
+    #[serde(default)]
+    pub size_sd: f64,
+    /// Standard deviation of a parallel shift of the boundary, metres, from that of what both surface offsets have in common.
+    #[serde(default)]
+    pub offset_sd_m: f64,
+    /// The constants of the rig as the log has them, by name; empty where the rig is exact.
+    #[serde(default)]
+    pub calibration: BTreeMap<String, ConstantSummary>,
     /// Number of samples of the log.
     pub samples: usize,
     /// Number of harmonics of the support function.
@@ -60,6 +70,23 @@ pub struct Summary {
     /// How far the result is from the truth, where that is known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub truth: Option<TruthSummary>,
+}
+
+/// A calibration constant of the rig; its unit is that of its name.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ConstantSummary {
+    /// What the log has it to be.
+    #[serde(with = "number_or_null")]
+    pub value: f64,
+    /// Its standard deviation.
+    #[serde(with = "number_or_null")]
+    pub sd: f64,
+    /// What the rig was stated to have.
+    #[serde(with = "number_or_null")]
+    pub stated: f64,
+    /// The standard deviation of that.
+    #[serde(with = "number_or_null")]
+    pub prior_sd: f64,
 }
 
 /// One jump of the object to another resting pose. A number that could not be computed is `null` in JSON and reads back as NaN.
@@ -159,6 +186,13 @@ impl From<TruthSummary> for TruthError {
     }
 }
 
+fn constants(calibration: &CalibrationEstimate) -> impl Iterator<Item = (String, ConstantSummary)> {
+    calibration.constants.iter().map(|constant| {
+        let &ConstantEstimate { value, sd, stated, prior_sd, .. } = constant;
+        (constant.name.clone(), ConstantSummary { value, sd, stated, prior_sd })
+    })
+}
+
 impl Summary {
     /// The summary of a reconstruction that took `seconds`. Set `log`, `notes` and `truth` where there is something to say.
     pub fn new(reconstruction: &Reconstruction, seconds: f64) -> Self {
@@ -177,6 +211,9 @@ impl Summary {
             symmetry: reconstruction.symmetry.into(),
             sensor_sd_m: reconstruction.sensor_sd_m,
             balance_sd_m: reconstruction.balance_sd_m,
+            size_sd: reconstruction.calibration.as_ref().map_or(0.0, |calibration| calibration.size_sd),
+            offset_sd_m: reconstruction.calibration.as_ref().map_or(0.0, |calibration| calibration.offset_sd_m),
+            calibration: reconstruction.calibration.iter().flat_map(constants).collect(),
             samples: reconstruction.motion.len(),
             harmonics: reconstruction.shape.harmonics_m().len(),
             seconds,

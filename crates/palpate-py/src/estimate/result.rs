@@ -533,6 +533,7 @@ fn loaded(py: Python<'_>, folder: &std::path::Path) -> PyResult<(Reconstruction,
         others: Vec::new(),
         sensor_sd_m: summary.sensor_sd_m,
         balance_sd_m: summary.balance_sd_m,
+        calibration: None,
     };
     Ok((found, summary))
 }

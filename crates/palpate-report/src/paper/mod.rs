@@ -142,6 +142,7 @@ mod tests {
             others: vec![],
             sensor_sd_m: f64::NAN,
             balance_sd_m: f64::NAN,
+            calibration: None,
         };
         let vision = VisionSystem {
             noise_sd_m: 0.0,

@@ -50,6 +50,7 @@ fn found(shape: &SupportFunction, psi: &[f64], felt: impl Fn(f64) -> bool) -> Re
         others: Vec::new(),
         sensor_sd_m: 0.0,
         balance_sd_m: 0.0,
+        calibration: None,
     }
 }
 

@@ -6,7 +6,6 @@
 use crate::log::{Log, Sample};
 use crate::math::statistics::median;
 use crate::palms::{PalmAngles, contact_angles};
-use crate::sensor::Calibration;
 
 /// One sample, measured from the point where the lines of both palms meet.
 #[derive(Clone, Copy, Debug)]
@@ -27,13 +26,11 @@ pub(crate) struct Instant {
 }
 
 impl Instant {
-    fn new(index: usize, sample: &Sample, sd_scale_m: Option<f64>, calibration: &Calibration) -> Self {
-        let palms = &calibration.palms(&sample.palms);
+    fn new(index: usize, sample: &Sample, sd_scale_m: Option<f64>) -> Self {
+        let palms = &sample.palms;
         let angles = palms.angles();
-        let (base, surface) = (palms.base_shifts_m(&angles), calibration.surface_shift_m(palms));
-        let measured = |palm: usize, reading: Option<f64>| {
-            reading.map_or(0.0, |reading| calibration.position_m(palm, reading) + base[palm] - surface[palm])
-        };
+        let base = palms.base_shifts_m(&angles);
+        let measured = |palm: usize, position: Option<f64>| position.map_or(0.0, |position| position + base[palm]);
         let weight = |s: Option<f64>, sd: Option<f64>| match (s, sd, sd_scale_m) {
             (None, _, _) => 0.0,
             (Some(_), Some(sd), Some(scale)) => scale / sd,
@@ -93,17 +90,8 @@ pub(crate) struct Measurements {
 impl Measurements {
     /// From a log; `sd_scale_m` is the common standard deviation to which stated ones are relative.
     pub fn new(log: &Log, sd_scale_m: Option<f64>) -> Self {
-        Self::calibrated(log, sd_scale_m, &Calibration::default())
-    }
-
-    /// The same for a rig with these constant errors, which are removed from the readings.
-    pub fn calibrated(log: &Log, sd_scale_m: Option<f64>, calibration: &Calibration) -> Self {
-        let instants = log
-            .samples
-            .iter()
-            .enumerate()
-            .map(|(index, sample)| Instant::new(index, sample, sd_scale_m, calibration))
-            .collect();
+        let instants =
+            log.samples.iter().enumerate().map(|(index, sample)| Instant::new(index, sample, sd_scale_m)).collect();
         Self { instants }
     }
 

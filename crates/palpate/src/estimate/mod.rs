@@ -5,10 +5,12 @@
 //!    boundary that was felt, and motion and size from a trial height of the centre of mass;
 //! 2. [`model`]: residuals and their derivatives, noise, prior;
 //! 3. [`solver`]: maximum likelihood over all samples, every orientation eliminated exactly, and the posterior at the optimum;
-//! 4. [`evidence`]: number of harmonics, noise and scale of the prior by the evidence;
-//! 5. [`association`]: which of its possible poses each sample has, and how ambiguous that is.
+//! 4. [`calibration`]: the constants of the rig as unknowns that all samples share;
+//! 5. [`evidence`]: number of harmonics, noise and scale of the prior by the evidence;
+//! 6. [`association`]: which of its possible poses each sample has, and how ambiguous that is.
 
 pub(crate) mod association;
+pub(crate) mod calibration;
 pub(crate) mod closed_form;
 pub(crate) mod coverage;
 pub(crate) mod evidence;

@@ -104,7 +104,8 @@ impl Information {
         felt_rad: Vec<f64>,
         inflation: f64,
     ) -> Result<Self, InformationError> {
-        let error_bars = ErrorBars::new(measurements, fit, &felt_rad, 1.0).ok_or(InformationError::NotDetermined)?;
+        let error_bars =
+            ErrorBars::new(measurements, fit, &felt_rad, 1.0, None).ok_or(InformationError::NotDetermined)?;
         let covariance_m2 = error_bars.into_covariance() * inflation;
         let information = Self { layout: Layout::of_shape(fit.order), covariance_m2, felt_rad };
         if information.rms_r_sd_m().is_finite() { Ok(information) } else { Err(InformationError::NotDetermined) }

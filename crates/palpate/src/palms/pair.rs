@@ -106,6 +106,12 @@ impl PalmPair {
         PalmAngles::new(self.phi1_rad, self.phi2_rad)
     }
 
+    /// How far each base point lies along its palm's tangent, b_k · t̄_k, in metres (0 for a hinge at the origin): seen from the base points,
+    /// d_k is larger by as much.
+    pub(crate) fn base_feet_m(&self) -> [f64; 2] {
+        [dot(self.base1_m, self.tangent(Palm::One)), dot(self.base2_m, self.tangent(Palm::Two))]
+    }
+
     /// How far each base point lies out on its palm from the point M where the lines of both palms meet, metres: a contact at s from the
     /// base point lies at s + shift from M.
     pub(crate) fn base_shifts_m(&self, angles: &PalmAngles) -> [f64; 2] {

@@ -34,6 +34,7 @@ pub use options::method::{Method, UnknownMethod};
 pub use options::{FEWEST_SAMPLES, MOST_HARMONICS, Progress, ReconstructOptions};
 pub use paper::given_start::{Integrated, PaperEquations};
 pub use reconstructor::Reconstructor;
+pub use result::calibration::{CalibrationEstimate, ConstantEstimate};
 pub use result::diagnostics::{ContactDiagnostics, diagnostics};
 pub use result::reconstruction::{FoundSymmetry, OutlinePoint, Pose, Reconstruction};
 pub use smooth_from::{SmoothOptions, Smoothed, smooth_from};

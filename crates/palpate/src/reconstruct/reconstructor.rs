@@ -15,6 +15,7 @@ use super::start::{Start, starting_coefficients, way_of};
 use super::verdict::assemble::Candidate;
 use crate::estimate::solver::gauss_newton::Estimate;
 use crate::log::Log;
+use crate::sensor::Rig;
 use crate::shape::SupportFunction;
 
 /// Sizes in which a known shape is tried, one after the other until one explains the log: each leads to the optimum from up to two per cent
@@ -77,6 +78,34 @@ impl<'a> Reconstructor<'a> {
         self
     }
 
+    /// What is known of the rig; readings are taken as they are if not said. Whatever the log tells of the constants that are open is
+    /// estimated with the shape, and error bars contain the rest.
+    ///
+    /// ```
+    /// use palpate::{reconstruct::Reconstructor, sensor::{Calibration, Rig, Tolerances}};
+    /// # use palpate::{plan::{PalmLimits, plan_turn}, shape::NamedShape, simulate::{SimulateOptions, simulate}};
+    /// # let egg = NamedShape::Egg.shape(0.03)?;
+    /// # let plan = plan_turn(&egg, &PalmLimits::default(), 40.0)?;
+    /// # let options = SimulateOptions { start_psi_rad: plan.start_psi_rad, ..SimulateOptions::default() };
+    /// # let felt = simulate(&egg, &plan.motion.sample(5.0)?, &options)?;
+    /// // A pad whose zero is 0.3 mm off, which nobody knows.
+    /// let mut truth = Calibration::default();
+    /// truth.zero_m = [3e-4, 0.0];
+    /// let log = truth.distorted(&felt.log);
+    /// let found = Reconstructor::new().rig(Rig::uncalibrated()).run(&log)?;
+    /// let of_rig = found.calibration.as_ref().expect("constants were open");
+    /// let zero = &of_rig.constants[0];
+    /// assert_eq!(zero.name, "s1_zero_m");
+    /// assert!((zero.value - 3e-4).abs() < 5.0 * zero.sd && zero.sd < 0.1 * zero.prior_sd);
+    /// // The size is as certain as the common scale of the pads, whatever the log.
+    /// assert!(of_rig.size_sd > 0.005);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn rig(mut self, rig: Rig) -> Self {
+        self.options.rig = rig;
+        self
+    }
+
     /// What is known of shape and motion beforehand; [`Start::Nothing`] if not said.
     pub fn start(mut self, start: Start) -> Self {
         self.start = start;
@@ -96,6 +125,11 @@ impl<'a> Reconstructor<'a> {
     /// [`ReconstructError`]). A doubtful answer is not an error: it comes back as a [`Reconstruction`] that is not certified.
     pub fn run(&self, log: &Log) -> Result<Reconstruction, ReconstructError> {
         check_log(log, &self.options)?;
+        if self.options.method != Method::Likelihood && self.options.rig != Rig::default() {
+            // The methods that integrate take the constants of the rig as stated.
+            let exact = Self { options: self.options.clone().with_rig(Rig::default()), ..self.clone() };
+            return exact.run(&self.options.rig.calibration.corrected(log));
+        }
         match &self.start {
             Start::Nothing => self.search(log),
             Start::Shape(shape) => {
@@ -126,7 +160,7 @@ impl<'a> Reconstructor<'a> {
         let mut failure = None;
         schedule::search(
             &job.measurements,
-            job.scatter_m,
+            job.search_scatter_m(),
             job.prior,
             &|share| self.tell("searching for arrangements", 0.9 * share),
             &mut |found| {
@@ -179,7 +213,7 @@ impl<'a> Reconstructor<'a> {
 
     fn refine(&self, job: &Job, shape: &SupportFunction, psi: Vec<f64>) -> Result<Reconstruction, ReconstructError> {
         if self.options.method != Method::Likelihood {
-            return integral::reconstruct_from(job.log, shape, &psi, &self.options);
+            return integral::reconstruct_from(&job.log, shape, &psi, &self.options);
         }
         let candidate = Self::refined(job, shape, psi)?;
         self.tell("done", 1.0);
@@ -191,7 +225,8 @@ impl<'a> Reconstructor<'a> {
         let ranges = segments(&job.measurements, job.scatter_m);
         let estimate = Estimate { coefficients: starting_coefficients(shape, job.scatter_m), psi, cost: 0.0 };
         let found = Found { thin: job.measurements.clone(), ranges, estimates: vec![estimate] };
-        job.assemble(job.refine(&found, 0)?)
+        let solved = job.solve(&found, 0)?;
+        job.assemble(solved)
     }
 }
 

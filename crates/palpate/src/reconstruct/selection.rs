@@ -8,7 +8,8 @@ use crate::estimate::model::balance_tolerance::balance_is_missed;
 use crate::estimate::motion::{moved, same_motion};
 use crate::estimate::solver::gauss_newton::{Estimate, Fit, Smoother, StoppingCriteria};
 use crate::reconstruct::options::error::ReconstructError;
-use crate::reconstruct::refine::job::{Job, Refined};
+use crate::reconstruct::refine::calibrated::Solved;
+use crate::reconstruct::refine::job::Job;
 use crate::reconstruct::result::reconstruction::Reconstruction;
 use crate::reconstruct::verdict::assemble::{Candidate, Expected, assemble};
 use crate::reconstruct::verdict::doubt::{Doubt, Verdict};
@@ -66,23 +67,27 @@ impl Candidate {
 
 impl Job<'_> {
     /// The result of a refined arrangement.
-    pub fn assemble(&self, refined: Refined) -> Result<Candidate, ReconstructError> {
-        let expected = Expected { stated_m: self.stated_m, scatter_m: self.scatter_m, outliers: self.outliers };
+    pub fn assemble(&self, Solved { job, refined }: Solved) -> Result<Candidate, ReconstructError> {
+        let job = job.as_ref().unwrap_or(self);
+        let expected = Expected { stated_m: job.stated_m, scatter_m: job.scatter_m, outliers: job.outliers };
         let found = (&refined.ambiguity_rad[..], refined.symmetry);
-        assemble(self.log, &refined.measurements, refined.fine, found, expected, &self.options.limits)
+        let posterior = job.calibration_posterior(&refined);
+        let calibration = posterior.as_ref().map(|posterior| (posterior, job.calibration, job.options.rig));
+        assemble(&job.log, &refined.measurements, refined.fine, found, expected, calibration, &job.options.limits)
             .ok_or(ReconstructError::NotSolvable)
     }
 
     /// Refines the arrangements that explain the log about equally well. Only certified ones count; when there is just one, it is
     /// the answer, else none is certified as unique.
     pub fn judge(&self, found: &Found, explored: &mut Explored) -> Result<Candidate, ReconstructError> {
-        let mut first = self.refine(found, 0)?;
-        let period = first.fine.prior.symmetry.period_rad();
-        let alternatives = alternatives(&found.thin, &found.estimates, &first.coarse, period);
-        let as_likely = std::mem::take(&mut first.as_likely);
+        let mut first = self.solve(found, 0)?;
+        let period = first.refined.fine.prior.symmetry.period_rad();
+        let alternatives = alternatives(&found.thin, &found.estimates, &first.refined.coarse, period);
+        let as_likely = std::mem::take(&mut first.refined.as_likely);
+        let as_likely: Vec<Solved> = as_likely.into_iter().map(|refined| first.with(refined)).collect();
         let mut results = vec![self.assemble(first)?];
         explored.add(&results[0]);
-        for other in as_likely.into_iter().filter_map(|refined| self.assemble(refined).ok()) {
+        for other in as_likely.into_iter().filter_map(|other| self.assemble(other).ok()) {
             explored.add(&other);
             results.push(other);
         }
@@ -100,7 +105,7 @@ impl Job<'_> {
             if explored.contains(found, alternative) {
                 continue;
             }
-            if let Ok(other) = self.refine(found, alternative).and_then(|refined| self.assemble(refined)) {
+            if let Ok(other) = self.solve(found, alternative).and_then(|solved| self.assemble(solved)) {
                 explored.add(&other);
                 results.push(other);
             }

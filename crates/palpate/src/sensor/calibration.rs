@@ -1,11 +1,12 @@
-//! Constant errors of a rig: what lies between the readings and the truth, with exact derivatives. Applied in one place, where a log is
-//! made ready for estimation.
+//! Constant errors of a rig: what lies between the readings and the truth, with exact derivatives. A log is corrected as a whole before
+//! estimation.
 //!
 //! A pad reads scale · s + zero where the contact is at s; a palm stands at its reading less the angle's zero; the sensing surface lies in
-//! front of the line through the base point, so that the supporting line of palm k is at r_k + p_k (`docs/theory.md`, contact). Of these
-//! ten constants a log of an unknown object tells all but two: the common scale of the pads and the common offset of their surfaces, under
-//! which the contact constraint and the balance are unchanged.
+//! front of the line through the base point, so that the supporting line of palm k is at r_k + p_k (`docs/theory.md`, contact); the angles
+//! are read some time after the positions. Of these nine constants a log of an unknown object tells all but two: the common scale of the
+//! pads and the common offset of their surfaces, under which the contact constraint and the balance are unchanged.
 
+use crate::log::{Log, Sample};
 use crate::palms::{Contacts, PalmPair};
 use crate::shape::ContactSupport;
 
@@ -18,15 +19,17 @@ pub struct Calibration {
     pub zero_m: [f64; 2],
     /// What each pad multiplies every position by; 1 without error, positive.
     pub scale: [f64; 2],
-    /// What the encoder of each palm adds to its angle against the horizontal, radians.
+    /// What the encoders add to φ₁ and to φ₂, radians.
     pub angle_zero_rad: [f64; 2],
     /// How far each sensing surface lies in front of the line through the base point of its palm, metres.
     pub surface_m: [f64; 2],
+    /// How much later than the positions of a sample its palm angles were read, seconds.
+    pub clock_offset_s: f64,
 }
 
 impl Default for Calibration {
     fn default() -> Self {
-        Self { zero_m: [0.0; 2], scale: [1.0; 2], angle_zero_rad: [0.0; 2], surface_m: [0.0; 2] }
+        Self { zero_m: [0.0; 2], scale: [1.0; 2], angle_zero_rad: [0.0; 2], surface_m: [0.0; 2], clock_offset_s: 0.0 }
     }
 }
 
@@ -44,10 +47,62 @@ pub struct CalibrationRows {
 }
 
 impl Calibration {
+    /// The log that a rig without errors had written.
+    pub fn corrected(&self, log: &Log) -> Log {
+        let rates = if self.clock_offset_s == 0.0 { Vec::new() } else { palm_rates_rad_per_s(log) };
+        let correct = |(index, sample): (usize, &Sample)| {
+            let [rate1, rate2] = rates.get(index).copied().unwrap_or_default();
+            let late = PalmPair {
+                phi1_rad: sample.palms.phi1_rad - self.clock_offset_s * rate1,
+                phi2_rad: sample.palms.phi2_rad - self.clock_offset_s * rate2,
+                ..sample.palms
+            };
+            let palms = self.palms(&late);
+            let shift = self.surface_shift_m(&palms);
+            let position = |palm: usize, reading: Option<f64>| reading.map(|s| self.position_m(palm, s) - shift[palm]);
+            let sd = |palm: usize, sd_m: Option<f64>| sd_m.map(|sd_m| sd_m / self.scale[palm]);
+            Sample {
+                palms,
+                s1_m: position(0, sample.s1_m),
+                s2_m: position(1, sample.s2_m),
+                s1_sd_m: sd(0, sample.s1_sd_m),
+                s2_sd_m: sd(1, sample.s2_sd_m),
+                ..*sample
+            }
+        };
+        Log { samples: log.samples.iter().enumerate().map(correct).collect() }
+    }
+
+    /// The log that this rig writes where one without errors had written `log`.
+    pub fn distorted(&self, log: &Log) -> Log {
+        let rates = palm_rates_rad_per_s(log);
+        let distort = |(sample, [rate1, rate2]): (&Sample, [f64; 2])| {
+            let shift = self.surface_shift_m(&sample.palms);
+            let [zero1, zero2] = self.angle_zero_rad;
+            let reading =
+                |palm: usize, s: Option<f64>| s.map(|s| self.scale[palm] * (s + shift[palm]) + self.zero_m[palm]);
+            let sd = |palm: usize, sd_m: Option<f64>| sd_m.map(|sd_m| sd_m * self.scale[palm]);
+            let palms = PalmPair {
+                phi1_rad: sample.palms.phi1_rad + self.clock_offset_s * rate1 + zero1,
+                phi2_rad: sample.palms.phi2_rad + self.clock_offset_s * rate2 + zero2,
+                ..sample.palms
+            };
+            Sample {
+                palms,
+                s1_m: reading(0, sample.s1_m),
+                s2_m: reading(1, sample.s2_m),
+                s1_sd_m: sd(0, sample.s1_sd_m),
+                s2_sd_m: sd(1, sample.s2_sd_m),
+                ..*sample
+            }
+        };
+        Log { samples: log.samples.iter().zip(rates).map(distort).collect() }
+    }
+
     /// The palms as they stand, from their readings.
     pub fn palms(&self, read: &PalmPair) -> PalmPair {
-        let [angle1, angle2] = self.angle_zero_rad;
-        PalmPair { phi1_rad: read.phi1_rad - angle1, phi2_rad: read.phi2_rad - (angle2 - angle1), ..*read }
+        let [zero1, zero2] = self.angle_zero_rad;
+        PalmPair { phi1_rad: read.phi1_rad - zero1, phi2_rad: read.phi2_rad - zero2, ..*read }
     }
 
     /// The position of a contact on palm 1 (`palm` 0) or palm 2 (`palm` 1), metres from the base point, from its reading.
@@ -63,26 +118,38 @@ impl Calibration {
     /// The derivatives of the contact residuals at an instant: `palms` as they stand, both contacts on the outline, and the measured
     /// positions from the base points, metres.
     pub fn rows(&self, palms: &PalmPair, contacts: [ContactSupport; 2], positions_m: [f64; 2]) -> CalibrationRows {
-        let (palms, contacts) = (palms.angles(), Contacts::from(contacts));
+        let angles = palms.angles();
+        let at = Contacts::from(contacts);
         let apart = |values: [f64; 2]| [[values[0], 0.0], [0.0, values[1]]];
-        let in_front = Contacts { r: [0, 1].map(|k| contacts.r[k] + self.surface_m[k]), ..contacts };
-        // θ moves with the palm as ever, but d and v are those of the outline: only what φ₂ does to r + p changes.
-        let by_palms = palms.positions_by_palms(&in_front);
-        let excess = [self.surface_m[0], -self.surface_m[1]];
-        // The derivative above takes v − r with r + p for r.
-        let by_angle = [0, 1].map(|palm| {
-            [0, 1].map(|contact| {
-                let own = if palm == contact { excess[contact] } else { 0.0 };
-                -(by_palms[palm][contact] + own)
-            })
-        });
+        // What a palm touches from its base point: a body that is larger by p, about a point that lies at −b.
+        let (offset1, offset2) = palms.base_offsets_m();
+        let (p, offsets, along) = (self.surface_m, [offset1, offset2], palms.base_feet_m());
+        let seen = Contacts {
+            r: [0, 1].map(|k| at.r[k] + p[k] + offsets[k]),
+            d: [0, 1].map(|k| at.d[k] + along[k]),
+            v: [0, 1].map(|k| at.v[k] + p[k]),
+        };
+        let [by_palm1, by_palm2] = angles.positions_by_palms(&seen);
         CalibrationRows {
             by_zero: apart([1.0 / self.scale[0], 1.0 / self.scale[1]]),
             by_scale_m: apart([positions_m[0] / self.scale[0], positions_m[1] / self.scale[1]]),
-            by_angle_zero_m: by_angle,
-            by_surface: [palms.positions([1.0, 0.0], [0.0; 2]), palms.positions([0.0, 1.0], [0.0; 2])],
+            by_angle_zero_m: [[0, 1].map(|k| -by_palm1[k] - by_palm2[k]), by_palm2.map(|by_angle| -by_angle)],
+            by_surface: [angles.positions([1.0, 0.0], [0.0; 2]), angles.positions([0.0, 1.0], [0.0; 2])],
         }
     }
+}
+
+/// Rates of the angles φ₁ and φ₂ of each sample, radians per second: from the sample before to the one after.
+pub(crate) fn palm_rates_rad_per_s(log: &Log) -> Vec<[f64; 2]> {
+    let samples = &log.samples;
+    let last = samples.len().saturating_sub(1);
+    let rate = |index: usize| {
+        let (before, after) = (&samples[index.saturating_sub(1)], &samples[(index + 1).min(last)]);
+        let duration_s = after.time_s - before.time_s;
+        let per_s = |turn: f64| if duration_s > 0.0 { turn / duration_s } else { 0.0 };
+        [per_s(after.palms.phi1_rad - before.palms.phi1_rad), per_s(after.palms.phi2_rad - before.palms.phi2_rad)]
+    };
+    (0..samples.len()).map(rate).collect()
 }
 
 #[cfg(test)]
@@ -92,8 +159,10 @@ mod tests {
 
     const PSI: f64 = 0.7;
 
+    /// Palms with base points apart, and positions.
     fn read() -> (PalmPair, [f64; 2]) {
-        (PalmPair::hinged(0.6, 1.3), [0.041, 0.052])
+        let palms = PalmPair { base1_m: [4e-3, -1e-3], base2_m: [-3e-3, 2e-3], ..PalmPair::hinged(0.6, 1.3) };
+        (palms, [0.041, 0.052])
     }
 
     fn calibration() -> Calibration {
@@ -102,11 +171,16 @@ mod tests {
             scale: [1.01, 0.992],
             angle_zero_rad: [5e-3, -8e-3],
             surface_m: [2e-3, 7e-4],
+            clock_offset_s: 0.0,
         }
     }
 
+    fn shape() -> SupportFunction {
+        SupportFunction::new(0.03, vec![[2e-3, -1e-3], [1.8e-3, 6e-4], [-5e-4, 7e-4]])
+    }
+
     fn contacts(palms: &PalmPair) -> [ContactSupport; 2] {
-        let shape = SupportFunction::new(0.03, vec![[2e-3, -1e-3], [1.8e-3, 6e-4], [-5e-4, 7e-4]]);
+        let shape = shape();
         let (theta1, theta2) = palms.contact_angles(PSI);
         [shape.at(theta1), shape.at(theta2)]
     }
@@ -115,9 +189,9 @@ mod tests {
     fn residuals(calibration: &Calibration) -> [f64; 2] {
         let (read, readings) = read();
         let palms = calibration.palms(&read);
-        let at = Contacts::from(contacts(&palms));
-        let (on_lines, shift) = (palms.angles().positions(at.r, at.d), calibration.surface_shift_m(&palms));
-        [0, 1].map(|k| on_lines[k] + shift[k] - calibration.position_m(k, readings[k]))
+        let shape = shape();
+        let ((s1, s2), shift) = (palms.contact_positions_m(&shape, PSI), calibration.surface_shift_m(&palms));
+        [s1 + shift[0] - calibration.position_m(0, readings[0]), s2 + shift[1] - calibration.position_m(1, readings[1])]
     }
 
     #[test]
@@ -136,9 +210,32 @@ mod tests {
         let reading_m = calibration.scale[1] * position_m + calibration.zero_m[1];
         assert!((calibration.position_m(1, reading_m) - position_m).abs() < 1e-16);
         let truth = PalmPair::hinged(0.4, 1.7);
-        let read = PalmPair::hinged(0.4 + 5e-3, 1.7 - 8e-3 - 5e-3);
+        let read = PalmPair::hinged(0.4 + 5e-3, 1.7 - 8e-3);
         let found = calibration.palms(&read);
         assert!((found.phi1_rad - truth.phi1_rad).abs() < 1e-15 && (found.phi2_rad - truth.phi2_rad).abs() < 1e-15);
+    }
+
+    #[test]
+    fn a_log_that_a_rig_distorted_is_corrected() {
+        let sample = |index: u32| {
+            let t = 0.01 * f64::from(index);
+            let palms = PalmPair { base1_m: [3e-3, 0.0], ..PalmPair::hinged(0.5 + 0.3 * t, 1.6 - 0.2 * t) };
+            let seen = Sample::new(t, palms, 0.03 + 0.01 * t, 0.05 - 0.02 * t);
+            Sample { s1_m: seen.s1_m.filter(|_| !index.is_multiple_of(5)), s2_sd_m: Some(1e-4), ..seen }
+        };
+        let log = Log { samples: (0..50).map(sample).collect() };
+        let rig = Calibration { clock_offset_s: 0.02, ..calibration() };
+        let read = rig.distorted(&log);
+        assert!((read.samples[7].palms.phi1_rad - log.samples[7].palms.phi1_rad - 5e-3 - 0.02 * 0.3).abs() < 1e-12);
+        let found = rig.corrected(&read);
+        for (found, truth) in found.samples.iter().zip(&log.samples) {
+            assert!((found.palms.phi1_rad - truth.palms.phi1_rad).abs() < 1e-12);
+            assert!((found.palms.phi2_rad - truth.palms.phi2_rad).abs() < 1e-12);
+            for (found, truth) in [(found.s1_m, truth.s1_m), (found.s2_m, truth.s2_m), (found.s2_sd_m, truth.s2_sd_m)] {
+                assert_eq!(found.is_some(), truth.is_some());
+                assert!((found.unwrap_or(0.0) - truth.unwrap_or(0.0)).abs() < 1e-12);
+            }
+        }
     }
 
     #[test]

@@ -1,11 +1,13 @@
 //! What a palm reports of its contacts, and what a camera sees of palms and object.
 
-mod calibration;
+pub(crate) mod calibration;
 mod contact_sensor;
+mod rig;
 mod touchpad;
 mod vision;
 
 pub use calibration::{Calibration, CalibrationRows};
 pub use contact_sensor::{ContactReading, ContactSensor, PalmContact};
+pub use rig::{Rig, Tolerances};
 pub use touchpad::{PadContact, PadReading, Touchpad};
 pub use vision::VisionSystem;

@@ -18,18 +18,41 @@ pub(crate) struct ErrorBars {
     covariance: DMatrix<f64>,
     normal: Normal,
     inflation: f64,
+    constants: Option<OpenConstants>,
+}
+
+/// Constants of the rig that are unknown as well, at the optimum of shape and motion.
+pub(crate) struct OpenConstants {
+    /// Derivative of each orientation by the constants, the shape held: a column for each sample.
+    pub psi_slopes: DMatrix<f64>,
+    /// Of the likeliest constants by the shape.
+    pub by_coefficients: DMatrix<f64>,
+    /// Covariance of the constants given the shape.
+    pub covariance: DMatrix<f64>,
+    /// What not knowing them takes from the information on the shape.
+    pub lost_information: DMatrix<f64>,
 }
 
 impl ErrorBars {
     /// At the optimum `fit`; `felt` are the normal angles of the felt boundary; `inflation` multiplies every variance (correlated
-    /// errors of neighbouring samples).
-    pub fn new(measurements: &Measurements, fit: &Fit, felt: &[f64], inflation: f64) -> Option<Self> {
+    /// errors of neighbouring samples). `constants` are those of the rig that are not known.
+    pub fn new(
+        measurements: &Measurements,
+        fit: &Fit,
+        felt: &[f64],
+        inflation: f64,
+        constants: Option<OpenConstants>,
+    ) -> Option<Self> {
         let smoother = Smoother::new(measurements, fit.order, fit.noise, fit.prior).strictly_convex();
         let normal = smoother.linearise(&fit.estimate.coefficients, &fit.estimate.psi);
         let mean = DVector::from_row_slice(&fit.estimate.coefficients);
-        let posterior = Posterior { layout: smoother.layout(), mean, information: normal.matrix.clone() };
+        let mut information = normal.matrix.clone();
+        if let Some(constants) = &constants {
+            information -= &constants.lost_information;
+        }
+        let posterior = Posterior { layout: smoother.layout(), mean, information };
         let covariance = posterior.covariance_over(felt)?;
-        Some(Self { layout: posterior.layout, covariance, normal, inflation })
+        Some(Self { layout: posterior.layout, covariance, normal, inflation, constants })
     }
 
     /// The Cholesky factor of the information on the coefficients, whatever the gauge.
@@ -57,8 +80,13 @@ impl ErrorBars {
     pub fn pose_sd(&self, index: usize, instant: &Instant, fit: &Fit, angle_sd: f64) -> (f64, f64) {
         let coefficients = &fit.estimate.coefficients;
         let psi = fit.estimate.psi[index];
-        let slope = self.normal.psi_slope(index);
-        let own = 1.0 / (self.normal.psi_information(index) + PSI_INFORMATION);
+        let mut slope = self.normal.psi_slope(index);
+        let mut own = 1.0 / (self.normal.psi_information(index) + PSI_INFORMATION);
+        if let Some(OpenConstants { psi_slopes, by_coefficients, covariance, .. }) = &self.constants {
+            let by_constants = psi_slopes.column(index);
+            slope += by_coefficients.tr_mul(&by_constants);
+            own += (covariance * by_constants).dot(&by_constants);
+        }
         let psi_variance = self.quadratic(&slope) + own;
         let (theta1, theta2) = instant.contact_angles(psi);
         let (basis1, basis2) = (self.layout.support_row(theta1), self.layout.support_row(theta2));
@@ -150,7 +178,7 @@ mod tests {
     #[test]
     fn a_common_rotation_has_no_variance() {
         let (measurements, fit, felt) = setting();
-        let posterior = ErrorBars::new(&measurements, &fit, &felt, 1.0).expect("determined");
+        let posterior = ErrorBars::new(&measurements, &fit, &felt, 1.0, None).expect("determined");
         let rotation = as_rotation(&fit, &felt);
         let smoother = Smoother::new(&measurements, 3, NOISE, fit.prior).strictly_convex();
         let normal = smoother.linearise(&fit.estimate.coefficients, &fit.estimate.psi);
@@ -175,8 +203,8 @@ mod tests {
         }
         turned.estimate.psi.iter_mut().for_each(|psi| *psi -= angle);
         let felt_turned: Vec<f64> = felt.iter().map(|theta| theta + angle).collect();
-        let here = ErrorBars::new(&measurements, &fit, &felt, 1.0).expect("determined");
-        let there = ErrorBars::new(&measurements, &turned, &felt_turned, 1.0).expect("determined");
+        let here = ErrorBars::new(&measurements, &fit, &felt, 1.0, None).expect("determined");
+        let there = ErrorBars::new(&measurements, &turned, &felt_turned, 1.0, None).expect("determined");
         for &theta in &felt {
             assert!((here.r_sd_m(theta) / there.r_sd_m(theta + angle) - 1.0).abs() < 1e-4);
         }
@@ -192,7 +220,7 @@ mod tests {
         let sds = |factor: f64, inflation: f64| {
             let noise = Noise { sensor_m: factor * NOISE.sensor_m, balance_m: factor * NOISE.balance_m };
             let fit = Fit { noise, ..fit.clone() };
-            let posterior = ErrorBars::new(&measurements, &fit, &felt, inflation).expect("determined");
+            let posterior = ErrorBars::new(&measurements, &fit, &felt, inflation, None).expect("determined");
             let (psi, com) = posterior.pose_sd(7, &measurements.instants[7], &fit, 0.0);
             [posterior.r_sd_m(1.0), psi, com]
         };

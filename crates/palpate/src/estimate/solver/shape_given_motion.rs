@@ -86,7 +86,7 @@ impl AddAssign<&Self> for ShapeGivenMotion {
 }
 
 /// The predicted s1, s2 and balance of an instant as linear functions of the coefficients.
-fn rows(instant: &Instant, psi: f64, order: usize) -> DMatrix<f64> {
+pub(crate) fn rows(instant: &Instant, psi: f64, order: usize) -> DMatrix<f64> {
     let layout = Layout::of_shape(order);
     let (theta1, theta2) = instant.contact_angles(psi);
     let mut rows = DMatrix::zeros(layout.unknowns(), 3);

@@ -1,9 +1,11 @@
 //! Validation of logs, starts and options before any computation.
 
 use super::{FEWEST_SAMPLES, MOST_HARMONICS};
+use crate::estimate::calibration::{constants, prior_sd};
 use crate::log::Log;
 use crate::reconstruct::options::ReconstructOptions;
 use crate::reconstruct::options::error::ReconstructError;
+use crate::sensor::{Calibration, Rig};
 use crate::shape::SupportFunction;
 
 pub(crate) fn check_log(log: &Log, options: &ReconstructOptions) -> Result<(), ReconstructError> {
@@ -17,7 +19,34 @@ pub(crate) fn check_log(log: &Log, options: &ReconstructOptions) -> Result<(), R
         return Err(ReconstructError::BadOption(text));
     }
     options.limits.check()?;
-    check_samples(log)
+    check_rig(&options.rig)?;
+    check_samples(log)?;
+    if options.rig.calibration == Calibration::default() {
+        return Ok(());
+    }
+    check_samples(&options.rig.calibration.corrected(log)).map_err(|error| match error {
+        ReconstructError::BadSample { sample, what } => {
+            ReconstructError::BadSample { sample, what: format!("corrected by the constants of the rig, {what}") }
+        }
+        other => other,
+    })
+}
+
+fn check_rig(rig: &Rig) -> Result<(), ReconstructError> {
+    let Rig { calibration, tolerances, .. } = rig;
+    let values = constants(calibration).into_iter().chain(calibration.scale).chain(calibration.surface_m);
+    if values.into_iter().any(|value| !value.is_finite() || value.abs() > LARGEST_VALUE) {
+        return Err(ReconstructError::BadOption("a constant of the rig is not a finite number".to_owned()));
+    }
+    if calibration.scale.into_iter().any(|scale| scale <= 0.0) {
+        return Err(ReconstructError::BadOption("the scale of a pad must be positive; 1 is without error".to_owned()));
+    }
+    let sds = prior_sd(tolerances).into_iter().chain(tolerances.scale_sd).chain(tolerances.surface_sd_m);
+    if sds.into_iter().any(|sd| !(0.0..LARGEST_VALUE).contains(&sd)) {
+        let text = "a standard deviation of the rig is negative or no number; 0 is exact".to_owned();
+        return Err(ReconstructError::BadOption(text));
+    }
+    Ok(())
 }
 
 pub(crate) fn check_harmonics(order: usize) -> Result<(), ReconstructError> {

@@ -53,6 +53,10 @@ pub struct CertificateLimits {
     /// Largest standard deviation of the difference between felt copies of a symmetric object: 0.01. Beyond, the copies say nothing of
     /// each other, and what is not felt would be a guess.
     pub symmetry_deviation: f64,
+    /// A constant of the rig may be off what the rig was stated to have by so many standard deviations: 3.
+    pub rig_off_sds: f64,
+    /// The constants of the rig may still move by so many standard deviations: 0.5.
+    pub rig_unsettled_sds: f64,
     /// Balance holds while its standard deviation is at most so many of the contact positions': 3 …
     pub balance_sensor_sds: f64,
     /// … or so many times `model_allowance`: 4.
@@ -80,6 +84,8 @@ impl Default for CertificateLimits {
             outliers: 0.1,
             tails: 2.0,
             symmetry_probability: 0.9,
+            rig_off_sds: 3.0,
+            rig_unsettled_sds: 0.5,
             symmetry_deviation: 0.01,
             balance_sensor_sds: BALANCE_SENSOR_SDS,
             balance_allowances: BALANCE_ALLOWANCES,

@@ -5,6 +5,7 @@ pub(crate) mod error;
 pub(crate) mod limits;
 pub(crate) mod method;
 
+use crate::sensor::Rig;
 use limits::CertificateLimits;
 use method::Method;
 
@@ -34,6 +35,8 @@ pub struct ReconstructOptions {
     pub method: Method,
     /// What the certificate asks.
     pub limits: CertificateLimits,
+    /// What is known of the rig; by default readings are taken as they are.
+    pub rig: Rig,
 }
 
 impl ReconstructOptions {
@@ -53,6 +56,12 @@ impl ReconstructOptions {
     #[must_use]
     pub fn with_method(self, method: Method) -> Self {
         Self { method, ..self }
+    }
+
+    /// The same with another rig.
+    #[must_use]
+    pub fn with_rig(self, rig: Rig) -> Self {
+        Self { rig, ..self }
     }
 
     /// The same with other limits of the certificate.

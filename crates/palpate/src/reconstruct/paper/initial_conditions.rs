@@ -310,6 +310,7 @@ impl<'a> Job<'a> {
             others: Vec::new(),
             sensor_sd_m: self.expected_m,
             balance_sd_m: (balance.iter().sum::<f64>() / balance.len().max(1) as f64).sqrt(),
+            calibration: None,
         })
     }
 

@@ -36,7 +36,9 @@ use crate::reconstruct::options::ReconstructOptions;
 use crate::reconstruct::options::error::ReconstructError;
 use crate::reconstruct::result::reconstruction::FoundSymmetry;
 use crate::reconstruct::search::schedule::Found;
+use crate::sensor::Calibration;
 use crate::shape::SupportFunction;
+use std::borrow::Cow;
 use std::f64::consts::TAU;
 use std::ops::Range;
 
@@ -109,8 +111,13 @@ fn few(relocated: usize, samples: usize) -> bool {
 }
 
 /// A log prepared for estimation, with what is known of its noise.
+#[derive(Clone)]
 pub(crate) struct Job<'a> {
-    pub log: &'a Log,
+    /// As the rig wrote it, and as a rig without errors had.
+    pub raw: &'a Log,
+    pub log: Cow<'a, Log>,
+    /// What lies between them.
+    pub calibration: Calibration,
     pub options: &'a ReconstructOptions,
     pub measurements: Measurements,
     /// Readings of a contact that were set aside as gross outliers.
@@ -188,14 +195,21 @@ impl Optimum {
 
 impl<'a> Job<'a> {
     pub(crate) fn new(log: &'a Log, options: &'a ReconstructOptions) -> Self {
-        let stated_m = options.sensor_sd_m.or_else(|| stated_noise_m(log));
-        let mut measurements = Measurements::new(log, stated_m);
+        Self::calibrated(log, options, options.rig.calibration)
+    }
+
+    /// The same with another calibration than the rig's.
+    pub(super) fn calibrated(raw: &'a Log, options: &'a ReconstructOptions, calibration: Calibration) -> Self {
+        let exact = calibration == Calibration::default();
+        let log = if exact { Cow::Borrowed(raw) } else { Cow::Owned(calibration.corrected(raw)) };
+        let stated_m = options.sensor_sd_m.or_else(|| stated_noise_m(&log));
+        let mut measurements = Measurements::new(&log, stated_m);
         let scatter_m = contact_scatter_m(&measurements);
         let outliers = set_outliers_aside(&mut measurements, scatter_m);
         let scatter_m = contact_scatter_m(&measurements);
         let size_m = measurements.size_m();
         let prior = Prior::new(size_m, PRIOR_SCALE * size_m);
-        Self { log, options, measurements, outliers, stated_m, scatter_m, prior }
+        Self { raw, log, calibration, options, measurements, outliers, stated_m, scatter_m, prior }
     }
 
     /// Takes one arrangement of the search to the optimum over all samples.

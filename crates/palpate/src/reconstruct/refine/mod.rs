@@ -1,5 +1,6 @@
 //! Refinement of one arrangement to the optimum over all samples (`docs/theory.md`, the search).
 
+pub(crate) mod calibrated;
 pub(crate) mod job;
 pub(crate) mod resample;
 pub(crate) mod restarts;

@@ -1,5 +1,6 @@
 //! The result of a reconstruction as plain data, its pruning by touches, and what the readings themselves say of the contacts.
 
+pub(crate) mod calibration;
 pub(crate) mod diagnostics;
 mod prune;
 pub(crate) mod reconstruction;

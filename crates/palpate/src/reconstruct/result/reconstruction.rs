@@ -2,6 +2,7 @@
 
 use crate::estimate::coverage::{LONGEST_SLIDE, nodes_between};
 use crate::mechanics::Jump;
+use crate::reconstruct::result::calibration::CalibrationEstimate;
 use crate::reconstruct::verdict::certificate::Findings;
 use crate::reconstruct::verdict::doubt::Verdict;
 use crate::shape::{SupportFunction, Symmetry};
@@ -47,6 +48,9 @@ pub struct Reconstruction {
     /// Standard deviation of the balance equation, metres.
     #[cfg_attr(feature = "serde", serde(with = "crate::number_or_null"))]
     pub balance_sd_m: f64,
+    /// What the log told of the rig; `None` where every constant of it is exact.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub calibration: Option<CalibrationEstimate>,
 }
 
 impl Reconstruction {

@@ -2,6 +2,7 @@
 //! (`docs/theory.md`, error bars).
 
 use super::certificate::Findings;
+use crate::estimate::calibration::{CalibrationPosterior, NAMES, constants, prior_sd};
 use crate::estimate::coverage::{NODES, completed, contact_paths, touches};
 use crate::estimate::evidence::jump_prior::excess;
 use crate::estimate::jumps::{DetectedJump, detect_jumps, jump_reversals};
@@ -18,7 +19,9 @@ use crate::math::statistics::{autocorrelation, correlation_time, typical_sd};
 use crate::mechanics::Jump;
 use crate::palms::PalmPair;
 use crate::reconstruct::options::limits::CertificateLimits;
+use crate::reconstruct::result::calibration::{CalibrationEstimate, ConstantEstimate};
 use crate::reconstruct::result::reconstruction::{FoundSymmetry, OutlinePoint, Pose, Reconstruction};
+use crate::sensor::{Calibration, Rig};
 use crate::shape::SupportFunction;
 use std::f64::consts::TAU;
 
@@ -70,6 +73,7 @@ pub(crate) fn assemble(
     mut fit: Fit,
     (ambiguity_rad, found_symmetry): (&[f64], FoundSymmetry),
     expected: Expected,
+    calibration: Option<(&CalibrationPosterior, Calibration, Rig)>,
     limits: &CertificateLimits,
 ) -> Option<Candidate> {
     // A mirror holds in the frame of the fit, so that error bars are evaluated there.
@@ -101,7 +105,13 @@ pub(crate) fn assemble(
     let of_sensor2: Vec<f64> = residuals_m.iter().filter_map(|both| both.1).collect();
     let inflation = 0.5 * (correlation_time(&of_sensor1) + correlation_time(&of_sensor2));
     let felt_there: Vec<f64> = felt.iter().map(|theta| theta - turned).collect();
-    let error_bars = ErrorBars::new(measurements, &in_own_frame, &felt_there, inflation)?;
+    let error_bars = ErrorBars::new(
+        measurements,
+        &in_own_frame,
+        &felt_there,
+        inflation,
+        calibration.map(|(posterior, ..)| posterior.open_constants()),
+    )?;
 
     let own_frame = |jump: &DetectedJump| DetectedJump {
         psi_before: jump.psi_before + turned,
@@ -109,7 +119,9 @@ pub(crate) fn assemble(
         ..*jump
     };
     let in_own: Vec<DetectedJump> = jumps.iter().map(own_frame).collect();
-    let log_posterior = fit.log_evidence - excess(measurements, &in_own_frame.estimate, &error_bars.factor()?, &in_own);
+    let of_constants = calibration.map_or(0.0, |(posterior, ..)| posterior.log_evidence());
+    let of_jumps = excess(measurements, &in_own_frame.estimate, &error_bars.factor()?, &in_own);
+    let log_posterior = fit.log_evidence + of_constants - of_jumps;
 
     let outline = outline(&shape, &counts, |theta| error_bars.r_sd_m(theta - turned));
     let angle_sd = angle_scatter_rad(measurements);
@@ -166,6 +178,8 @@ pub(crate) fn assemble(
         largest_felt_r_sd_m: outline.iter().filter(|p| p.touches > 0).map(|p| p.r_sd_m).fold(0.0, f64::max),
         readings: expected.outliers + of_sensor1.len() + of_sensor2.len(),
         outliers: expected.outliers,
+        furthest_constant: calibration.map(|(posterior, ..)| posterior.furthest()),
+        rig_unsettled_sds: calibration.map_or(0.0, |(posterior, ..)| posterior.distance_sds()),
         symmetry_deviation_sd_m: found_symmetry.deviation_sd_m,
         symmetry_probability: found_symmetry.probability.filter(|_| symmetry.is_any()),
     };
@@ -194,8 +208,32 @@ pub(crate) fn assemble(
         others: Vec::new(),
         sensor_sd_m: fit.noise.sensor_m,
         balance_sd_m: fit.noise.balance_m,
+        calibration: calibration.map(|(posterior, found, rig)| calibration_estimate(posterior, inflation, found, &rig)),
     };
     Some(Candidate { result, log_posterior })
+}
+
+/// What the log told of the rig.
+fn calibration_estimate(
+    posterior: &CalibrationPosterior,
+    inflation: f64,
+    found: Calibration,
+    rig: &Rig,
+) -> CalibrationEstimate {
+    let (values, sds, prior_sds) = (constants(&found), posterior.sd(inflation), prior_sd(&rig.tolerances));
+    let constant = |(index, name): (usize, &str)| ConstantEstimate {
+        name: name.to_owned(),
+        value: values[index],
+        sd: sds[index],
+        prior_sd: prior_sds[index],
+        stated: constants(&rig.calibration)[index],
+    };
+    CalibrationEstimate {
+        calibration: found,
+        constants: NAMES.iter().copied().enumerate().map(constant).collect(),
+        size_sd: rig.size_sd(),
+        offset_sd_m: rig.offset_sd_m(),
+    }
 }
 
 /// The boundary at [`NODES`] normal angles, felt as often as `counts` say, with the standard deviation of r at each.

@@ -60,6 +60,11 @@ pub struct Findings {
     pub symmetry_probability: Option<f64>,
     /// Standard deviation of the difference between felt copies of the same boundary, metres; `None` where it has none.
     pub symmetry_deviation_sd_m: Option<f64>,
+    /// The constant of the rig that the log has furthest from what the rig was stated to have, and how far, in standard deviations of the
+    /// statement; `None` where every constant is exact.
+    pub furthest_constant: Option<(String, f64)>,
+    /// By how much the constants of the rig would still move, in standard deviations.
+    pub rig_unsettled_sds: f64,
 }
 
 /// Share of outliers that a refusal for other reasons mentions: so many leave some behind that are not as gross, and are not seen.
@@ -140,6 +145,12 @@ impl Findings {
                 doubts.push(Doubt::UncertainSymmetry { probability, deviation_sd_m });
             }
         }
+        if let Some((constant, off_sds)) = self.furthest_constant.clone().filter(|(_, off)| *off > limits.rig_off_sds) {
+            doubts.push(Doubt::UnlikelyRig { constant, off_sds });
+        }
+        if self.rig_unsettled_sds > limits.rig_unsettled_sds {
+            doubts.push(Doubt::UnsettledRig { sds: self.rig_unsettled_sds });
+        }
         doubts
     }
 }
@@ -176,6 +187,8 @@ mod tests {
             outliers: 0,
             symmetry_probability: None,
             symmetry_deviation_sd_m: None,
+            furthest_constant: None,
+            rig_unsettled_sds: 0.0,
         }
     }
 
@@ -338,5 +351,17 @@ mod tests {
         assert!(limits.check().is_err_and(|error| error.to_string().contains("chi2_sds")));
         limits.chi2_sds = f64::NAN;
         assert!(limits.check().is_err());
+    }
+
+    #[test]
+    fn a_constant_of_the_rig_that_is_far_from_its_statement_is_a_doubt() {
+        let at = |off_sds| Findings { furthest_constant: Some(("s1_zero_m".to_owned(), off_sds)), ..sound() };
+        crosses(&at(2.99), &at(3.01), &Doubt::UnlikelyRig { constant: "s1_zero_m".to_owned(), off_sds: 3.01 });
+    }
+
+    #[test]
+    fn constants_that_still_move_are_a_doubt() {
+        let at = |rig_unsettled_sds| Findings { rig_unsettled_sds, ..sound() };
+        crosses(&at(0.49), &at(0.51), &Doubt::UnsettledRig { sds: 0.51 });
     }
 }

@@ -106,6 +106,20 @@ pub enum Doubt {
         #[cfg_attr(feature = "serde", serde(with = "crate::number_or_null"))]
         deviation_sd_m: f64,
     },
+    /// A constant of the rig came out far from what the rig was stated to have.
+    UnlikelyRig {
+        /// Which, with its unit.
+        constant: String,
+        /// How far, in standard deviations of the statement.
+        #[cfg_attr(feature = "serde", serde(with = "crate::number_or_null"))]
+        off_sds: f64,
+    },
+    /// The constants of the rig did not come to an optimum.
+    UnsettledRig {
+        /// By how much they would still move, in standard deviations.
+        #[cfg_attr(feature = "serde", serde(with = "crate::number_or_null"))]
+        sds: f64,
+    },
     /// Several objects explain the log equally well.
     Alternatives {
         /// How many.
@@ -226,6 +240,15 @@ impl fmt::Display for Doubt {
                  only (one standard deviation): feel more of it twice",
                 100.0 * probability,
                 1e3 * deviation_sd_m
+            ),
+            Self::UnlikelyRig { constant, off_sds } => write!(
+                f,
+                "by the log, {constant} of the rig is {off_sds:.1} standard deviations from what the rig is said to have: measure it, or \
+                 state a larger tolerance; else palms are swapped, or a unit, sign or base is wrong"
+            ),
+            Self::UnsettledRig { sds } => write!(
+                f,
+                "the constants of the rig did not come to an optimum (they still move by {sds:.1} standard deviations): state them better"
             ),
             Self::Alternatives { objects } => write!(
                 f,

@@ -1,0 +1,35 @@
+//! What a log told of the rig that wrote it: plain data.
+
+use crate::sensor::Calibration;
+
+/// The calibration constants that a log told, and what none can tell.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct CalibrationEstimate {
+    /// The constants that the readings were corrected by.
+    pub calibration: Calibration,
+    /// Each constant that a log may tell.
+    pub constants: Vec<ConstantEstimate>,
+    /// Relative standard deviation of the size of the object, from the tolerance of what both pads' scales have in common. The standard
+    /// deviations of r, ψ and the centre of mass are those for the stated scale and surface offset.
+    pub size_sd: f64,
+    /// Standard deviation of a parallel shift of the boundary, metres, from that of what both surface offsets have in common.
+    pub offset_sd_m: f64,
+}
+
+/// One calibration constant.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct ConstantEstimate {
+    /// `s1_zero_m`, `s2_zero_m`, `scale_ratio` (scale 1 − scale 2), `phi1_zero_rad`, `phi2_zero_rad`, `surface_difference_m`
+    /// (1 − 2) or `clock_offset_s`; the unit is that of the name.
+    pub name: String,
+    /// What was found.
+    pub value: f64,
+    /// Its standard deviation; that of the prior where the log tells nothing.
+    pub sd: f64,
+    /// What the rig was stated to have.
+    pub stated: f64,
+    /// The standard deviation of that.
+    pub prior_sd: f64,
+}
