@@ -338,3 +338,67 @@ fn boundary_felt_too_few_times_is_left_out_and_diagnostics_are_written() {
     assert_eq!(again.code, Some(0), "{}", again.stderr);
     assert_eq!(names(&out), RESULT_FILES);
 }
+
+/// A log as another rig writes it: palm 2 counts clockwise, pad 1 from its tip, 0.2 m away.
+fn as_another_rig_writes_it(log: &str) -> String {
+    let mut lines = log.lines();
+    let header = lines.next().expect("a header");
+    let names: Vec<&str> = header.split(',').collect();
+    let turned = |(name, cell): (&&str, &str)| match (*name, cell.parse::<f64>()) {
+        ("phi2_rad", Ok(phi2)) => format!("{}", -phi2),
+        ("s1_m", Ok(s1)) => format!("{}", 0.2 - s1),
+        ("s1_mm", Ok(s1)) => format!("{}", 200.0 - s1),
+        _ => cell.to_owned(),
+    };
+    let rows = lines.map(|line| names.iter().zip(line.split(',')).map(turned).collect::<Vec<String>>().join(","));
+    std::iter::once(header.to_owned()).chain(rows).collect::<Vec<String>>().join("\n")
+}
+
+const RIG: &str = "\
+[palm1]
+direction = \"to_base\"
+length_mm = 200
+zero_sd_mm = 0.3
+[angles]
+sign2 = -1
+";
+
+#[test]
+fn a_rig_file_says_how_the_rig_counts_and_what_is_not_known_of_it() {
+    let dir = folder();
+    let log = fs::read_to_string(example("pebble_full_turn_mujoco_sensor.csv")).expect("an example");
+    fs::write(dir.path().join("log.csv"), as_another_rig_writes_it(&log)).expect("written");
+    fs::write(dir.path().join("rig.toml"), RIG).expect("written");
+    let truth = example("pebble_full_turn_mujoco_sensor.truth");
+    let ran =
+        palpate(dir.path(), &["reconstruct", "log.csv", "--rig", "rig.toml", "-o", "out", "--truth", text(&truth)]);
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    assert!(ran.stdout.contains("size    is known to 0.7 %") && ran.stdout.contains("s1 zero "), "{}", ran.stdout);
+    let summary = summary(&dir.path().join("out"));
+    assert!(error_mm(&summary) < 0.05, "{}", error_mm(&summary));
+    let zero = &summary["calibration"]["s1_zero_m"];
+    assert_eq!(zero["prior_sd"].as_f64(), Some(3e-4));
+    assert!(zero["sd"].as_f64().expect("a number") < 1e-4);
+    // Without the rig file the line says what is wrong with it.
+    let ran = palpate(dir.path(), &["reconstruct", "log.csv", "-o", "without"]);
+    assert_eq!(ran.code, Some(2));
+    assert!(ran.stderr.contains("line 2"), "{}", ran.stderr);
+}
+
+#[test]
+fn a_rig_file_is_printed_and_checked() {
+    let dir = folder();
+    let ran = palpate(dir.path(), &["rig", "--template"]);
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    fs::write(dir.path().join("rig.toml"), &ran.stdout).expect("written");
+    let checked = palpate(dir.path(), &["rig", "rig.toml"]);
+    assert_eq!(checked.code, Some(0), "{}", checked.stderr);
+    assert!(checked.stdout.contains("zero_sd_m = 0.0005"), "{}", checked.stdout);
+    fs::write(dir.path().join("wrong.toml"), "[palm1]\nzero_m = 5\n").expect("written");
+    for arguments in [&["rig", "wrong.toml"][..], &["reconstruct", "log.csv", "--rig", "wrong.toml"]] {
+        let refused = palpate(dir.path(), arguments);
+        assert_eq!(refused.code, Some(2));
+        assert!(refused.stderr.contains("wrong.toml, line 2, key palm1.zero_m"), "{}", refused.stderr);
+    }
+    assert_eq!(palpate(dir.path(), &["rig"]).code, Some(2));
+}

@@ -489,6 +489,7 @@ impl ResultData {
             others: others.iter().map(|other| (*other.found).clone()).collect(),
             sensor_sd_m,
             balance_sd_m,
+            calibration: None,
         };
         Ok(Self::of(py, found, log, seconds))
     }
