@@ -45,7 +45,7 @@ impl Arguments {
 }
 
 /// Every limit, in the order of the table.
-const NAMES: [&str; 21] = [
+const NAMES: [&str; 23] = [
     "model_allowance",
     "chi2_sds",
     "chi2_excess_stated",
@@ -65,6 +65,8 @@ const NAMES: [&str; 21] = [
     "tails",
     "symmetry_probability",
     "symmetry_deviation",
+    "rig_off_sds",
+    "rig_unsettled_sds",
     "balance_sensor_sds",
     "balance_allowances",
 ];
