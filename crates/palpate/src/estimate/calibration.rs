@@ -89,8 +89,14 @@ pub(crate) struct CalibrationPosterior {
     own: Matrix,
     /// dψᵢ = slopeᵢ · dc, the shape held.
     psi_slopes: Vec<[f64; CONSTANTS]>,
+    /// Derivatives of the weighted residuals of each sample by the constants, its orientation eliminated.
+    by_constants: Vec<[[f64; CONSTANTS]; 3]>,
+    /// How the shape follows the constants: −dx/dc.
+    shape_slopes: DMatrix<f64>,
     /// Information of the log alone, shape eliminated, in units of the prior standard deviations.
     information: Matrix,
+    /// The same, as far as the residuals bear it out.
+    borne_out: Matrix,
     /// The gradient of the log's cost likewise.
     gradient: Vector,
     prior_sd: Vector,
@@ -118,6 +124,7 @@ impl CalibrationPosterior {
         let mut by_shape = DMatrix::zeros(coefficients.len(), CONSTANTS);
         let (mut own, mut gradient) = (Matrix::zeros(), Vector::zeros());
         let mut psi_slopes = Vec::with_capacity(measurements.len());
+        let mut projected_by_constants = Vec::with_capacity(measurements.len());
         for (index, (instant, &psi)) in measurements.instants.iter().zip(&fit.estimate.psi).enumerate() {
             let sample = &log.samples[index];
             let at = contacts(instant, coefficients, psi);
@@ -136,8 +143,10 @@ impl CalibrationPosterior {
                 std::array::from_fn(|c| -(0..3).map(|j| by_psi[j] * by_constants[j][c]).sum::<f64>() / information);
             // With ψ eliminated: J'(1 − j jᵀ/(jᵀj + p)) J.
             let of_shape = rows(instant, psi, fit.order);
+            let projected: [[f64; CONSTANTS]; 3] =
+                std::array::from_fn(|j| std::array::from_fn(|c| by_constants[j][c] + by_psi[j] * slopes[c]));
             for c in 0..CONSTANTS {
-                let projected: [f64; 3] = std::array::from_fn(|j| by_constants[j][c] + by_psi[j] * slopes[c]);
+                let projected: [f64; 3] = std::array::from_fn(|j| projected[j][c]);
                 gradient[c] += (0..3).map(|j| projected[j] * value[j]).sum::<f64>();
                 for other in 0..CONSTANTS {
                     own[(c, other)] += (0..3).map(|j| projected[j] * by_constants[j][other]).sum::<f64>();
@@ -147,6 +156,7 @@ impl CalibrationPosterior {
                 }
             }
             psi_slopes.push(slopes);
+            projected_by_constants.push(projected);
         }
         let smoother = Smoother::new(measurements, fit.order, fit.noise, fit.prior).strictly_convex();
         let normal = smoother.linearise(coefficients, &fit.estimate.psi);
@@ -158,7 +168,49 @@ impl CalibrationPosterior {
         let off = (Vector::from(constants(calibration)) - stated)
             .zip_map(&prior_sd, |off, sd| if sd > 0.0 { off / sd } else { 0.0 });
         let gradient = reduced.component_mul(&prior_sd);
-        Some(Self { by_shape, own, psi_slopes, information, gradient, prior_sd, off })
+        Some(Self {
+            by_shape,
+            own,
+            psi_slopes,
+            by_constants: projected_by_constants,
+            shape_slopes: solved,
+            information,
+            borne_out: information,
+            gradient,
+            prior_sd,
+            off,
+        })
+    }
+
+    /// The same with no more information along any direction than the scatter of the residuals bears out: errors of the readings that are not
+    /// those of the model (palm angles that are noisy move both contacts and the balance of a sample at once) make the gradient scatter more
+    /// than its information says.
+    pub fn borne_out_by(mut self, measurements: &Measurements, fit: &Fit) -> Self {
+        let mut scatter = Matrix::zeros();
+        let instants = measurements.instants.iter().zip(&fit.estimate.psi);
+        for ((instant, &psi), by_constants) in instants.zip(&self.by_constants) {
+            let value = combine(instant, contacts(instant, &fit.estimate.coefficients, psi)).value;
+            let weights = fit.noise.weights(instant);
+            let mut gradient = Vector::zeros();
+            for (j, row) in rows(instant, psi, fit.order).column_iter().enumerate() {
+                let of_shape = self.shape_slopes.tr_mul(&row);
+                for c in 0..CONSTANTS {
+                    gradient[c] += (by_constants[j][c] - weights[j] * of_shape[c]) * weights[j] * value[j];
+                }
+            }
+            let gradient = gradient.component_mul(&self.prior_sd);
+            scatter += gradient * gradient.transpose();
+        }
+        let eigen = self.information.symmetric_eigen();
+        let roots = eigen.eigenvalues.map(|gain| gain.max(0.0).sqrt());
+        let inverse = roots.map(|root| if root > 0.0 { 1.0 / root } else { 0.0 });
+        let unit = eigen.eigenvectors * Matrix::from_diagonal(&inverse);
+        let excess = (unit.transpose() * scatter * unit).symmetric_eigen();
+        let kept = excess.eigenvalues.map(|excess| 1.0 / excess.max(1.0));
+        let back = eigen.eigenvectors * Matrix::from_diagonal(&roots) * excess.eigenvectors;
+        self.borne_out = back * Matrix::from_diagonal(&kept) * back.transpose();
+        if std::env::var("DBG").is_ok() { eprintln!("excess {:.2?} of {:.2?}", excess.eigenvalues.as_slice(), eigen.eigenvalues.as_slice()); }
+        self
     }
 
     /// The change of the constants to their optimum along the directions that the log tells, in units of the priors.
@@ -191,7 +243,7 @@ impl CalibrationPosterior {
     /// Posterior standard deviations of the constants; `inflation` multiplies the variance of the readings (correlated errors of neighbouring
     /// samples).
     pub fn sd(&self, inflation: f64) -> [f64; CONSTANTS] {
-        let with_prior = self.information / inflation + Matrix::identity();
+        let with_prior = self.borne_out / inflation + Matrix::identity();
         let covariance = with_prior.try_inverse().unwrap_or_else(Matrix::identity);
         std::array::from_fn(|c| covariance[(c, c)].max(0.0).sqrt() * self.prior_sd[c])
     }
@@ -204,9 +256,8 @@ impl CalibrationPosterior {
 
     /// Covariance of the constants given the shape.
     fn covariance_given_shape(&self) -> DMatrix<f64> {
-        let with_prior = Matrix::from_fn(|i, j| {
-            self.own[(i, j)] * self.prior_sd[i] * self.prior_sd[j] + f64::from(u8::from(i == j))
-        });
+        let own = Matrix::from_fn(|i, j| self.own[(i, j)] * self.prior_sd[i] * self.prior_sd[j]);
+        let with_prior = own + (self.borne_out - self.information) + Matrix::identity();
         let inverse = with_prior.try_inverse().unwrap_or_else(Matrix::identity);
         let covariance = |i: usize, j: usize| inverse[(i, j)] * self.prior_sd[i] * self.prior_sd[j];
         DMatrix::from_fn(CONSTANTS, CONSTANTS, covariance)

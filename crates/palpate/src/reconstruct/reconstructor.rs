@@ -159,9 +159,8 @@ impl<'a> Reconstructor<'a> {
         let mut explored = Explored::default();
         let mut failure = None;
         schedule::search(
-            &job.measurements,
-            job.search_scatter_m(),
-            job.prior,
+            &job.readings(),
+            &|found| job.corrected(found),
             &|share| self.tell("searching for arrangements", 0.9 * share),
             &mut |found| {
                 if explored.contains(&found, 0) {
@@ -224,7 +223,13 @@ impl<'a> Reconstructor<'a> {
     fn refined(job: &Job, shape: &SupportFunction, psi: Vec<f64>) -> Result<Candidate, ReconstructError> {
         let ranges = segments(&job.measurements, job.scatter_m);
         let estimate = Estimate { coefficients: starting_coefficients(shape, job.scatter_m), psi, cost: 0.0 };
-        let found = Found { thin: job.measurements.clone(), ranges, estimates: vec![estimate] };
+        let found = Found {
+            calibration: job.calibration,
+            tolerance_m: job.readings().tolerance_m,
+            thin: job.measurements.clone(),
+            ranges,
+            estimates: vec![estimate],
+        };
         let solved = job.solve(&found, 0)?;
         job.assemble(solved)
     }

@@ -67,7 +67,7 @@ impl Candidate {
 
 impl Job<'_> {
     /// The result of a refined arrangement.
-    pub fn assemble(&self, Solved { job, refined }: Solved) -> Result<Candidate, ReconstructError> {
+    pub fn assemble(&self, Solved { job, refined, .. }: Solved) -> Result<Candidate, ReconstructError> {
         let job = job.as_ref().unwrap_or(self);
         let expected = Expected { stated_m: job.stated_m, scatter_m: job.scatter_m, outliers: job.outliers };
         let found = (&refined.ambiguity_rad[..], refined.symmetry);
@@ -83,8 +83,7 @@ impl Job<'_> {
         let mut first = self.solve(found, 0)?;
         let period = first.refined.fine.prior.symmetry.period_rad();
         let alternatives = alternatives(&found.thin, &found.estimates, &first.refined.coarse, period);
-        let as_likely = std::mem::take(&mut first.refined.as_likely);
-        let as_likely: Vec<Solved> = as_likely.into_iter().map(|refined| first.with(refined)).collect();
+        let as_likely = std::mem::take(&mut first.as_likely);
         let mut results = vec![self.assemble(first)?];
         explored.add(&results[0]);
         for other in as_likely.into_iter().filter_map(|other| self.assemble(other).ok()) {

@@ -49,15 +49,8 @@ pub struct CalibrationRows {
 impl Calibration {
     /// The log that a rig without errors had written.
     pub fn corrected(&self, log: &Log) -> Log {
-        let rates = if self.clock_offset_s == 0.0 { Vec::new() } else { palm_rates_rad_per_s(log) };
         let correct = |(index, sample): (usize, &Sample)| {
-            let [rate1, rate2] = rates.get(index).copied().unwrap_or_default();
-            let late = PalmPair {
-                phi1_rad: sample.palms.phi1_rad - self.clock_offset_s * rate1,
-                phi2_rad: sample.palms.phi2_rad - self.clock_offset_s * rate2,
-                ..sample.palms
-            };
-            let palms = self.palms(&late);
+            let palms = self.palms(&palms_later(log, index, -self.clock_offset_s));
             let shift = self.surface_shift_m(&palms);
             let position = |palm: usize, reading: Option<f64>| reading.map(|s| self.position_m(palm, s) - shift[palm]);
             let sd = |palm: usize, sd_m: Option<f64>| sd_m.map(|sd_m| sd_m / self.scale[palm]);
@@ -75,18 +68,14 @@ impl Calibration {
 
     /// The log that this rig writes where one without errors had written `log`.
     pub fn distorted(&self, log: &Log) -> Log {
-        let rates = palm_rates_rad_per_s(log);
-        let distort = |(sample, [rate1, rate2]): (&Sample, [f64; 2])| {
+        let distort = |(index, sample): (usize, &Sample)| {
             let shift = self.surface_shift_m(&sample.palms);
             let [zero1, zero2] = self.angle_zero_rad;
             let reading =
                 |palm: usize, s: Option<f64>| s.map(|s| self.scale[palm] * (s + shift[palm]) + self.zero_m[palm]);
             let sd = |palm: usize, sd_m: Option<f64>| sd_m.map(|sd_m| sd_m * self.scale[palm]);
-            let palms = PalmPair {
-                phi1_rad: sample.palms.phi1_rad + self.clock_offset_s * rate1 + zero1,
-                phi2_rad: sample.palms.phi2_rad + self.clock_offset_s * rate2 + zero2,
-                ..sample.palms
-            };
+            let later = palms_later(log, index, self.clock_offset_s);
+            let palms = PalmPair { phi1_rad: later.phi1_rad + zero1, phi2_rad: later.phi2_rad + zero2, ..later };
             Sample {
                 palms,
                 s1_m: reading(0, sample.s1_m),
@@ -96,7 +85,7 @@ impl Calibration {
                 ..*sample
             }
         };
-        Log { samples: log.samples.iter().zip(rates).map(distort).collect() }
+        Log { samples: log.samples.iter().enumerate().map(distort).collect() }
     }
 
     /// The palms as they stand, from their readings.
@@ -138,6 +127,34 @@ impl Calibration {
         }
     }
 }
+
+/// The palms so many seconds after a sample: the cubic through the four samples around that time, which for a motion that changes its
+/// rate is far better than the rate times the time.
+fn palms_later(log: &Log, index: usize, later_s: f64) -> PalmPair {
+    let samples = &log.samples;
+    let palms = samples[index].palms;
+    if later_s == 0.0 {
+        return palms;
+    }
+    let time_s = samples[index].time_s + later_s;
+    let after = samples.partition_point(|sample| sample.time_s < time_s);
+    let first = after.saturating_sub(AROUND / 2).min(samples.len().saturating_sub(AROUND));
+    let around = &samples[first..(first + AROUND).min(samples.len())];
+    // A log that ends there holds its last angles.
+    let (Some(from), Some(to)) = (around.first(), around.last()) else { return palms };
+    let time_s = time_s.clamp(from.time_s, to.time_s);
+    let (mut phi1_rad, mut phi2_rad) = (0.0, 0.0);
+    for (k, at) in around.iter().enumerate() {
+        let others = around.iter().enumerate().filter(|(other, _)| *other != k).map(|(_, other)| other.time_s);
+        let share: f64 = others.map(|other_s| (time_s - other_s) / (at.time_s - other_s)).product();
+        phi1_rad += share * at.palms.phi1_rad;
+        phi2_rad += share * at.palms.phi2_rad;
+    }
+    PalmPair { phi1_rad, phi2_rad, ..palms }
+}
+
+/// Samples that a cubic goes through.
+const AROUND: usize = 4;
 
 /// Rates of the angles φ₁ and φ₂ of each sample, radians per second: from the sample before to the one after.
 pub(crate) fn palm_rates_rad_per_s(log: &Log) -> Vec<[f64; 2]> {

@@ -4,12 +4,17 @@
 use super::job::{Job, Refined};
 use super::resample::carry_over;
 use crate::estimate::calibration::{CONSTANTS, CalibrationPosterior, prior_sd};
+use crate::estimate::measurements::Measurements;
 use crate::estimate::model::layout::Layout;
 use crate::estimate::model::noise::Noise;
 use crate::estimate::solver::gauss_newton::{Estimate, Fit, Smoother, StoppingCriteria};
 use crate::reconstruct::options::error::ReconstructError;
-use crate::reconstruct::search::schedule::Found;
+use crate::log::Log;
+use crate::reconstruct::search::problem::Corrected;
+use crate::reconstruct::search::schedule::{Found, Readings};
 use crate::reconstruct::search::segments::segments;
+use crate::sensor::Calibration;
+use crate::sensor::calibration::palm_rates_rad_per_s;
 
 /// What errors of the rig leave in the contact positions once a shape has adapted to them, as a share of the errors.
 const LEFT: f64 = 0.25;
@@ -21,21 +26,19 @@ const SHARPER: f64 = 0.5;
 /// Effort of the smoother in each of them.
 const EFFORT: StoppingCriteria = StoppingCriteria { iterations: 15, tolerance: 1e-5 };
 
-/// Refinements with better constants at most, and the change of any direction, in standard deviations, that is none.
-const RECALIBRATIONS: usize = 4;
+/// Refinements with better constants at most; each costs as much as that of a calibrated log.
+const REFINEMENTS: usize = 4;
+
+/// Change of the constants along any direction, in standard deviations, that leaves motion and number of harmonics; and one that is none.
+const SAME_SDS: f64 = 1.0;
 const SETTLED_SDS: f64 = 0.1;
 
 /// An arrangement at its optimum, and the job with the calibration that was estimated with it; `None` = as the rig was stated.
 pub(crate) struct Solved<'a> {
     pub job: Option<Job<'a>>,
     pub refined: Refined,
-}
-
-impl Solved<'_> {
-    /// Another optimum with the same calibration.
-    pub fn with(&self, refined: Refined) -> Self {
-        Self { job: self.job.clone(), refined }
-    }
+    /// Others with a part of the log at another rotation that are about as likely.
+    pub as_likely: Vec<Self>,
 }
 
 impl<'a> Job<'a> {
@@ -44,46 +47,89 @@ impl<'a> Job<'a> {
         prior_sd(&self.options.rig.tolerances) != [0.0; CONSTANTS]
     }
 
-    /// Standard deviation of a contact position for the search, which knows nothing of the rig's errors: metres.
-    pub fn search_scatter_m(&self) -> f64 {
-        if !self.is_open() {
-            return self.scatter_m;
-        }
-        let [zero1, zero2, ratio, angle1, angle2, surface, _] = prior_sd(&self.options.rig.tolerances);
+    /// What the search begins with.
+    pub fn readings(&self) -> Readings<'_> {
+        let tolerance_m = self.tolerance_m(&prior_sd(&self.options.rig.tolerances));
+        let Self { calibration, ref measurements, scatter_m, prior, .. } = *self;
+        Readings { calibration, measurements, scatter_m, tolerance_m, prior }
+    }
+
+    /// Standard deviation of a contact position for a search that knows the constants of the rig to these standard deviations: metres.
+    fn tolerance_m(&self, sd: &[f64; CONSTANTS]) -> f64 {
+        let [zero1, zero2, ratio, angle1, angle2, surface, clock] = *sd;
         let far_m = 2.0 * self.prior.size_m;
-        let errors = [zero1, zero2, far_m * ratio, far_m * angle1, far_m * angle2, surface];
+        let rates = palm_rates_rad_per_s(self.raw);
+        let squares = rates.iter().map(|[rate1, rate2]| rate1 * rate1 + rate2 * rate2).sum::<f64>();
+        let rate = (squares / rates.len().max(1) as f64).sqrt();
+        let errors = [zero1, zero2, far_m * ratio, far_m * angle1, far_m * angle2, surface, far_m * rate * clock];
         errors.into_iter().fold(self.scatter_m, |sum, error| sum.hypot(LEFT * error))
+    }
+
+    /// The readings as a part of the log corrects them.
+    pub fn corrected(&self, found: &Found) -> Option<Corrected> {
+        let (calibration, posterior) = self.roughly_calibrated(found, 0)?;
+        let tolerance_m = self.tolerance_m(&posterior.sd(1.0));
+        let measurements = Self::calibrated(self.raw, self.options, calibration).measurements;
+        Some(Corrected { calibration, measurements, tolerance_m })
     }
 
     /// Takes one arrangement of the search to the optimum over all samples, the open constants of the rig included.
     pub fn solve(&self, found: &Found, arrangement: usize) -> Result<Solved<'a>, ReconstructError> {
         if !self.is_open() {
-            return Ok(Solved { job: None, refined: self.refine(found, arrangement)? });
+            let mut refined = self.refine(found, arrangement)?;
+            let as_likely = std::mem::take(&mut refined.as_likely);
+            let same_rig = |refined| Solved { job: None, refined, as_likely: Vec::new() };
+            return Ok(Solved { as_likely: as_likely.into_iter().map(same_rig).collect(), ..same_rig(refined) });
         }
-        let mut job = self.roughly_calibrated(found, arrangement)?;
+        let (calibration, _) = self.roughly_calibrated(found, arrangement).ok_or(ReconstructError::NotSolvable)?;
+        let mut job = Self::calibrated(self.raw, self.options, calibration);
         let mut refined = job.refine(found, arrangement)?;
-        for _ in 0..RECALIBRATIONS {
-            // The constants of a wrong arrangement say nothing.
-            if !refined.settled {
-                break;
+        for _ in 0..REFINEMENTS {
+            let as_likely = std::mem::take(&mut refined.as_likely);
+            let (solved, moved_sds) = job.with_constants(refined);
+            if moved_sds < SAME_SDS {
+                let of_others = |other| job.with_constants(other).0;
+                return Ok(Solved { as_likely: as_likely.into_iter().map(of_others).collect(), ..solved });
             }
-            let Some(posterior) = job.calibration_posterior(&refined) else { break };
-            if posterior.distance_sds() < SETTLED_SDS {
+            // Other constants may have another motion and number of harmonics.
+            job = solved.job.unwrap_or(job);
+            let (calibration, thin) = (job.calibration, job.measurements.clone());
+            let ranges = segments(&thin, job.scatter_m);
+            let estimates = vec![solved.refined.fine.estimate];
+            refined = job.refine(&Found { calibration, tolerance_m: job.scatter_m, thin, ranges, estimates }, 0)?;
+        }
+        Ok(job.with_constants(refined).0)
+    }
+
+    /// The constants at their optimum, with the motion near that of an optimum of all else and its number of harmonics; and how far they were
+    /// from it, in standard deviations.
+    fn with_constants(&self, mut refined: Refined) -> (Solved<'a>, f64) {
+        let (mut job, mut moved_sds) = (self.clone(), 0.0_f64);
+        // The constants of a wrong arrangement say nothing.
+        for round in 0..if refined.settled { ROUNDS } else { 0 } {
+            let Some(posterior) = job.posterior_of(&refined.measurements, &refined.fine) else { break };
+            let distance_sds = posterior.distance_sds();
+            if round == 0 {
+                moved_sds = distance_sds;
+            }
+            if distance_sds < SETTLED_SDS {
                 break;
             }
             let better = job.improved(&posterior);
-            let estimate = refined.fine.estimate.clone();
-            let ranges = segments(&better.measurements, better.scatter_m);
-            let found = Found { thin: better.measurements.clone(), ranges, estimates: vec![estimate] };
-            refined = better.refine(&found, 0)?;
-            job = better;
+            let Some(again) = better.refitted(&refined) else { break };
+            (job, refined) = (better, again);
         }
-        Ok(Solved { job: Some(job), refined })
+        (Solved { job: Some(job), refined, as_likely: Vec::new() }, moved_sds)
     }
 
     /// What the log says of the constants at an optimum; `None` where none is open.
     pub fn calibration_posterior(&self, refined: &Refined) -> Option<CalibrationPosterior> {
-        CalibrationPosterior::new(&self.log, &refined.measurements, &refined.fine, &self.options.rig, &self.calibration)
+        let Refined { measurements, fine, .. } = refined;
+        Some(self.posterior_of(measurements, fine)?.borne_out_by(measurements, fine))
+    }
+
+    fn posterior_of(&self, measurements: &Measurements, fit: &Fit) -> Option<CalibrationPosterior> {
+        CalibrationPosterior::new(&self.log, measurements, fit, &self.options.rig, &self.calibration)
     }
 
     /// The same job with the constants at their optimum.
@@ -92,29 +138,32 @@ impl<'a> Job<'a> {
         Self::calibrated(self.raw, self.options, calibration)
     }
 
-    /// With the constants that an arrangement of the search suggests.
-    fn roughly_calibrated(&self, found: &Found, arrangement: usize) -> Result<Self, ReconstructError> {
-        let start = found.estimates.get(arrangement).ok_or(ReconstructError::NotSolvable)?;
-        let order = Layout::of_coefficients(&start.coefficients).order;
-        let psi = carry_over(&found.thin, &start.psi, &start.coefficients, &self.measurements, &found.ranges);
-        let mut estimate = Estimate { psi, ..start.clone() };
-        let mut job = Self::calibrated(self.raw, self.options, self.calibration);
-        let mut noise_m = self.search_scatter_m();
-        for _ in 0..ROUNDS {
-            let mut arranged = job.measurements.clone();
-            let is_arranged = |index: usize| found.ranges.iter().any(|range| range.contains(&index));
-            let others = arranged.instants.iter_mut().enumerate().filter(|(index, _)| !is_arranged(*index));
-            others.for_each(|(_, instant)| instant.set_aside());
-            let noise = Noise { sensor_m: noise_m, balance_m: noise_m };
-            estimate =
-                Smoother::new(&arranged, order, noise, self.prior).run(estimate.coefficients, estimate.psi, EFFORT);
-            let fit = Fit { estimate: estimate.clone(), order, noise, prior: self.prior, log_evidence: 0.0 };
-            let rig = &self.options.rig;
-            let posterior = CalibrationPosterior::new(&job.log, &arranged, &fit, rig, &job.calibration)
-                .ok_or(ReconstructError::NotSolvable)?;
-            job = job.improved(&posterior);
-            noise_m = (SHARPER * noise_m).max(job.scatter_m);
+    /// The constants that an arrangement of the search suggests, and how well it tells them; `None` where none is open, or it tells nothing.
+    fn roughly_calibrated(&self, found: &Found, arrangement: usize) -> Option<(Calibration, CalibrationPosterior)> {
+        if !self.is_open() {
+            return None;
         }
-        Ok(job)
+        let start = found.estimates.get(arrangement)?;
+        let order = Layout::of_coefficients(&start.coefficients).order;
+        let is_arranged = |index: usize| found.ranges.iter().any(|range| range.contains(&index));
+        let indices = || (0..self.raw.samples.len()).filter(|&index| is_arranged(index));
+        let raw = Log { samples: indices().map(|index| self.raw.samples[index]).collect() };
+        let arranged = Measurements { instants: indices().map(|index| self.measurements.instants[index]).collect() };
+        let psi = carry_over(&found.thin, &start.psi, &start.coefficients, &arranged, &found.ranges);
+        let mut estimate = Estimate { psi, ..start.clone() };
+        let mut job = Job::calibrated(&raw, self.options, found.calibration);
+        let mut noise_m = found.tolerance_m;
+        let mut last = None;
+        for _ in 0..ROUNDS {
+            let noise = Noise { sensor_m: noise_m, balance_m: noise_m };
+            let smoother = Smoother::new(&job.measurements, order, noise, self.prior);
+            estimate = smoother.run(estimate.coefficients, estimate.psi, EFFORT);
+            let fit = Fit { estimate: estimate.clone(), order, noise, prior: self.prior, log_evidence: 0.0 };
+            let posterior = job.posterior_of(&job.measurements, &fit)?;
+            job = Job::calibrated(&raw, self.options, job.improved(&posterior).calibration);
+            last = Some((job.calibration, posterior));
+            noise_m = (SHARPER * noise_m).max(self.scatter_m);
+        }
+        last
     }
 }

@@ -429,6 +429,16 @@ impl<'a> Job<'a> {
         Optimum { coarse, fine, measurements, jumps, log_posterior }
     }
 
+    /// An optimum fitted again, with readings that are a little better.
+    pub(super) fn refitted(&self, of: &Refined) -> Option<Refined> {
+        let Fit { estimate, order, noise, prior, .. } = of.fine.clone();
+        let fitted = fit(&self.measurements, order, estimate, noise, prior, self.variance_components_of_all(), ROUNDS)?;
+        let Optimum { coarse, fine, measurements, log_posterior, .. } = self.optimum(of.coarse.clone(), fitted);
+        let (ambiguity_rad, symmetry, settled) = (of.ambiguity_rad.clone(), of.symmetry, of.settled);
+        let (rivals, as_likely) = (Vec::new(), Vec::new());
+        Some(Refined { coarse, fine, measurements, ambiguity_rad, symmetry, settled, log_posterior, rivals, as_likely })
+    }
+
     /// The motion decoded with the shape of a fit to all samples; where ambiguous ones were set aside, also as it came out with them.
     fn decoded_again(&self, fine: &Fit) -> (Decoded, Option<Vec<f64>>) {
         let Estimate { coefficients, psi, .. } = &fine.estimate;

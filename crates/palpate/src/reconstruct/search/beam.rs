@@ -23,8 +23,11 @@ use crate::estimate::model::prior::Prior;
 use crate::estimate::motion::same_motion;
 use crate::estimate::solver::gauss_newton::{Estimate, Smoother, StoppingCriteria};
 use crate::estimate::solver::posterior::Posterior;
+use crate::reconstruct::search::problem::Problem;
 use crate::reconstruct::search::windows::Window;
+use crate::sensor::Calibration;
 use rayon::prelude::*;
+use std::borrow::Cow;
 use std::f64::consts::TAU;
 use std::ops::Range;
 
@@ -179,10 +182,12 @@ impl Budget {
 
 /// A seed growing over the whole log.
 pub(crate) struct BeamSearch<'a> {
-    measurements: &'a Measurements,
+    /// What the measurements were corrected by.
+    pub calibration: Calibration,
+    measurements: Cow<'a, Measurements>,
     windows: Vec<Window>,
     order: usize,
-    tolerance: Tolerance,
+    pub tolerance: Tolerance,
     prior: Prior,
     /// Where the instants of each window begin in `thin`.
     offset: Vec<Option<usize>>,
@@ -200,21 +205,18 @@ pub(crate) struct BeamSearch<'a> {
 
 impl<'a> BeamSearch<'a> {
     /// From `seeds`, candidates with `order` harmonics over the windows `seed`.
-    pub fn new(
-        measurements: &'a Measurements,
-        windows: &[Window],
-        (seed, seeds, order): (Range<usize>, &[Estimate], usize),
-        tolerance: Tolerance,
-        prior: Prior,
-    ) -> Self {
+    pub fn new(problem: Problem<'a>, (seed, seeds, order): (Range<usize>, &[Estimate], usize)) -> Self {
+        let Problem { calibration, measurements, windows, tolerance, prior } = problem;
+        let count = windows.len();
         let mut beam_search = Self {
+            calibration,
             measurements,
-            windows: windows.to_vec(),
+            windows,
             order,
             tolerance,
             prior,
-            offset: vec![None; windows.len()],
-            deferred: vec![false; windows.len()],
+            offset: vec![None; count],
+            deferred: vec![false; count],
             splits: 0,
             largest_misfit: 0.0,
             thin: Measurements { instants: Vec::new() },
@@ -292,7 +294,7 @@ impl<'a> BeamSearch<'a> {
     fn split(&mut self) -> bool {
         let mut any = false;
         for window in (0..self.windows.len()).rev().filter(|&window| self.deferred[window]).collect::<Vec<_>>() {
-            let halves = self.windows[window].halves(self.measurements);
+            let halves = self.windows[window].halves(&self.measurements);
             any |= !halves.is_empty();
             self.offset.splice(window..=window, halves.iter().map(|_| None));
             self.deferred.splice(window..=window, halves.iter().map(|_| false));

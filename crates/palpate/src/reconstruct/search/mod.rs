@@ -3,6 +3,7 @@
 
 pub(crate) mod beam;
 pub(crate) mod initial_height;
+pub(crate) mod problem;
 pub(crate) mod schedule;
 pub(crate) mod seed;
 pub(crate) mod segments;

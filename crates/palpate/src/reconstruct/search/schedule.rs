@@ -6,9 +6,12 @@ use crate::estimate::measurements::Measurements;
 use crate::estimate::model::prior::Prior;
 use crate::estimate::solver::gauss_newton::Estimate;
 use crate::reconstruct::search::beam::{BeamSearch, Budget, EXPLAINED, Tolerance, explained, misfit};
+use crate::reconstruct::search::problem::{Calibrate, Problem};
 use crate::reconstruct::search::seed::Seed;
 use crate::reconstruct::search::segments::segments;
-use crate::reconstruct::search::windows::{Window, joined, spans, windows};
+use crate::reconstruct::search::windows::{Window, spans, windows};
+use crate::sensor::Calibration;
+use std::borrow::Cow;
 use std::ops::Range;
 
 /// Thinned instants that the search works on, about: its cost is proportional to their number.
@@ -39,8 +42,24 @@ const MORE_HARMONICS_DONE: f64 = 0.5;
 /// much the same as those before.
 const PARTS: [usize; 3] = [3, 1, 3];
 
+/// What is searched.
+#[derive(Clone, Copy)]
+pub(crate) struct Readings<'a> {
+    /// What the measurements were corrected by.
+    pub calibration: Calibration,
+    pub measurements: &'a Measurements,
+    /// Standard deviation of a contact position from one sample to the next, metres.
+    pub scatter_m: f64,
+    /// The same with what is unknown of the calibration.
+    pub tolerance_m: f64,
+    pub prior: Prior,
+}
+
 /// Arrangements found.
 pub(crate) struct Found {
+    /// What its readings were corrected by, and the standard deviation of a contact position that was allowed, metres.
+    pub calibration: Calibration,
+    pub tolerance_m: f64,
     /// The thinned instants that were arranged, in order of time.
     pub thin: Measurements,
     /// Index ranges (of all samples) that were arranged.
@@ -52,19 +71,21 @@ pub(crate) struct Found {
 /// Passes each arrangement of the log that the search finds to `accept` until that returns true, most promising first; for each trust in the
 /// balance those that explain the log, then the best of a part. `tell` is given the share of the work done.
 pub(crate) fn search(
-    measurements: &Measurements,
-    scatter_m: f64,
-    prior: Prior,
+    readings: &Readings,
+    calibrate: &Calibrate,
     tell: &dyn Fn(f64),
     accept: &mut dyn FnMut(Found) -> bool,
 ) {
+    let Readings { calibration, measurements, scatter_m, tolerance_m, prior } = *readings;
     let windows = windows(measurements, &segments(measurements, scatter_m), scatter_m, SAMPLES);
     for (number, balance) in BALANCES.into_iter().enumerate() {
-        let tolerance = Tolerance { scatter_m, size_m: prior.size_m, balance };
+        let tolerance = Tolerance { scatter_m: tolerance_m, size_m: prior.size_m, balance };
+        let (measurements, windows) = (Cow::Borrowed(measurements), windows.clone());
+        let problem = Problem { calibration, measurements, windows, tolerance, prior };
         let tell = |share: f64| tell((number as f64 + share) / BALANCES.len() as f64);
         let mut partial: Vec<(usize, Found)> = Vec::new();
         let mut any_explained = false;
-        let enough = arrange(measurements, &windows, tolerance, prior, &tell, &mut |arranged| match arranged {
+        let enough = arrange(&problem, calibrate, &tell, &mut |arranged| match arranged {
             Arrangement::Whole(found) => {
                 any_explained = true;
                 accept(found)
@@ -99,15 +120,15 @@ enum Arrangement {
 
 /// Passes arrangements to `consider` until that returns true, or none is left to try.
 fn arrange(
-    measurements: &Measurements,
-    windows: &[Window],
-    tolerance: Tolerance,
-    prior: Prior,
+    problem: &Problem,
+    calibrate: &Calibrate,
     tell: &dyn Fn(f64),
     consider: &mut dyn FnMut(Arrangement) -> bool,
 ) -> bool {
+    let windows = &problem.windows;
     let whole: usize = windows.iter().map(|window| window.range.len()).sum();
     let mut submit = |beam_search: BeamSearch| {
+        let (calibration, tolerance) = (beam_search.calibration, beam_search.tolerance);
         let arranged = beam_search.in_order_of_time();
         let Some(top) = arranged.hypotheses.first() else { return false };
         // Samples that are not arranged are not explained.
@@ -117,7 +138,8 @@ fn arrange(
             misfit(&arranged.thin, &top.estimate, tolerance.sharp()) / arranged.thin.len() as f64 + MISSING * missing;
         let ranges = covered_ranges(&arranged.windows);
         let estimates = arranged.hypotheses.into_iter().map(|hypothesis| hypothesis.estimate).collect();
-        let found = Found { thin: arranged.thin, ranges, estimates };
+        let found =
+            Found { calibration, tolerance_m: tolerance.scatter_m, thin: arranged.thin, ranges, estimates };
         consider(if cost < EXPLAINED { Arrangement::Whole(found) } else { found.partial(tolerance) })
     };
     // Few harmonics first, over every span: many can explain a short span with a jump in it. And first the seeds whose misfit is
@@ -127,9 +149,9 @@ fn arrange(
     let (mut budget, mut grown) = (Budget::default(), 0);
     for (number, span) in spans(windows).into_iter().take(SPANS).enumerate() {
         tell(FEW_HARMONICS_DONE * number as f64 / SPANS as f64);
-        let Some(seed) = Seed::with_few_harmonics(windows, span, tolerance, prior) else { continue };
+        let Some(seed) = Seed::with_few_harmonics(problem, span) else { continue };
         if seed.misfit < EXPLAINED && grown < SEEDS && !budget.is_spent() {
-            let mut beam_search = seed.beam_search(measurements, windows, tolerance, prior);
+            let mut beam_search = seed.beam_search(problem, calibrate);
             if beam_search.grow(&mut budget, MISFIT_LIMITS[0]) {
                 grown += 1;
                 if submit(beam_search) {
@@ -146,8 +168,8 @@ fn arrange(
     }
     // Then more harmonics, for objects that take them. Only then seeds whose misfit no noise explains.
     let richer = seeds.iter_mut().filter_map(|seed| {
-        let explained = seed.add_harmonics(windows, tolerance, prior);
-        explained.then(|| seed.beam_search(measurements, windows, tolerance, prior))
+        let explained = seed.add_harmonics(problem);
+        explained.then(|| seed.beam_search(problem, calibrate))
     });
     deferred.extend(richer.take(SEEDS));
     tell(MORE_HARMONICS_DONE);
@@ -156,9 +178,7 @@ fn arrange(
         return true;
     }
     for seed in seeds {
-        let thin = joined(&windows[seed.span.clone()]);
-        let ranges = covered_ranges(&windows[seed.span]);
-        consider(Found { thin, ranges, estimates: seed.candidates }.partial(tolerance));
+        consider(seed.found(problem).partial(problem.tolerance));
     }
     false
 }
@@ -203,7 +223,7 @@ fn grow_in_turn<'a>(
 }
 
 /// The index ranges that placed windows cover; windows that are joined make one range.
-fn covered_ranges(placed: &[Window]) -> Vec<Range<usize>> {
+pub(crate) fn covered_ranges(placed: &[Window]) -> Vec<Range<usize>> {
     let mut ranges: Vec<Range<usize>> = Vec::new();
     for Window { range, joined, .. } in placed {
         match ranges.last_mut() {

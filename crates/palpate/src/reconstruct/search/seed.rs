@@ -6,7 +6,9 @@ use crate::estimate::measurements::Measurements;
 use crate::estimate::model::prior::Prior;
 use crate::estimate::solver::gauss_newton::{Estimate, Smoother, StoppingCriteria};
 use crate::reconstruct::search::beam::{BeamSearch, EXPLAINED, Tolerance, misfit};
-use crate::reconstruct::search::windows::{Window, joined};
+use crate::reconstruct::search::problem::{Calibrate, Problem};
+use crate::reconstruct::search::schedule::{Found, covered_ranges};
+use crate::reconstruct::search::windows::joined;
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -37,12 +39,8 @@ pub(crate) struct Seed {
 
 impl Seed {
     /// Searches a run of windows for candidates.
-    pub fn with_few_harmonics(
-        windows: &[Window],
-        span: Range<usize>,
-        tolerance: Tolerance,
-        prior: Prior,
-    ) -> Option<Self> {
+    pub fn with_few_harmonics(problem: &Problem, span: Range<usize>) -> Option<Self> {
+        let Problem { ref windows, tolerance, prior, .. } = *problem;
         let thin = joined(&windows[span.clone()]);
         let mut candidates = from_initial_heights(&thin, tolerance.loose(), prior, ORDERS[0]);
         candidates.truncate(CANDIDATES);
@@ -50,19 +48,29 @@ impl Seed {
         Some(Self { span, candidates, order: ORDERS[0], misfit })
     }
 
-    /// A beam search that begins with this seed.
-    pub fn beam_search<'a>(
-        &self,
-        measurements: &'a Measurements,
-        windows: &[Window],
-        tolerance: Tolerance,
-        prior: Prior,
-    ) -> BeamSearch<'a> {
-        BeamSearch::new(measurements, windows, (self.span.clone(), &self.candidates, self.order), tolerance, prior)
+    /// A beam search that begins with this seed, its readings corrected by what the seed tells of the rig.
+    pub fn beam_search<'a>(&self, problem: &Problem<'a>, calibrate: &Calibrate) -> BeamSearch<'a> {
+        let Some(corrected) = calibrate(&self.found(problem)) else {
+            return BeamSearch::new(problem.clone(), (self.span.clone(), &self.candidates, self.order));
+        };
+        let problem = problem.corrected(corrected);
+        let thin = joined(&problem.windows[self.span.clone()]);
+        let again = refined(&thin, &self.candidates, self.order, problem.tolerance, problem.prior);
+        let candidates = again.map_or_else(|| self.candidates.clone(), |(_, candidates)| candidates);
+        BeamSearch::new(problem, (self.span.clone(), &candidates, self.order))
+    }
+
+    /// The arrangement of its windows alone.
+    pub fn found(&self, problem: &Problem) -> Found {
+        let windows = &problem.windows[self.span.clone()];
+        let (thin, ranges) = (joined(windows), covered_ranges(windows));
+        let Problem { calibration, tolerance, .. } = *problem;
+        Found { calibration, tolerance_m: tolerance.scatter_m, thin, ranges, estimates: self.candidates.clone() }
     }
 
     /// Tries more harmonics where few leave more than the noise (nearly flat sides, corners); whether that explained the run.
-    pub fn add_harmonics(&mut self, windows: &[Window], tolerance: Tolerance, prior: Prior) -> bool {
+    pub fn add_harmonics(&mut self, problem: &Problem) -> bool {
+        let Problem { ref windows, tolerance, prior, .. } = *problem;
         let thin = joined(&windows[self.span.clone()]);
         let samples = windows[self.span.clone()].iter().map(|window| window.range.len()).sum();
         let noise_misfit = tolerance.noise_misfit(thin.len(), samples);

@@ -22,8 +22,9 @@ pub(crate) struct Window {
     pub joined: bool,
     /// Path length of the contacts in metres: a measure of the information in the window.
     pub path_length_m: f64,
-    /// How its samples were thinned.
+    /// How its samples were thinned, and the runs of them that made an instant each.
     thinning: Thinning,
+    runs: Vec<Range<usize>>,
 }
 
 impl Window {
@@ -32,7 +33,13 @@ impl Window {
         let thin = measurements.means(runs);
         let path_length_m = thin.instants.windows(2).map(|p| (p[1].s1 - p[0].s1).hypot(p[1].s2 - p[0].s2)).sum();
         let range = runs.first()?.start..runs.last()?.end;
-        (thin.len() >= SHORTEST).then_some(Self { range, thin, joined, path_length_m, thinning })
+        let runs = runs.to_vec();
+        (thin.len() >= SHORTEST).then_some(Self { range, thin, joined, path_length_m, thinning, runs })
+    }
+
+    /// The same window of the same log, corrected otherwise.
+    pub fn of(&self, measurements: &Measurements) -> Self {
+        Self { thin: measurements.means(&self.runs), ..self.clone() }
     }
 
     /// The window cut in two halves, each thinned half as much; halves that are too short are dropped.

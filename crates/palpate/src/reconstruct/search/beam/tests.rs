@@ -32,6 +32,16 @@ fn estimate(psi: &[f64]) -> Estimate {
     Estimate { coefficients: shape().coefficients(), psi: psi.to_vec(), cost: 0.0 }
 }
 
+fn problem<'a>(measurements: &'a Measurements, windows: &[Window]) -> Problem<'a> {
+    Problem {
+        calibration: Calibration::default(),
+        measurements: Cow::Borrowed(measurements),
+        windows: windows.to_vec(),
+        tolerance: TOLERANCE,
+        prior: PRIOR,
+    }
+}
+
 /// A beam search with these windows placed at their true poses, limited to a normalized misfit of 1.
 fn beam_search<'a>(
     measurements: &'a Measurements,
@@ -40,14 +50,14 @@ fn beam_search<'a>(
     placed: Range<usize>,
 ) -> BeamSearch<'a> {
     let seeds = [estimate(&psi[24 * placed.start..24 * placed.end])];
-    let mut beam_search = BeamSearch::new(measurements, windows, (placed, &seeds, ORDER), TOLERANCE, PRIOR);
+    let mut beam_search = BeamSearch::new(problem(measurements, windows), (placed, &seeds, ORDER));
     beam_search.largest_misfit = 1.0;
     beam_search
 }
 
 /// A beam search without any hypothesis.
 fn empty<'a>(measurements: &'a Measurements, windows: &[Window]) -> BeamSearch<'a> {
-    BeamSearch::new(measurements, windows, (0..0, &[], ORDER), TOLERANCE, PRIOR)
+    BeamSearch::new(problem(measurements, windows), (0..0, &[], ORDER))
 }
 
 /// The estimate in a frame that is turned, which is the same object in the same motion.
