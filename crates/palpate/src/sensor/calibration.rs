@@ -128,7 +128,7 @@ impl Calibration {
     }
 }
 
-/// The palms so many seconds after a sample: the cubic through the four samples around that time, which for a motion that changes its
+/// The palms so many seconds after a sample: the cubic through the samples around that time, which for a motion that changes its
 /// rate is far better than the rate times the time.
 fn palms_later(log: &Log, index: usize, later_s: f64) -> PalmPair {
     let samples = &log.samples;
@@ -137,12 +137,11 @@ fn palms_later(log: &Log, index: usize, later_s: f64) -> PalmPair {
         return palms;
     }
     let time_s = samples[index].time_s + later_s;
+    let last = samples.len() - 1;
+    let count = if (samples[0].time_s..=samples[last].time_s).contains(&time_s) { INSIDE } else { BEYOND };
     let after = samples.partition_point(|sample| sample.time_s < time_s);
-    let first = after.saturating_sub(AROUND / 2).min(samples.len().saturating_sub(AROUND));
-    let around = &samples[first..(first + AROUND).min(samples.len())];
-    // A log that ends there holds its last angles.
-    let (Some(from), Some(to)) = (around.first(), around.last()) else { return palms };
-    let time_s = time_s.clamp(from.time_s, to.time_s);
+    let first = after.saturating_sub(count / 2).min(samples.len().saturating_sub(count));
+    let around = &samples[first..(first + count).min(samples.len())];
     let (mut phi1_rad, mut phi2_rad) = (0.0, 0.0);
     for (k, at) in around.iter().enumerate() {
         let others = around.iter().enumerate().filter(|(other, _)| *other != k).map(|(_, other)| other.time_s);
@@ -153,20 +152,20 @@ fn palms_later(log: &Log, index: usize, later_s: f64) -> PalmPair {
     PalmPair { phi1_rad, phi2_rad, ..palms }
 }
 
-/// Samples that a cubic goes through.
-const AROUND: usize = 4;
+/// Samples that the polynomial goes through: a cubic, and beyond the ends of the log a line, which noise of the angles bends less.
+const INSIDE: usize = 4;
+const BEYOND: usize = 2;
 
-/// Rates of the angles φ₁ and φ₂ of each sample, radians per second: from the sample before to the one after.
+/// Time before and after a sample over which rates are taken, seconds: far below the time between samples.
+const RATE_STEP_S: f64 = 1e-5;
+
+/// Rates of the angles φ₁ and φ₂ of each sample, radians per second.
 pub(crate) fn palm_rates_rad_per_s(log: &Log) -> Vec<[f64; 2]> {
-    let samples = &log.samples;
-    let last = samples.len().saturating_sub(1);
     let rate = |index: usize| {
-        let (before, after) = (&samples[index.saturating_sub(1)], &samples[(index + 1).min(last)]);
-        let duration_s = after.time_s - before.time_s;
-        let per_s = |turn: f64| if duration_s > 0.0 { turn / duration_s } else { 0.0 };
-        [per_s(after.palms.phi1_rad - before.palms.phi1_rad), per_s(after.palms.phi2_rad - before.palms.phi2_rad)]
+        let [before, after] = [-RATE_STEP_S, RATE_STEP_S].map(|later_s| palms_later(log, index, later_s));
+        [after.phi1_rad - before.phi1_rad, after.phi2_rad - before.phi2_rad].map(|turn| turn / (2.0 * RATE_STEP_S))
     };
-    (0..samples.len()).map(rate).collect()
+    (0..log.samples.len()).map(rate).collect()
 }
 
 #[cfg(test)]

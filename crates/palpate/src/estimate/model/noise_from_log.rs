@@ -5,9 +5,11 @@
 //! touchpad's counts, or rounded digits in a file) have at least the standard deviation of their step q, q/√12.
 
 use crate::estimate::measurements::{Instant, Measurements};
-use crate::estimate::model::contact::{by_palms, contacts};
+use crate::estimate::model::contact::{by_palms, combine, contacts};
+use crate::estimate::solver::gauss_newton::Fit;
 use crate::log::Log;
 use crate::math::statistics::median;
+use crate::palms::PalmAngles;
 
 /// Standard deviation of one contact position in metres, estimated from the scatter of neighbouring samples.
 pub(crate) fn contact_scatter_m(measurements: &Measurements) -> f64 {
@@ -25,27 +27,58 @@ pub(crate) fn angle_scatter_rad(measurements: &Measurements) -> f64 {
     third_difference_scatter(&windows(measurements), [|i| i.phi1, |i| i.phi1 + i.phi2])
 }
 
-/// The measurements with contacts down-weighted where noise of the palm angles moves them by more than `contact_m`: far out on
-/// the palms, and where these are steep. Over all samples this is part of their noise; a single one may be missed by many times
-/// that. Shape and motion need to be approximately right.
-pub(crate) fn with_noisy_angles(
-    measurements: &Measurements,
-    coefficients: &[f64],
-    psi: &[f64],
-    contact_m: f64,
-) -> Measurements {
+/// The same of one encoder.
+fn angle_sd_rad(measurements: &Measurements, angle: fn(&Instant) -> f64) -> f64 {
+    third_difference_scatter(&windows(measurements), [angle])
+}
+
+/// Weighs contacts by how far noise of the palm angles moves them: far out on the palms, and where these nearly meet, by many times what it
+/// moves others. `contact_m` is the standard deviation of a reading, by which stated ones are weighed; returned is that of the typical contact,
+/// which has weight 1 where none is stated.
+pub(crate) fn weigh_by_angles(measurements: &mut Measurements, contact_m: f64, is_stated: bool) -> f64 {
     let sd = angle_scatter_rad(measurements);
-    let least_m = contact_m.max(LEAST_CONTACT_SD * coefficients[0].abs());
-    let mut weighted = measurements.clone();
-    for (instant, &psi) in weighted.instants.iter_mut().zip(psi) {
-        let [first, second] = by_palms(instant, &contacts(instant, coefficients, psi));
-        let share = |j: usize| {
-            let moved_m = sd * first[j].hypot(second[j]);
-            least_m / least_m.hypot(moved_m)
-        };
-        (instant.weight1, instant.weight2) = (instant.weight1 * share(0), instant.weight2 * share(1));
+    let least_m = contact_m.max(LEAST_CONTACT_SD * measurements.size_m());
+    let size_m = measurements.size_m();
+    // Palm 2 turned by an angle carries the object along palm 1, and both contacts with it; besides, the object turns, by about as much.
+    let total = |instant: &Instant| {
+        let PalmAngles { sin2, cos2, .. } = instant.palms;
+        let lever_m = instant.s2 / sin2;
+        [lever_m, lever_m * cos2].map(|lever_m| least_m.hypot(sd * lever_m.hypot(size_m)))
+    };
+    let both_seen = |instant: &&mut Instant| instant.both_seen();
+    let mut all: Vec<f64> = measurements.instants.iter_mut().filter(both_seen).flat_map(|i| total(i)).collect();
+    let typical_m = if all.is_empty() { least_m } else { median(&mut all) };
+    let weight_1_m = if is_stated { least_m } else { typical_m };
+    for instant in measurements.instants.iter_mut().filter(both_seen) {
+        let [first_m, second_m] = total(instant);
+        instant.weight1 *= weight_1_m / first_m;
+        instant.weight2 *= weight_1_m / second_m;
     }
-    weighted
+    typical_m
+}
+
+/// What noise of the palm angles leaves in the contact positions at an optimum, where every orientation has adapted to it: root mean square,
+/// weighed as they are, metres.
+pub(crate) fn angle_residual_m(measurements: &Measurements, fit: &Fit) -> f64 {
+    let sds = [angle_sd_rad(measurements, |i| i.phi1), angle_sd_rad(measurements, |i| i.phi2)];
+    let (mut sum, mut count) = (0.0, 0.0);
+    for (instant, &psi) in measurements.instants.iter().zip(&fit.estimate.psi) {
+        let at = contacts(instant, &fit.estimate.coefficients, psi);
+        let weights = fit.noise.weights(instant);
+        let weighted = |by: [f64; 3]| [0, 1, 2].map(|j| by[j] * weights[j]);
+        let by_psi = weighted(combine(instant, at).by_psi);
+        let information = by_psi.iter().map(|by| by * by).sum::<f64>().max(f64::MIN_POSITIVE);
+        let [by_palm1, by_palm2] = by_palms(instant, &at);
+        // φ₁ turns both palms, φ₂ the second.
+        let by_phi1 = [0, 1, 2].map(|j| by_palm1[j] + by_palm2[j]);
+        for (by_angle, sd) in [by_phi1, by_palm2].into_iter().zip(sds) {
+            let by_angle = weighted(by_angle);
+            let along = (0..3).map(|j| by_psi[j] * by_angle[j]).sum::<f64>() / information;
+            sum += (0..2).map(|j| (sd * (by_angle[j] - along * by_psi[j])).powi(2)).sum::<f64>();
+        }
+        count += [instant.weight1, instant.weight2].into_iter().filter(|weight| *weight > 0.0).count() as f64;
+    }
+    fit.noise.sensor_m * (sum / f64::max(count, 1.0)).sqrt()
 }
 
 /// No contact is taken to be more exact than this share of the mean radius: weights stay finite in an exact log.
@@ -72,8 +105,8 @@ fn path_rad(window: &[Instant]) -> f64 {
     window.windows(2).map(|pair| (pair[1].phi1 - pair[0].phi1).hypot(pair[1].phi2 - pair[0].phi2)).sum()
 }
 
-/// Standard deviation of the readings of two channels, from their third differences.
-fn third_difference_scatter(windows: &[&[Instant]], channels: [fn(&Instant) -> f64; 2]) -> f64 {
+/// Standard deviation of the readings of these channels, from their third differences.
+fn third_difference_scatter<const N: usize>(windows: &[&[Instant]], channels: [fn(&Instant) -> f64; N]) -> f64 {
     let mut differences: Vec<f64> =
         windows.iter().flat_map(|window| channels.map(|value| third_difference(window, value).abs())).collect();
     // Unlike a median, this is not biased by quantised readings. Third differences have √(1 + 9 + 9 + 1) times the standard
@@ -139,21 +172,6 @@ pub(crate) fn stated_noise_m(log: &Log) -> Option<f64> {
     (!stated.is_empty()).then(|| median(&mut stated))
 }
 
-/// Root mean square change of a predicted contact position (metres) per radian of error in the palm angles.
-pub(crate) fn angle_sensitivity_m(measurements: &Measurements, coefficients: &[f64], psi: &[f64]) -> f64 {
-    let (mut sum, mut count) = (0.0, 0.0);
-    for (instant, &psi) in measurements.instants.iter().zip(psi) {
-        let [_, by_palm2] = by_palms(instant, &contacts(instant, coefficients, psi));
-        for (weight, j) in [(instant.weight1, 0), (instant.weight2, 1)] {
-            if weight > 0.0 {
-                sum += by_palm2[j].powi(2);
-                count += 1.0;
-            }
-        }
-    }
-    if count > 0.0 { (sum / count).sqrt() } else { 0.0 }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -201,37 +219,72 @@ mod tests {
         assert!((found / noise_sd_m - 1.0).abs() < 0.2, "{found}");
     }
 
-    #[test]
-    fn contacts_weigh_less_where_noisy_angles_move_them() {
+    /// A stone's log with noise of this standard deviation on both palm angles, its orientations, and the log without it.
+    fn with_noisy_angles(angle_sd: f64) -> (Log, Vec<f64>, Log) {
         let shape = NamedShape::Stone.shape(0.03).expect("a positive size");
         let motion = PalmMotion::random(1, 10.0, 1.0).and_then(|motion| motion.sample(50.0)).expect("possible");
-        let mut run = simulate(&shape, &motion, &SimulateOptions::default()).expect("possible");
-        let psi: Vec<f64> = run.truth.motion.iter().map(|pose| pose.psi_rad).collect();
-        let coefficients = shape.coefficients();
-        let contact_m = 1e-4;
-        let exact = with_noisy_angles(&Measurements::new(&run.log, None), &coefficients, &psi, contact_m);
-        let least = exact.instants.iter().map(|instant| instant.weight1.min(instant.weight2)).fold(1.0, f64::min);
-        assert!(least > 0.95, "{least}");
-
-        let (mut rng, angle_sd) = (ChaCha8Rng::seed_from_u64(1), 3e-3);
-        let exact_palms: Vec<PalmPair> = run.log.samples.iter().map(|sample| sample.palms).collect();
-        for sample in &mut run.log.samples {
+        let run = simulate(&shape, &motion, &SimulateOptions::default()).expect("possible");
+        let psi = run.truth.motion.iter().map(|pose| pose.psi_rad).collect();
+        let (mut rng, mut log) = (ChaCha8Rng::seed_from_u64(1), run.log.clone());
+        for sample in &mut log.samples {
             sample.palms.phi1_rad += angle_sd * rng.sample::<f64, _>(StandardNormal);
             sample.palms.phi2_rad += angle_sd * rng.sample::<f64, _>(StandardNormal);
         }
-        let noisy = with_noisy_angles(&Measurements::new(&run.log, None), &coefficients, &psi, contact_m);
-        // The displacement of a contact by turns of the palms.
-        let moves_m = |palms: &PalmPair, psi: f64, turn1: f64, turn2: f64| {
-            let phi1_rad = palms.phi1_rad + turn1;
-            let turned = PalmPair { phi1_rad, phi2_rad: palms.phi2_rad + turn2 - turn1, ..*palms };
-            let (here, there) = (palms.contact_positions_m(&shape, psi), turned.contact_positions_m(&shape, psi));
-            there.0 - here.0
+        (log, psi, run.log)
+    }
+
+    #[test]
+    fn contacts_weigh_less_where_noisy_angles_move_them() {
+        let weights = |log: &Log, is_stated: bool| {
+            let mut measurements = Measurements::new(log, None);
+            let typical_m = weigh_by_angles(&mut measurements, 1e-4, is_stated);
+            let weights: Vec<f64> = measurements.instants.iter().flat_map(|i| [i.weight1, i.weight2]).collect();
+            (typical_m, weights)
         };
-        for ((palms, psi), instant) in exact_palms.iter().zip(&psi).zip(&noisy.instants).step_by(29) {
-            let moved_m = moves_m(palms, *psi, 1e-5, 0.0).hypot(moves_m(palms, *psi, 0.0, 1e-5)) / 1e-5;
-            // Both angles of the log have the noise, so the second palm's has √2 of it; the estimate is the mean of both.
-            let expected = 1.0 / 1f64.hypot(1.22 * angle_sd * moved_m / contact_m);
-            assert!((instant.weight1 / expected - 1.0).abs() < 0.3, "{} {expected}", instant.weight1);
+        let (noisy, _, exact) = with_noisy_angles(3e-3);
+        let (typical_m, all) = weights(&exact, false);
+        assert!((typical_m / 1e-4 - 1.0).abs() < 0.01 && all.iter().all(|weight| (weight - 1.0).abs() < 0.05));
+        let (typical_m, all) = weights(&noisy, false);
+        let heavier = all.iter().filter(|weight| **weight > 1.0).count();
+        assert!(typical_m > 1.2e-4 && heavier.abs_diff(all.len() / 2) <= 1, "{typical_m} {heavier} of {}", all.len());
+        let least = all.iter().copied().fold(f64::INFINITY, f64::min);
+        assert!(least < 0.4, "{least}");
+        // A stated standard deviation is that of a reading, without the angles.
+        let (_, stated) = weights(&noisy, true);
+        assert!(
+            stated
+                .iter()
+                .zip(&all)
+                .all(|(stated, weight)| *stated < 1.0 && (stated / weight * typical_m / 1e-4 - 1.0).abs() < 1e-9)
+        );
+    }
+
+    #[test]
+    fn what_noisy_angles_leave_in_the_contacts_is_what_is_expected() {
+        use crate::estimate::model::prior::Prior;
+        use crate::estimate::solver::gauss_newton::{Smoother, StoppingCriteria};
+        let shape = NamedShape::Stone.shape(0.03).expect("a positive size");
+        for angle_sd in [7e-4, 2e-3] {
+            let (log, psi, _) = with_noisy_angles(angle_sd);
+            let mut measurements = Measurements::new(&log, None);
+            let sensor_m = weigh_by_angles(&mut measurements, 1e-6, false);
+            let noise = crate::estimate::model::noise::Noise { sensor_m, balance_m: 0.2 * sensor_m };
+            let prior = Prior::new(0.03, 0.015);
+            let order = shape.harmonics_m().len();
+            // Only the orientations adapt: the shape is that of the object.
+            let smoother = Smoother::new(&measurements, order, noise, prior);
+            let stopping = StoppingCriteria { iterations: 20, tolerance: 1e-12 };
+            let estimate = smoother.run(shape.coefficients(), psi, stopping);
+            let fit = Fit { estimate, order, noise, prior, log_evidence: 0.0 };
+            let expected_m = angle_residual_m(&measurements, &fit);
+            let (mut sum, mut count) = (0.0, 0.0);
+            for (instant, &psi) in measurements.instants.iter().zip(&fit.estimate.psi) {
+                let value = combine(instant, contacts(instant, &fit.estimate.coefficients, psi)).value;
+                sum += (instant.weight1 * value[0]).powi(2) + (instant.weight2 * value[1]).powi(2);
+                count += 2.0;
+            }
+            let found_m = f64::sqrt(sum / count);
+            assert!((found_m / expected_m - 1.0).abs() < 0.1, "{found_m} {expected_m}");
         }
     }
 

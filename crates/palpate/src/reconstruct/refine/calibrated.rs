@@ -8,8 +8,8 @@ use crate::estimate::measurements::Measurements;
 use crate::estimate::model::layout::Layout;
 use crate::estimate::model::noise::Noise;
 use crate::estimate::solver::gauss_newton::{Estimate, Fit, Smoother, StoppingCriteria};
-use crate::reconstruct::options::error::ReconstructError;
 use crate::log::Log;
+use crate::reconstruct::options::error::ReconstructError;
 use crate::reconstruct::search::problem::Corrected;
 use crate::reconstruct::search::schedule::{Found, Readings};
 use crate::reconstruct::search::segments::segments;
@@ -62,7 +62,7 @@ impl<'a> Job<'a> {
         let squares = rates.iter().map(|[rate1, rate2]| rate1 * rate1 + rate2 * rate2).sum::<f64>();
         let rate = (squares / rates.len().max(1) as f64).sqrt();
         let errors = [zero1, zero2, far_m * ratio, far_m * angle1, far_m * angle2, surface, far_m * rate * clock];
-        errors.into_iter().fold(self.scatter_m, |sum, error| sum.hypot(LEFT * error))
+        errors.into_iter().fold(self.scatter_m.max(self.typical_m), |sum, error| sum.hypot(LEFT * error))
     }
 
     /// The readings as a part of the log corrects them.
@@ -162,7 +162,7 @@ impl<'a> Job<'a> {
             let posterior = job.posterior_of(&job.measurements, &fit)?;
             job = Job::calibrated(&raw, self.options, job.improved(&posterior).calibration);
             last = Some((job.calibration, posterior));
-            noise_m = (SHARPER * noise_m).max(self.scatter_m);
+            noise_m = (SHARPER * noise_m).max(self.typical_m);
         }
         last
     }

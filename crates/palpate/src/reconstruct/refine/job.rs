@@ -25,7 +25,7 @@ use crate::estimate::model::balance_tolerance::{
 };
 use crate::estimate::model::layout::Layout;
 use crate::estimate::model::noise::Noise;
-use crate::estimate::model::noise_from_log::{contact_scatter_m, stated_noise_m, with_noisy_angles};
+use crate::estimate::model::noise_from_log::{contact_scatter_m, stated_noise_m, weigh_by_angles};
 use crate::estimate::model::outliers::set_outliers_aside;
 use crate::estimate::model::prior::Prior;
 use crate::estimate::motion::{moved, unwrap};
@@ -126,6 +126,8 @@ pub(crate) struct Job<'a> {
     pub stated_m: Option<f64>,
     /// The same, estimated from the scatter of neighbouring samples.
     pub scatter_m: f64,
+    /// The same of a typical contact, with what noise of the palm angles moves it.
+    pub typical_m: f64,
     pub prior: Prior,
 }
 
@@ -207,9 +209,10 @@ impl<'a> Job<'a> {
         let scatter_m = contact_scatter_m(&measurements);
         let outliers = set_outliers_aside(&mut measurements, scatter_m);
         let scatter_m = contact_scatter_m(&measurements);
+        let typical_m = weigh_by_angles(&mut measurements, stated_m.unwrap_or(scatter_m), stated_m.is_some());
         let size_m = measurements.size_m();
         let prior = Prior::new(size_m, PRIOR_SCALE * size_m);
-        Self { raw, log, calibration, options, measurements, outliers, stated_m, scatter_m, prior }
+        Self { raw, log, calibration, options, measurements, outliers, stated_m, scatter_m, typical_m, prior }
     }
 
     /// Takes one arrangement of the search to the optimum over all samples.
@@ -441,10 +444,8 @@ impl<'a> Job<'a> {
 
     /// The motion decoded with the shape of a fit to all samples; where ambiguous ones were set aside, also as it came out with them.
     fn decoded_again(&self, fine: &Fit) -> (Decoded, Option<Vec<f64>>) {
-        let Estimate { coefficients, psi, .. } = &fine.estimate;
-        let with_noisy_angles = with_noisy_angles(&self.measurements, coefficients, psi, self.scatter_m);
-        let of_all = decode(&with_noisy_angles, fine, self.floor_m(), None);
-        match self.without_ambiguous(&with_noisy_angles, fine, &of_all) {
+        let of_all = decode(&self.measurements, fine, self.floor_m(), None);
+        match self.without_ambiguous(&self.measurements, fine, &of_all) {
             Some(again) => (again, Some(of_all.psi)),
             None => (of_all, None),
         }

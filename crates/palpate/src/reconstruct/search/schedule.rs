@@ -138,8 +138,7 @@ fn arrange(
             misfit(&arranged.thin, &top.estimate, tolerance.sharp()) / arranged.thin.len() as f64 + MISSING * missing;
         let ranges = covered_ranges(&arranged.windows);
         let estimates = arranged.hypotheses.into_iter().map(|hypothesis| hypothesis.estimate).collect();
-        let found =
-            Found { calibration, tolerance_m: tolerance.scatter_m, thin: arranged.thin, ranges, estimates };
+        let found = Found { calibration, tolerance_m: tolerance.scatter_m, thin: arranged.thin, ranges, estimates };
         consider(if cost < EXPLAINED { Arrangement::Whole(found) } else { found.partial(tolerance) })
     };
     // Few harmonics first, over every span: many can explain a short span with a jump in it. And first the seeds whose misfit is

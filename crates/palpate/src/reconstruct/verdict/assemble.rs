@@ -10,7 +10,7 @@ use crate::estimate::measurements::{Instant, Measurements};
 use crate::estimate::model::balance_tolerance::unstable_samples;
 use crate::estimate::model::contact::residuals;
 use crate::estimate::model::layout::{Layout, rotate};
-use crate::estimate::model::noise_from_log::{angle_scatter_rad, angle_sensitivity_m};
+use crate::estimate::model::noise_from_log::{angle_residual_m, angle_scatter_rad};
 use crate::estimate::motion::unwrap;
 use crate::estimate::solver::error_bars::ErrorBars;
 use crate::estimate::solver::gauss_newton::Fit;
@@ -138,7 +138,7 @@ pub(crate) fn assemble(
         })
         .collect();
 
-    let angle_error = angle_sd * angle_sensitivity_m(measurements, coefficients, psi);
+    let angle_error = angle_residual_m(measurements, &fit);
     let allowance = limits.model_allowance * coefficients[0].abs();
     let hidden = hidden_from_neighbours(&of_sensor1).min(hidden_from_neighbours(&of_sensor2));
     let expected_m = expected.stated_m.unwrap_or((hidden * expected.scatter_m).hypot(angle_error).max(allowance));
