@@ -3,6 +3,7 @@
 //! One file per command, and [`terminal`] for what is printed and how the program ends.
 #![forbid(unsafe_code)]
 
+mod calibrate;
 mod demo;
 mod paper;
 mod reconstruct;
@@ -25,6 +26,7 @@ Examples:
   palpate simulate --shape egg -o egg.csv          a log to try things on, with the truth beside it
   palpate reconstruct egg.csv -o egg --truth egg.truth
   palpate rig --template > rig.toml                what is known of pads and encoders, for reconstruct --rig
+  palpate calibrate day/*.csv -o rig.toml          pads and encoders, calibrated by logs of any objects
   palpate paper                                    the figures of Moll & Erdmann (2001), reproduced
   palpate sweep plan.toml -o study                 thousands of logs, simulated or recorded, in one table
 
@@ -47,6 +49,7 @@ enum Command {
     Simulate(simulate::Arguments),
     Reconstruct(reconstruct::Arguments),
     Rig(rig::Arguments),
+    Calibrate(calibrate::Arguments),
     Paper(paper::Arguments),
     Sweep(sweep::Arguments),
 }
@@ -57,6 +60,7 @@ fn main() -> ExitCode {
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Reconstruct(arguments) => reconstruct::run(&arguments),
         Command::Rig(arguments) => rig::run(&arguments),
+        Command::Calibrate(arguments) => calibrate::run(&arguments),
         Command::Paper(arguments) => paper::run(&arguments),
         Command::Sweep(arguments) => sweep::run(&arguments),
     };

@@ -8,9 +8,10 @@ use palpate::compare::{compare, true_support};
 use palpate::reconstruct::{FoundSymmetry, Method, Reconstructor, diagnostics};
 use palpate::sensor::Rig;
 use palpate::{Reconstruction, Truth};
-use palpate_io::{ConstantSummary, LogFile, Summary, TruthSummary};
+use palpate_io::{ConstantSummary, LogFile, RigFile, Summary, TruthSummary};
 use palpate_report::{ReportInput, TruthOverlay};
 
+use crate::calibrate::unit;
 use crate::terminal::{Ending, Failure, Terminal, print};
 use crate::values;
 
@@ -29,7 +30,8 @@ Examples:
   palpate reconstruct trial.csv                          writes trial.palpate/
   palpate reconstruct trial.csv -o out/trial
   palpate reconstruct trial.csv --json | jq .certified
-  palpate reconstruct trial.csv --rig rig.toml           pads and encoders as they are: zeros, angles and scales estimated with the shape
+  palpate reconstruct trial.csv --rig rig.toml           what you know of pads and encoders; the rest is estimated with the shape
+  palpate reconstruct trial.csv --calibrated             a rig without errors: readings are taken as they are
   palpate reconstruct egg.csv --truth egg.truth          compares with what is known, after the fact
   palpate reconstruct egg.csv --method ode               as Moll & Erdmann (2001) did it, to compare; never certified
 
@@ -56,9 +58,10 @@ pub struct Arguments {
     #[arg(long, value_name = "MM", value_parser = values::positive)]
     sensor_sd_mm: Option<f64>,
     /// What is known of the rig, a file as `palpate rig --template` prints it: constants that are not exact are estimated with the shape
+    /// [default: what the log says in a comment `# rig:`, or else what that template says: an ordinary rig that nobody calibrated]
     #[arg(long, value_name = "RIG.toml")]
     rig: Option<PathBuf>,
-    /// Take readings as they are, as without --rig
+    /// Take readings as they are: the rig is exact
     #[arg(long, conflicts_with = "rig")]
     calibrated: bool,
     /// How to reconstruct; only likelihood has error bars and a certificate
@@ -99,11 +102,9 @@ fn method() -> impl TypedValueParser<Value = Method> {
 pub fn run(arguments: &Arguments) -> Result<Ending, Failure> {
     let terminal = Terminal::new(arguments.quiet);
     let out = arguments.out.clone().unwrap_or_else(|| arguments.log.with_extension("palpate"));
-    let rig = arguments.rig.as_deref().map(palpate_io::read_rig).transpose()?;
-    let file = match &rig {
-        Some(rig) => palpate_io::read_log_as(&arguments.log, &rig.conventions)?,
-        None => palpate_io::read_log(&arguments.log)?,
-    };
+    let (file, rig) = read(arguments)?;
+    let reading_sd_m =
+        rig.pads.map(|pad| pad.reading_sd_m).into_iter().flatten().filter(|sd_m| *sd_m > 0.0).reduce(f64::max);
     let truth = arguments.truth.as_deref().map(|dir| read_truth(dir, &file)).transpose()?;
     file.notes.iter().for_each(|note| terminal.note(note));
     if let Some(threads) = arguments.threads {
@@ -120,9 +121,9 @@ pub fn run(arguments: &Arguments) -> Result<Ending, Failure> {
         truth: truth.as_ref(),
         reconstructor: Reconstructor::new()
             .harmonics(arguments.harmonics)
-            .sensor_sd_m(arguments.sensor_sd_mm.map(|sd| 1e-3 * sd))
+            .sensor_sd_m(arguments.sensor_sd_mm.map(|sd| 1e-3 * sd).or(reading_sd_m))
             .method(arguments.method)
-            .rig(rig.map_or_else(Rig::default, |file| file.rig)),
+            .rig(rig.rig),
         min_touches: arguments.min_touches,
         diagnostics: arguments.diagnostics,
         out: &out,
@@ -135,6 +136,21 @@ pub fn run(arguments: &Arguments) -> Result<Ending, Failure> {
         terminal.say(&told(&summary, &out))?;
     }
     Ok(if summary.certified { Ending::Success } else { Ending::NotCertified })
+}
+
+/// The log, and what is known of its rig: the file given, or that readings are exact, or what the log says of itself, or the default
+/// tolerances.
+fn read(arguments: &Arguments) -> Result<(LogFile, RigFile), Failure> {
+    if let Some(path) = &arguments.rig {
+        let rig = palpate_io::read_rig(path)?;
+        return Ok((palpate_io::read_log_as(&arguments.log, &rig.conventions)?, rig));
+    }
+    if arguments.calibrated {
+        let exact = RigFile { rig: Rig::default(), ..RigFile::default() };
+        return Ok((palpate_io::read_log(&arguments.log)?, exact));
+    }
+    let (file, said) = palpate_io::read_log_with_rig(&arguments.log)?;
+    Ok((file, said.unwrap_or_default()))
 }
 
 /// A truth with as many poses as the log has samples.
@@ -245,18 +261,10 @@ pub fn told(summary: &Summary, out: &Path) -> String {
 /// What the log told of the rig.
 fn rig_told(summary: &Summary) -> Option<String> {
     let constant = |(name, constant): (&String, &ConstantSummary)| {
-        let (factor, unit) = if name.ends_with("_rad") {
-            (1.0_f64.to_degrees(), " deg")
-        } else if name.ends_with("_m") {
-            (1e3, " mm")
-        } else if name.ends_with("_s") {
-            (1e3, " ms")
-        } else {
-            (100.0, " %")
-        };
+        let (factor, unit) = unit(name);
         let plain = name.trim_end_matches("_rad").trim_end_matches("_m").trim_end_matches("_s").replace('_', " ");
         let (value, sd) = (factor * constant.value, factor * constant.sd);
-        format!("{plain} {value:.3} ± {sd:.3}{unit}")
+        format!("{plain} {value:.3} ± {sd:.3} {unit}")
     };
     let open = summary.calibration.iter().filter(|(_, constant)| constant.prior_sd > 0.0);
     let told: Vec<String> = open.map(constant).collect();

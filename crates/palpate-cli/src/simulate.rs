@@ -1,14 +1,16 @@
 //! `palpate simulate`: a palm log of a known object and motion, with its truth.
 
 use std::f64::consts::TAU;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use palpate::palms::{MotionError, PalmMotion, PalmPair};
 use palpate::plan::{PalmLimits, PlanError, plan_turn};
-use palpate::sensor::Touchpad;
+use palpate::sensor::{Rig, Tolerances, Touchpad};
 use palpate::shape::{NamedShape, ShapeError, SupportFunction};
 use palpate::simulate::{SimulateError, SimulateOptions, Simulation};
+
+use palpate_io::RigFile;
 
 use crate::terminal::{Ending, Failure, Terminal};
 use crate::values;
@@ -16,13 +18,15 @@ use crate::values;
 const AFTER_HELP: &str = "\
 Shapes: circle, disc, ellipse, egg, triangle and square (with rounded corners), pebble, stone, and random:SEED for any number SEED.
 
-LOG.csv is the log; LOG.truth/ beside it holds the true shape and motion (shape.csv, motion.csv).
+LOG.csv is the log; LOG.truth/ beside it holds the true shape and motion (shape.csv, motion.csv), and with --rig
+LOG.rig.toml the errors that the rig had. A comment in the log says what is known of its rig, which `palpate reconstruct` takes it by.
 
 Examples:
   palpate simulate -o pebble.csv
   palpate simulate --shape random:5 --noise-mm 0.3 --angle-noise-deg 0.1 -o five.csv
   palpate simulate --pad interlink --radius-mm 20 -o pad.csv       as in the experiment of Moll & Erdmann (2001)
   palpate simulate --motion random --shape stone -o jumps.csv      a motion that knows nothing of the object: it jumps
+  palpate simulate --rig rig.toml -o off.csv                       as a rig with the errors and conventions of this file writes it
   palpate reconstruct pebble.csv -o pebble --truth pebble.truth";
 
 /// Simulate a palm log of a known object
@@ -59,15 +63,22 @@ pub struct Arguments {
     /// Length of the palms, mm [default: unlimited for --pad ideal, 55.5 for --pad interlink]
     #[arg(long, value_name = "MM", value_parser = values::positive)]
     palm_length_mm: Option<f64>,
-    /// Standard deviation of Gaussian noise on the contact positions, mm
-    #[arg(long, value_name = "MM", default_value = "0.1", value_parser = values::not_negative)]
-    noise_mm: f64,
+    /// The rig that writes the log, a file as `palpate rig --template` prints it: its constants are the errors of the readings, its
+    /// signs, directions and base points are those of the log [default: a rig without errors]
+    #[arg(long, value_name = "RIG.toml")]
+    rig: Option<PathBuf>,
+    /// Draw the errors of the rig: its constants, and random errors of its standard deviations on top of them
+    #[arg(long, requires = "rig")]
+    draw_rig: bool,
+    /// Standard deviation of Gaussian noise on the contact positions, mm [default: 0.1, or as the rig file says]
+    #[arg(long, value_name = "MM", value_parser = values::not_negative)]
+    noise_mm: Option<f64>,
     /// Steps per inch that contact positions are rounded to [default: none for --pad ideal, 200 for --pad interlink]
     #[arg(long, value_name = "N", value_parser = values::positive)]
     counts_per_inch: Option<f64>,
-    /// Standard deviation of Gaussian noise on the two palm angles, degrees
-    #[arg(long, value_name = "DEG", default_value = "0", value_parser = values::not_negative)]
-    angle_noise_deg: f64,
+    /// Standard deviation of Gaussian noise on the two palm angles, degrees [default: 0, or as the rig file says]
+    #[arg(long, value_name = "DEG", value_parser = values::not_negative)]
+    angle_noise_deg: Option<f64>,
     /// Share of the readings of each pad that are missing, 0 to 1
     #[arg(long, value_name = "SHARE", default_value = "0", value_parser = values::share)]
     dropout: f64,
@@ -77,13 +88,16 @@ pub struct Arguments {
     /// Write the standard deviation of the contact positions too (columns s1_sd_m, s2_sd_m)
     #[arg(long)]
     state_noise: bool,
-    /// Seed of the noise and of --motion random
+    /// Seed of the noise, of --motion random and of --draw-rig
     #[arg(long, value_name = "N", default_value = "1")]
     seed: u64,
     /// Print nothing but errors
     #[arg(short, long)]
     quiet: bool,
 }
+
+/// Noise of the contact positions if nothing is said of it, metres.
+const USUAL_NOISE_M: f64 = 1e-4;
 
 /// How the palms move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -118,8 +132,11 @@ pub fn run(arguments: &Arguments) -> Result<Ending, Failure> {
             "--com-offset-mm {x_mm},{y_mm} puts the centre of mass outside the object"
         )));
     }
-    let touchpad = touchpad(arguments);
-    let course = course(arguments, &shape, &touchpad)?;
+    let exact = || RigFile { rig: Rig::default(), ..RigFile::default() };
+    let rig = arguments.rig.as_deref().map(palpate_io::read_rig).transpose()?.unwrap_or_else(exact);
+    let calibration = if arguments.draw_rig { rig.rig.drawn(arguments.seed) } else { rig.rig.calibration };
+    let touchpad = touchpad(arguments, &rig);
+    let course = course(arguments, &shape, &touchpad, &rig)?;
     let options = SimulateOptions {
         touchpad,
         start_psi_rad: course.start_psi_rad,
@@ -128,16 +145,27 @@ pub fn run(arguments: &Arguments) -> Result<Ending, Failure> {
         with_forces: arguments.mass_g.is_some(),
         with_stated_noise: arguments.state_noise,
     };
-    let simulation = palpate::simulate::simulate(&shape, &course.palms, &options)?;
+    let mut simulation = palpate::simulate::simulate(&shape, &course.palms, &options)?;
+    simulation.log = rig.conventions.apply(&calibration.distorted(&simulation.log));
     let metadata = [
         ("made by".to_string(), format!("palpate simulate {}", env!("CARGO_PKG_VERSION"))),
         ("shape".to_string(), arguments.shape.to_string()),
+        ("rig".to_string(), palpate_io::rig_comment(&rig)),
     ];
     let truth_dir = palpate_io::truth_dir_of(&arguments.out);
     palpate_io::write_truth(&truth_dir, &simulation.truth)?;
+    if arguments.rig.is_some() {
+        let used = RigFile { rig: Rig::new(calibration, Tolerances::NONE), ..rig };
+        palpate_io::write_whole(&used_rig_of(&arguments.out), palpate_io::rig_to_toml(&used).as_bytes())?;
+    }
     palpate_io::write_log(&arguments.out, &simulation.log, &metadata)?;
     terminal.say(&told(arguments, &simulation))?;
     Ok(Ending::Success)
+}
+
+/// The file beside a log that says what errors its rig had.
+fn used_rig_of(log: &Path) -> PathBuf {
+    log.with_extension("rig.toml")
 }
 
 /// Where the palms may go, with a little room left at the ends of the pads.
@@ -150,16 +178,22 @@ fn holds_its_origin(shape: &SupportFunction) -> bool {
     (0..720).all(|step| shape.at(TAU * f64::from(step) / 720.0).r > 0.0)
 }
 
-fn touchpad(arguments: &Arguments) -> Touchpad {
+fn touchpad(arguments: &Arguments, rig: &RigFile) -> Touchpad {
     let pad = match arguments.pad {
         Pad::Ideal => Touchpad::ideal(),
         Pad::Interlink => Touchpad::interlink(),
     };
+    // The pads are alike: what the file says of either.
+    let of_pads = |value: fn(&palpate_io::Pad) -> Option<f64>| rig.pads.iter().find_map(value);
+    let lengths = rig.conventions.palms.iter().filter_map(|palm| palm.direction.length_m());
+    let length_m = arguments.palm_length_mm.map(|length| 1e-3 * length).or(lengths.reduce(f64::min));
+    let noise_sd_m = arguments.noise_mm.map(|noise| 1e-3 * noise).or(of_pads(|pad| pad.reading_sd_m));
+    let angle_noise_sd_rad = arguments.angle_noise_deg.map(f64::to_radians).or(rig.angle_reading_sd_rad);
     Touchpad {
-        length_m: arguments.palm_length_mm.map_or(pad.length_m, |length| 1e-3 * length),
-        counts_per_inch: arguments.counts_per_inch.or(pad.counts_per_inch),
-        noise_sd_m: 1e-3 * arguments.noise_mm,
-        angle_noise_sd_rad: arguments.angle_noise_deg.to_radians(),
+        length_m: length_m.unwrap_or(pad.length_m),
+        counts_per_inch: arguments.counts_per_inch.or(of_pads(|pad| pad.counts_per_inch)).or(pad.counts_per_inch),
+        noise_sd_m: noise_sd_m.unwrap_or(USUAL_NOISE_M),
+        angle_noise_sd_rad: angle_noise_sd_rad.unwrap_or(0.0),
         dropout: arguments.dropout,
         rate_hz: arguments.rate_hz,
         ..pad
@@ -172,8 +206,12 @@ fn told(arguments: &Arguments, simulation: &Simulation) -> String {
         1 => "1 jump".to_string(),
         count => format!("{count} jumps"),
     };
+    let rig = match &arguments.rig {
+        Some(_) => format!("\n{}: the errors of its rig", used_rig_of(&arguments.out).display()),
+        None => String::new(),
+    };
     format!(
-        "{}: {} samples, {jumps}\n{}: its truth",
+        "{}: {} samples, {jumps}\n{}: its truth{rig}",
         arguments.out.display(),
         simulation.log.samples.len(),
         palpate_io::truth_dir_of(&arguments.out).display()
@@ -212,7 +250,12 @@ struct Course {
     start_psi_rad: f64,
 }
 
-fn course(arguments: &Arguments, shape: &SupportFunction, touchpad: &Touchpad) -> Result<Course, Failure> {
+fn course(
+    arguments: &Arguments,
+    shape: &SupportFunction,
+    touchpad: &Touchpad,
+    rig: &RigFile,
+) -> Result<Course, Failure> {
     let Arguments { duration_s, rate_hz, .. } = *arguments;
     let half = 0.5e-3 * arguments.finger_gap_mm;
     let (motion, start_psi_rad) = match arguments.motion {
@@ -224,6 +267,10 @@ fn course(arguments: &Arguments, shape: &SupportFunction, touchpad: &Touchpad) -
         Motion::Random => (PalmMotion::random(arguments.seed, duration_s, 1.0)?, 0.0),
     };
     // Where an object rests depends on the angles of the palms alone, so that a plan for hinged palms holds for fingers too.
-    let palms = motion.with_bases([half, 0.0], [-half, 0.0]).sample(rate_hz)?;
+    let of = |palm: usize, x_m: f64| {
+        let [x, y] = rig.conventions.palms[palm].base_m;
+        [x.unwrap_or(x_m), y.unwrap_or(0.0)]
+    };
+    let palms = motion.with_bases(of(0, half), of(1, -half)).sample(rate_hz)?;
     Ok(Course { palms, start_psi_rad })
 }

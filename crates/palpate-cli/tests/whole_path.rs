@@ -402,3 +402,56 @@ fn a_rig_file_is_printed_and_checked() {
     }
     assert_eq!(palpate(dir.path(), &["rig"]).code, Some(2));
 }
+
+/// Errors and conventions of a rig that `simulate` writes with.
+const OFF: &str = "[palm1]
+zero_mm = 0.4
+[palm2]
+direction = \"to_base\"
+length_mm = 300
+[angles]
+phi2_zero_deg = -0.3
+sign1 = -1
+";
+
+#[test]
+fn a_simulated_rig_is_calibrated_by_its_logs() {
+    let dir = folder();
+    fs::write(dir.path().join("off.toml"), OFF).expect("written");
+    for (shape, log) in [("egg", "1.csv"), ("pebble", "2.csv")] {
+        let made = palpate(
+            dir.path(),
+            &["simulate", "--shape", shape, "--rig", "off.toml", "--noise-mm", "0.05", "--duration-s", "40", "-o", log],
+        );
+        assert_eq!(made.code, Some(0), "{}", made.stderr);
+    }
+    let used = palpate_io::read_rig(&dir.path().join("1.rig.toml")).expect("a rig file");
+    assert_eq!((used.rig.calibration.zero_m, used.rig.tolerances.zero_sd_m), ([4e-4, 0.0], [0.0; 2]));
+    // The log says by what rig it is to be taken; taken as exact it makes no sense.
+    let ran = palpate(dir.path(), &["reconstruct", "1.csv", "-o", "out", "--truth", "1.truth"]);
+    assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
+    assert!(error_mm(&summary(&dir.path().join("out"))) < 0.05);
+    assert_ne!(palpate(dir.path(), &["reconstruct", "1.csv", "-o", "exact", "--calibrated"]).code, Some(0));
+    // Signs and directions are known, the errors are not.
+    let known = OFF.replace("zero_mm = 0.4\n", "").replace("phi2_zero_deg = -0.3\n", "");
+    fs::write(dir.path().join("known.toml"), known).expect("written");
+    let ran = palpate(dir.path(), &["calibrate", "1.csv", "2.csv", "--rig", "known.toml", "-o", "rig.toml"]);
+    assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
+    assert!(ran.stdout.contains("calibrated by 2 of 2 logs") && ran.stdout.contains("zero of pad 1"), "{}", ran.stdout);
+    let found = palpate_io::read_rig(&dir.path().join("rig.toml")).expect("a rig file");
+    let (calibration, tolerances) = (found.rig.calibration, found.rig.tolerances);
+    assert!((calibration.zero_m[0] - 4e-4).abs() < 4.0 * tolerances.zero_sd_m[0] && tolerances.zero_sd_m[0] < 3e-5);
+    let off_rad = calibration.angle_zero_rad[1] + 0.3_f64.to_radians();
+    assert!(off_rad.abs() < 4.0 * tolerances.angle_zero_sd_rad[1], "{off_rad}");
+    assert_eq!(found.conventions.angle_signs, [-1.0, 1.0]);
+    let json = palpate(dir.path(), &["calibrate", "1.csv", "--rig", "known.toml", "-o", "one.toml", "--json"]);
+    let json: Value = serde_json::from_str(&json.stdout).expect("JSON");
+    assert_eq!(json["logs"][0]["is_used"].as_bool(), Some(true));
+    // A disc of another radius.
+    let ran = palpate(
+        dir.path(),
+        &["calibrate", "1.csv", "--rig", "known.toml", "--known-radius-mm", "5", "-o", "disc.toml"],
+    );
+    assert_eq!(ran.code, Some(2), "{}", ran.stdout);
+    assert!(!dir.path().join("disc.toml").exists());
+}

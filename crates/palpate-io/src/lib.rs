@@ -48,7 +48,9 @@ mod write_error;
 
 pub use csv::columns::{point_of, point_row, pose_of, pose_row};
 pub use folder::write_whole;
-pub use log::log_reader::{LogFile, MIN_SAMPLES, log_from_columns, parse_log, read_log, read_log_as};
+pub use log::log_reader::{
+    LogFile, MIN_SAMPLES, log_from_columns, parse_log, read_log, read_log_as, read_log_with_rig,
+};
 pub use log::log_writer::{log_csv, write_log};
 pub use read_error::{ReadError, ReadProblem};
 pub use result::figures::{check_figures_target, write_figures};
@@ -57,6 +59,7 @@ pub use result::{
     alternative_dir_of, alternatives_dir_of, check_result_target, read_motion_csv, read_shape_csv, read_summary,
     write_result, write_result_with_diagnostics,
 };
+pub use rig::comment::rig_comment;
 pub use rig::conventions::{Conventions, Direction, PalmConventions};
 pub use rig::parse::{parse_rig, read_rig};
 pub use rig::rig_error::{RigError, RigProblem};

@@ -29,6 +29,14 @@ pub enum ReadProblem {
     /// No folder of that name.
     #[error("no such folder; check the path")]
     MissingFolder,
+    /// A comment `# rig: …` that says nothing that can be understood.
+    #[error(
+        "the comment \"# rig:\" above the header does not say what rig wrote the log ({problem}); remove it, or give --rig or --calibrated"
+    )]
+    RigComment {
+        /// What is wrong with it.
+        problem: String,
+    },
     /// A folder where a file is expected.
     #[error("this is a folder; give the CSV file in it")]
     IsFolder,

@@ -17,6 +17,8 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _palpate {
     #[pymodule_export]
+    use crate::estimate::calibration::ConstantData;
+    #[pymodule_export]
     use crate::estimate::doubt::DoubtData;
     #[pymodule_export]
     use crate::estimate::information::{InformationData, posterior};
@@ -30,6 +32,8 @@ mod _palpate {
     use crate::estimate::symmetry::SymmetryData;
     #[pymodule_export]
     use crate::measured::log::LogData;
+    #[pymodule_export]
+    use crate::measured::rig::RigData;
     #[pymodule_export]
     use crate::measured::sensor::Pad;
     #[pymodule_export]

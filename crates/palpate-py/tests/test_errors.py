@@ -56,7 +56,8 @@ def calls() -> list[tuple[object, list[list[object]]]]:
     known = things()
     targets: list[object] = [palpate.simulate, palpate.plan_turn, palpate.plan_jump_free, palpate.follow]
     targets += [palpate.reconstruct, palpate.reconstruct_from, palpate.cramer_rao_bound_m, palpate.sweep_jobs]
-    for form in (palpate.SupportFunction, palpate.PalmPair, palpate.PalmMotion, palpate.PalmMove, palpate.Log):
+    palms = (palpate.PalmPair, palpate.PalmMotion, palpate.PalmMove)
+    for form in (palpate.SupportFunction, *palms, palpate.Log, palpate.Rig):
         targets.append(form)
         targets += [getattr(form, name) for name in vars(form) if isinstance(vars(form)[name], staticmethod)]
     landscape = palpate.EnergyLandscape(palpate.SupportFunction.named("egg"), palpate.PalmPair(0.7, 1.6))

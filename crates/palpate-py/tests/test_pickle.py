@@ -44,6 +44,7 @@ def everything() -> list[object]:
         *palpate.follow(SupportFunction.named("square"), PalmPair(0.2, 0.9), PalmPair(1.9, 0.9), 0.0)[1],
         jumpy,
         *jumpy.jumps,
+        palpate.Rig.parse("palm1.zero_mm = 0.3\nangles.sign1 = -1"),
         log,
         truth,
         result,

@@ -12,7 +12,8 @@ fn main() -> std::io::Result<()> {
     let mut arguments = std::env::args().skip(1);
     let file = arguments.next().unwrap_or_else(|| "synthetic.html".to_owned());
     let samples = arguments.next().and_then(|text| text.parse().ok()).unwrap_or(800);
-    let egg = fixture::fixture(samples, 12.0, 1.4);
+    let mut egg = fixture::fixture(samples, 12.0, 1.4);
+    egg.reconstruction.calibration = Some(fixture::calibration());
     let overlay = TruthOverlay {
         truth: &egg.truth,
         errors: TruthError {

@@ -144,7 +144,7 @@ fn thumbnail(result: &Reconstruction) -> String {
 }
 
 /// The attribute of what belongs to one of several arrangements; all but the first wait until they are chosen.
-fn belongs_to(index: usize) -> String {
+pub(crate) fn belongs_to(index: usize) -> String {
     let hidden = if index == 0 { "" } else { " hidden" };
     format!(" data-arrangement=\"{index}\"{hidden}")
 }
@@ -180,7 +180,7 @@ pub(crate) fn jumps(input: &ReportInput) -> String {
 }
 
 /// A number with so many decimals, for a column of its like.
-fn decimals(value: f64, decimals: usize) -> String {
+pub(crate) fn decimals(value: f64, decimals: usize) -> String {
     if !value.is_finite() || value.abs() >= 1e6 {
         return number(value);
     }

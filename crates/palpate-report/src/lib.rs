@@ -41,6 +41,7 @@ mod html;
 mod input;
 mod overlay;
 pub mod paper;
+mod rig;
 
 pub use data::MAX_SAMPLES_SHOWN;
 pub use input::{ReportInput, TruthOverlay};
@@ -56,6 +57,7 @@ pub fn page(input: &ReportInput) -> String {
         "figures" => figures::key_figures(input),
         "chooser" => figures::chooser(input.reconstruction),
         "jumps" => figures::jumps(input),
+        "rig" => rig::rig(input),
         "errors" => figures::truth_errors(input.truth.as_ref()),
         "thinned" => figures::thinned(input),
         "command" => figures::command(input.command),

@@ -305,3 +305,36 @@ fn an_empty_result_is_drawn_without_complaint() {
         picture(browser, "empty.png");
     });
 }
+
+#[test]
+fn the_rig_is_drawn_at_every_width() {
+    let mut egg = fixture(200, 6.0, 1.0);
+    egg.reconstruction.calibration = Some(fixture::calibration());
+    let input = ReportInput {
+        title: "a_rig.csv",
+        log: &egg.log,
+        reconstruction: &egg.reconstruction,
+        truth: None,
+        seconds: 1.0,
+        command: None,
+        version: "0.1.0",
+    };
+    in_browser(&page(&input), |browser, file| {
+        for (width, scheme) in
+            [(1400, "light"), (1400, "dark"), (820, "light"), (390, "light"), (390, "dark"), (320, "light")]
+        {
+            browser.window(width, 900, scheme);
+            browser.open(file);
+            let overflow = "document.documentElement.scrollWidth - document.documentElement.clientWidth";
+            assert_eq!(browser.evaluate(overflow), json!(0), "the page is wider than a window of {width} px");
+            // Pictures are wide enough to read, and lie within their card; words do not overlap them.
+            let placed = "[...document.querySelectorAll('.rig tbody tr')].every((row) => { \
+                 const box = (what) => row.querySelector(what).getBoundingClientRect(), card = document.querySelector('.rig').getBoundingClientRect(); \
+                 const p = box('.picture > svg'), n = box('.number'), s = box('.says'); \
+                 const apart = (a, b) => a.right <= b.left || b.right <= a.left || a.bottom <= b.top || b.bottom <= a.top; \
+                 return p.width > (innerWidth < 700 ? 0.8 * row.offsetWidth : 140) && p.left >= card.left && s.right <= card.right && apart(p, n) && apart(p, s) && apart(n, s); })";
+            assert_eq!(browser.evaluate(placed), json!(true), "the table is crammed in a window of {width} px");
+            picture(browser, &format!("rig-{width}-{scheme}.png"));
+        }
+    });
+}

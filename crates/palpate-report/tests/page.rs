@@ -2,7 +2,7 @@
 
 mod fixture;
 
-use fixture::{Fixture, fixture};
+use fixture::{Fixture, calibration, fixture};
 use palpate::compare::TruthError;
 use palpate::reconstruct::{Doubt, Jump, Verdict};
 use palpate::{Log, Reconstruction};
@@ -163,6 +163,65 @@ fn arrangements_that_fit_equally_well_are_all_there() {
     assert_ne!(arrangements[0]["psi"], arrangements[1]["psi"]);
 }
 
+const RIG: &str = "What this log says about your rig</h2>";
+
+#[test]
+fn the_rig_is_there_when_one_was_stated() {
+    let mut egg = fixture(50, 1.0, 1.0);
+    assert!(!with_truth(&egg).contains(RIG));
+    egg.reconstruction.calibration = Some(calibration());
+    let html = with_truth(&egg);
+    assert_eq!(html.matches(RIG).count(), 1);
+    // The clock was stated to be exact.
+    assert_eq!(html.matches("role=\"rowheader\"").count(), 6);
+    assert!(!html.contains("clock of the angles"));
+    for shown in [
+        "scope=\"row\">zero of pad\u{a0}1</th>",
+        "\u{2212}0.022 ± 0.023 mm<small>stated 0.00 ± 0.50 mm</small>",
+        "<b>told by the log</b>, 22 times finer than stated<",
+        "3.040 ± 0.023 mm<",
+        "<b>6.1 prior sd off</b>: check pad\u{a0}2: ",
+        "0.49 ± 0.43 %<small>stated 0.0 ± 1.4 %</small>",
+        "<b>partly told</b>, 3.3 times finer than stated<",
+        "0.17 ± 0.46°<",
+        "<b>not told by this log</b>: turn the pair of palms further against gravity<",
+        "1.392 ± 0.017°<small>stated 1.00 ± 0.50°</small>",
+        "aria-label=\"stated 1.00 ± 1.00°, found 1.392 ± 0.034°, each with two standard deviations\"",
+        "<b>Size:</b> known to 0.71\u{a0}% and 0.35\u{a0}mm all around, because no log can tell the common scale and the common surface \
+         offset; measure them with a calliper.",
+    ] {
+        assert!(html.contains(shown), "{shown} is not there");
+    }
+    assert!(!html.contains("Do not correct the rig by them"));
+    egg.reconstruction.verdict = Verdict::new(vec![Doubt::NotConvex]);
+    assert!(with_truth(&egg).contains("Do not correct the rig by them"));
+}
+
+#[test]
+fn an_exact_rig_has_no_table() {
+    let mut egg = fixture(50, 1.0, 1.0);
+    let mut exact = calibration();
+    exact.constants.iter_mut().for_each(|constant| constant.prior_sd = 0.0);
+    (exact.size_sd, exact.offset_sd_m) = (0.0, 0.0);
+    egg.reconstruction.calibration = Some(exact);
+    let html = with_truth(&egg);
+    assert!(html.contains(RIG) && html.contains("stated to be exact") && !html.contains("role=\"table\""));
+}
+
+#[test]
+fn each_arrangement_has_its_own_rig() {
+    let mut egg = fixture(50, 1.0, 1.0);
+    egg.reconstruction.calibration = Some(calibration());
+    let mut other = egg.reconstruction.clone();
+    other.calibration.as_mut().expect("a rig").constants[0].name = "{{size}}<b>".to_owned();
+    egg.reconstruction.others = vec![other];
+    let html = with_truth(&egg);
+    assert_eq!(html.matches(RIG).count(), 2);
+    assert!(html.contains("<section class=\"card full rig\" data-arrangement=\"1\" hidden>"));
+    // A constant without words of ours keeps its name.
+    assert!(html.contains("scope=\"row\">{{size}}&lt;b&gt;</th>"));
+}
+
 /// Any number a computer can hold.
 fn any_number() -> impl Strategy<Value = f64> {
     prop_oneof![
@@ -207,7 +266,17 @@ proptest! {
             .map(|&time_s| Jump { time_s, psi_after_rad: at(15), height_after_m: at(16), ..Default::default() })
             .collect();
         egg.reconstruction.shape = palpate::shape::SupportFunction::new(at(13), vec![[at(14), at(15)]]);
+        let mut rig = calibration();
+        for (i, constant) in rig.constants.iter_mut().enumerate() {
+            (constant.value, constant.sd, constant.stated, constant.prior_sd) = (at(i + 17), at(i + 18), at(i + 19), at(i + 20));
+        }
+        (rig.size_sd, rig.offset_sd_m) = (at(21), at(22));
+        egg.reconstruction.calibration = Some(rig);
         egg.reconstruction.others = vec![egg.reconstruction.clone()];
-        data(&with_truth(&egg));
+        let html = with_truth(&egg);
+        let (_, rig) = html.split_once(RIG).expect("the rig");
+        let (rig, _) = rig.split_once("</section>").expect("an end of the rig");
+        prop_assert!(!rig.contains("NaN") && !rig.contains("inf"), "{rig}");
+        data(&html);
     }
 }

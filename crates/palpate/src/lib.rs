@@ -75,6 +75,7 @@
 //! of mass first ([`Reconstruction::is_com_certified`]). What cannot be certified is said to be so, with the reason.
 #![forbid(unsafe_code)]
 
+pub mod calibrate;
 pub mod compare;
 mod estimate;
 pub mod information;

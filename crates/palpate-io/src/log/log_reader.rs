@@ -11,6 +11,7 @@ use crate::csv::text;
 use crate::csv::unit::{Dimension, Unit};
 use crate::read_error::{ReadError, ReadProblem};
 use crate::rig::conventions::Conventions;
+use crate::rig::{RigFile, comment};
 
 /// Fewest samples with a contact on both palms that a log must have: fewer cannot be solved for a shape.
 pub const MIN_SAMPLES: usize = palpate::reconstruct::FEWEST_SAMPLES;
@@ -78,10 +79,30 @@ pub fn read_log(path: &Path) -> Result<LogFile, ReadError> {
 /// As [`read_log`].
 pub fn read_log_as(path: &Path, conventions: &Conventions) -> Result<LogFile, ReadError> {
     let (name, bytes) = (path.to_string_lossy(), read_bytes(path)?);
+    by_conventions(&name, Table::parse(&name, &bytes, HEADER)?, conventions)
+}
+
+/// The same for a log that may say by itself what rig wrote it, in a comment `# rig: …` above its header (as `palpate simulate` writes it, see
+/// [`rig_comment`](crate::rig_comment)), with what it says.
+///
+/// # Errors
+/// As [`read_log`]; also when the comment says nothing that can be understood.
+pub fn read_log_with_rig(path: &Path) -> Result<(LogFile, Option<RigFile>), ReadError> {
+    let (name, bytes) = (path.to_string_lossy(), read_bytes(path)?);
     let table = Table::parse(&name, &bytes, HEADER)?;
+    let said = table.metadata.iter().find(|(key, _)| key == comment::KEY);
+    let rig = said
+        .map(|(_, value)| comment::parse_comment(&name, value))
+        .transpose()
+        .map_err(|error| ReadError::in_file(&name, ReadProblem::RigComment { problem: error.problem.to_string() }))?;
+    let conventions = rig.as_ref().map(|rig| rig.conventions).unwrap_or_default();
+    Ok((by_conventions(&name, table, &conventions)?, rig))
+}
+
+fn by_conventions(name: &str, table: Table, conventions: &Conventions) -> Result<LogFile, ReadError> {
     let columns = Columns { signs: conventions.angle_signs, ..Columns::find(&table)? };
     table.require_rows()?;
-    let mut file = from_table(&name, table, &columns)?;
+    let mut file = from_table(name, table, &columns)?;
     file.log = Conventions { angle_signs: [1.0; 2], ..*conventions }.apply(&file.log);
     Ok(file)
 }

@@ -28,6 +28,8 @@ pub(crate) const ANGLE_ZERO: [Key; 2] = [Key::angle("phi1_zero"), Key::angle("ph
 pub(crate) const ANGLE_ZERO_SD: [Key; 2] = [Key::angle("phi1_zero_sd"), Key::angle("phi2_zero_sd")];
 pub(crate) const SIGN: [Key; 2] = [Key::plain("sign1"), Key::plain("sign2")];
 pub(crate) const ANGLE_READING_SD: Key = Key::angle("reading_sd");
+pub(crate) const RATIO_SD: Key = Key::plain("scale_ratio_sd");
+pub(crate) const DIFFERENCE_SD: Key = Key::length("surface_difference_sd");
 pub(crate) const CLOCK: Key = Key::time("offset");
 pub(crate) const CLOCK_SD: Key = Key::time("offset_sd");
 
@@ -52,8 +54,13 @@ const ANGLE_KEYS: &[Key] =
     &[ANGLE_ZERO[0], ANGLE_ZERO_SD[0], ANGLE_ZERO[1], ANGLE_ZERO_SD[1], SIGN[0], SIGN[1], ANGLE_READING_SD];
 
 /// The tables of a rig file and the keys in each.
-pub(crate) const TABLES: [(&str, &[Key]); 4] =
-    [("palm1", PALM_KEYS), ("palm2", PALM_KEYS), ("angles", ANGLE_KEYS), ("clock", &[CLOCK, CLOCK_SD])];
+pub(crate) const TABLES: [(&str, &[Key]); 5] = [
+    ("palm1", PALM_KEYS),
+    ("palm2", PALM_KEYS),
+    ("pads", &[RATIO_SD, DIFFERENCE_SD]),
+    ("angles", ANGLE_KEYS),
+    ("clock", &[CLOCK, CLOCK_SD]),
+];
 
 /// Micrometres, in which standard deviations are stated; the unit of no column of a log.
 const MICROMETERS: &str = "um";

@@ -1,5 +1,6 @@
 //! Rig files: what is known of a rig before a log is read, in TOML.
 
+pub(crate) mod comment;
 pub(crate) mod conventions;
 mod key;
 pub(crate) mod parse;

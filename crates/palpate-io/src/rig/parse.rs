@@ -12,9 +12,9 @@ use toml::de::{DeTable, DeValue};
 
 use crate::rig::conventions::{Conventions, Direction, PalmConventions};
 use crate::rig::key::{
-    ANGLE_READING_SD, ANGLE_ZERO, ANGLE_ZERO_SD, BASE, CLOCK, CLOCK_SD, COUNTS_PER_INCH, DIRECTION, FRICTION,
-    FRICTION_SD, LENGTH, LEVELS, READING_SD, SCALE, SCALE_SD, SIGN, SURFACE, SURFACE_SD, TABLES, ZERO, ZERO_SD,
-    nearest_key, nearest_table,
+    ANGLE_READING_SD, ANGLE_ZERO, ANGLE_ZERO_SD, BASE, CLOCK, CLOCK_SD, COUNTS_PER_INCH, DIFFERENCE_SD, DIRECTION,
+    FRICTION, FRICTION_SD, LENGTH, LEVELS, RATIO_SD, READING_SD, SCALE, SCALE_SD, SIGN, SURFACE, SURFACE_SD, TABLES,
+    ZERO, ZERO_SD, nearest_key, nearest_table,
 };
 use crate::rig::rig_error::{RigError, RigProblem};
 use crate::rig::table::{Entry, Limit, Table};
@@ -36,7 +36,7 @@ const LATE: Limit = Limit(1.0, "1 s");
 
 /// Reads a rig file.
 ///
-/// The tables are `[palm1]`, `[palm2]`, `[angles]` and `[clock]`; see [`rig_template`](crate::rig_template) for the keys. Lengths end in
+/// The tables are `[palm1]`, `[palm2]`, `[pads]`, `[angles]` and `[clock]`; see [`rig_template`](crate::rig_template) for the keys. Lengths end in
 /// `_m`, `_cm`, `_mm` or `_um`, angles in `_rad` or `_deg`, times in `_s` or `_ms`. A missing constant is 0 (a scale 1), a missing standard
 /// deviation the default of [`Tolerances`]; a standard deviation of 0 means exact.
 ///
@@ -79,7 +79,7 @@ pub fn parse_rig(file: &str, text: &str) -> Result<RigFile, RigError> {
         let message = error.message().lines().collect::<Vec<_>>().join(", ");
         RigError::in_line(file, line, RigProblem::Toml { message })
     })?;
-    let [palm1, palm2, angles, clock] = tables(file, text, document.get_ref())?;
+    let [palm1, palm2, pads_together, angles, clock] = tables(file, text, document.get_ref())?;
 
     let (mut calibration, mut tolerances) = (Calibration::default(), Tolerances::default());
     let (mut conventions, mut pads) = (Conventions::default(), [Pad::default(); 2]);
@@ -93,6 +93,8 @@ pub fn parse_rig(file: &str, text: &str) -> Result<RigFile, RigError> {
         conventions.palms[k] = palm_conventions(palm)?;
         pads[k] = pad(palm)?;
     }
+    tolerances.scale_ratio_sd = pads_together.sd(RATIO_SD)?;
+    tolerances.surface_difference_sd_m = pads_together.sd(DIFFERENCE_SD)?;
     for k in 0..2 {
         set(&mut calibration.angle_zero_rad[k], angles.within(ANGLE_ZERO[k], TURN)?);
         set(&mut tolerances.angle_zero_sd_rad[k], angles.sd(ANGLE_ZERO_SD[k])?);
@@ -131,7 +133,7 @@ fn pad(palm: &Table) -> Result<Pad, RigError> {
 }
 
 /// The tables of a rig file, as [`TABLES`] has them; those that the file does not have are empty.
-fn tables<'a>(file: &'a str, text: &'a str, document: &'a DeTable<'a>) -> Result<[Table<'a>; 4], RigError> {
+fn tables<'a>(file: &'a str, text: &'a str, document: &'a DeTable<'a>) -> Result<[Table<'a>; 5], RigError> {
     for Entry { name, line, value, .. } in entries(text, document) {
         let known = TABLES.into_iter().map(|(table, _)| table).find(|table| *table == name);
         let problem = match (known, value) {
@@ -147,7 +149,7 @@ fn tables<'a>(file: &'a str, text: &'a str, document: &'a DeTable<'a>) -> Result
         let found = document.get(name).and_then(|value| value.get_ref().as_table());
         Table::new(file, name, keys, found.map(|found| entries(text, found)).unwrap_or_default())
     };
-    Ok([table(0)?, table(1)?, table(2)?, table(3)?])
+    Ok([table(0)?, table(1)?, table(2)?, table(3)?, table(4)?])
 }
 
 /// What a table of the text holds, in the order of the text.

@@ -4,8 +4,9 @@ use crate::csv::number::number;
 use crate::rig::RigFile;
 use crate::rig::conventions::Direction;
 use crate::rig::key::{
-    ANGLE_READING_SD, ANGLE_ZERO, ANGLE_ZERO_SD, BASE, CLOCK, CLOCK_SD, COUNTS_PER_INCH, DIRECTION, FRICTION,
-    FRICTION_SD, Key, LENGTH, LEVELS, READING_SD, SCALE, SCALE_SD, SIGN, SURFACE, SURFACE_SD, ZERO, ZERO_SD,
+    ANGLE_READING_SD, ANGLE_ZERO, ANGLE_ZERO_SD, BASE, CLOCK, CLOCK_SD, COUNTS_PER_INCH, DIFFERENCE_SD, DIRECTION,
+    FRICTION, FRICTION_SD, Key, LENGTH, LEVELS, RATIO_SD, READING_SD, SCALE, SCALE_SD, SIGN, SURFACE, SURFACE_SD, ZERO,
+    ZERO_SD,
 };
 
 /// The rig as a rig file that [`parse_rig`](crate::parse_rig) reads back the same, to the last bit: in SI units, every constant with its
@@ -35,6 +36,11 @@ pub fn rig_to_toml(rig: &RigFile) -> String {
         push(&mut text, FRICTION_SD, pad.friction.and(pad.friction_sd));
         push(&mut text, BASE[0], palm.base_m[0]);
         push(&mut text, BASE[1], palm.base_m[1]);
+    }
+    if tolerances.scale_ratio_sd.is_some() || tolerances.surface_difference_sd_m.is_some() {
+        text += "\n[pads]\n";
+        push(&mut text, RATIO_SD, tolerances.scale_ratio_sd);
+        push(&mut text, DIFFERENCE_SD, tolerances.surface_difference_sd_m);
     }
     text += "\n[angles]\n";
     for k in 0..2 {

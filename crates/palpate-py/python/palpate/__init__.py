@@ -20,6 +20,7 @@ from palpate._errors import (
     WriteError,
 )
 from palpate._palpate import (
+    CalibrationConstant,
     Doubt,
     EnergyLandscape,
     Information,
@@ -32,6 +33,7 @@ from palpate._palpate import (
     PlannedMotion,
     RestPose,
     Result,
+    Rig,
     Simulation,
     SupportFunction,
     SweepJob,
@@ -55,6 +57,7 @@ from palpate._palpate import (
 from palpate._sweep import SweepResult, sweep
 
 __all__ = [
+    "CalibrationConstant",
     "CompareError",
     "Doubt",
     "EnergyLandscape",
@@ -74,6 +77,7 @@ __all__ = [
     "ReconstructError",
     "RestPose",
     "Result",
+    "Rig",
     "ShapeError",
     "SimulateError",
     "Simulation",

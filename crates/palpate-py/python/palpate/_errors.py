@@ -37,7 +37,7 @@ class ReadError(InputError):
     line : int or None
         Line in the file, from 1. For columns in memory the row, from 0.
     column : str or None
-        Name of the column, or key of a plan.
+        Name of the column, or key of a plan or rig file.
     problem : str
         What is wrong, and what to do, without the place.
     """

@@ -1,5 +1,6 @@
 //! What is recovered from a log: options, results and their parts.
 
+pub(crate) mod calibration;
 pub(crate) mod doubt;
 pub(crate) mod information;
 pub(crate) mod jump;

@@ -5,7 +5,8 @@ use std::time::Instant;
 
 use palpate::Reconstruction;
 use palpate::reconstruct::{ReconstructError, Reconstructor, Start, UnknownMethod};
-use palpate_io::LogFile;
+use palpate::sensor::Rig;
+use palpate_io::{LogFile, RigFile};
 use pyo3::prelude::*;
 
 use crate::estimate::result::ResultData;
@@ -14,12 +15,25 @@ use crate::interop::errors::{self, OrRaise};
 use crate::interop::whole::Whole;
 use crate::interop::work::{self, Teller};
 use crate::measured::log::LogData;
+use crate::measured::rig::{self, RigGiven};
 use crate::object::shape::Shape;
 
 /// The options of the estimator from what Python calls them.
-fn options(harmonics: Option<Whole>, sensor_sd_m: Option<f64>, method: &str) -> PyResult<Reconstructor<'static>> {
+fn options(
+    harmonics: Option<Whole>,
+    sensor_sd_m: Option<f64>,
+    method: &str,
+    rig: &RigFile,
+) -> PyResult<Reconstructor<'static>> {
     let method = method.parse().map_err(|error: UnknownMethod| errors::input(error.to_string()))?;
-    Ok(Reconstructor::new().harmonics(harmonics.map(Whole::count)).sensor_sd_m(sensor_sd_m).method(method))
+    let options = Reconstructor::new().harmonics(harmonics.map(Whole::count)).sensor_sd_m(sensor_sd_m);
+    Ok(options.method(method).rig(rig.rig))
+}
+
+/// The rig that was given; without one, readings are taken as they are.
+fn known(py: Python<'_>, rig: Option<RigGiven>) -> PyResult<RigFile> {
+    let exact = || RigFile { rig: Rig::default(), ..RigFile::default() };
+    rig.map_or_else(|| Ok(exact()), |rig| rig.read(py))
 }
 
 /// Reconstructs on the pool and makes a result of it.
@@ -59,7 +73,11 @@ fn solved(
 ///     Standard deviation of the contact positions, metres. Default: what the log states, else estimated from it.
 /// method : str
 ///     'likelihood': maximum likelihood, with error bars and a verdict. 'ode': the equations of Moll and Erdmann (2001), 'quadrature':
-///     closed forms for the same; both for comparison, without error bars and never certified.
+///     closed forms for the same; both for comparison, without error bars and never certified, and with the rig as stated.
+/// rig : Rig or str or os.PathLike, optional
+///     What is known of palms and pads, or the path of a rig file. Constants that are not exact are estimated with the shape as far as
+///     the log tells them. Where the rig has conventions (signs of the angles, pads that count from the tip, base points), they are
+///     applied to the log first, unless it was read by them. Default: readings are taken as they are.
 /// min_touches : int
 ///     Boundary that a contact went over fewer times than this counts as never felt.
 /// threads : int, optional
@@ -77,6 +95,10 @@ fn solved(
 /// ------
 /// ReconstructError
 ///     If the log cannot be solved at all, or an option is out of range.
+/// ReadError
+///     If the rig file cannot be read or is none.
+/// InputError
+///     If the log is none with the conventions of the rig, or was read by those of another.
 ///
 /// Examples
 /// --------
@@ -91,8 +113,10 @@ fn solved(
 #[expect(clippy::too_many_arguments, reason = "each is a keyword of the Python function")]
 #[pyfunction]
 #[pyo3(
-    signature = (log, *, harmonics=None, sensor_sd_m=None, method="likelihood", min_touches=Whole(0), threads=None, progress=None),
-    text_signature = "(log, *, harmonics=None, sensor_sd_m=None, method='likelihood', min_touches=0, threads=None, progress=None)"
+    signature = (log, *, harmonics=None, sensor_sd_m=None, method="likelihood", rig=None, min_touches=Whole(0), threads=None,
+        progress=None),
+    text_signature = "(log, *, harmonics=None, sensor_sd_m=None, method='likelihood', rig=None, min_touches=0, threads=None, \
+        progress=None)"
 )]
 pub fn reconstruct(
     py: Python<'_>,
@@ -100,11 +124,14 @@ pub fn reconstruct(
     harmonics: Option<Whole>,
     sensor_sd_m: Option<f64>,
     method: &str,
+    rig: Option<RigGiven>,
     min_touches: Whole,
     threads: Option<Whole>,
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<ResultData> {
-    let options = options(harmonics, sensor_sd_m, method)?;
+    let rig = known(py, rig)?;
+    let options = options(harmonics, sensor_sd_m, method, &rig)?;
+    let log = rig::with_conventions(py, log, &rig.conventions)?;
     solved(py, &log, threads, progress, move |file, teller| {
         let mut found = options.clone().progress(&|progress| teller.tell(progress)).run(&file.log)?;
         found.prune(min_touches.small());
@@ -130,7 +157,11 @@ pub fn reconstruct(
 ///     Standard deviation of the contact positions, metres. Default: what the log states, else estimated from it.
 /// method : str
 ///     'likelihood': maximum likelihood, with error bars and a verdict. 'ode': the equations of Moll and Erdmann (2001), 'quadrature':
-///     closed forms for the same; both for comparison, without error bars and never certified.
+///     closed forms for the same; both for comparison, without error bars and never certified, and with the rig as stated.
+/// rig : Rig or str or os.PathLike, optional
+///     What is known of palms and pads, or the path of a rig file. Constants that are not exact are estimated with the shape as far as
+///     the log tells them. Where the rig has conventions (signs of the angles, pads that count from the tip, base points), they are
+///     applied to the log first, unless it was read by them. Default: readings are taken as they are.
 /// threads : int, optional
 ///     Threads to work with. Default: as many as there are processors.
 ///
@@ -143,9 +174,13 @@ pub fn reconstruct(
 /// ------
 /// ReconstructError
 ///     If the log cannot be solved, an option is out of range, or `psi_rad` is not as long as the log.
+/// ReadError
+///     If the rig file cannot be read or is none.
+/// InputError
+///     If the log is none with the conventions of the rig, or was read by those of another.
 #[expect(clippy::too_many_arguments, reason = "each is a keyword of the Python function")]
 #[pyfunction]
-#[pyo3(signature = (log, shape, psi_rad, *, harmonics=None, sensor_sd_m=None, method="likelihood", threads=None))]
+#[pyo3(signature = (log, shape, psi_rad, *, harmonics=None, sensor_sd_m=None, method="likelihood", rig=None, threads=None))]
 pub fn reconstruct_from(
     py: Python<'_>,
     log: Py<LogData>,
@@ -154,9 +189,13 @@ pub fn reconstruct_from(
     harmonics: Option<Whole>,
     sensor_sd_m: Option<f64>,
     method: &str,
+    rig: Option<RigGiven>,
     threads: Option<Whole>,
 ) -> PyResult<ResultData> {
-    let (options, shape, psi) = (options(harmonics, sensor_sd_m, method)?, shape.0.clone(), arrays::values(&psi_rad));
+    let rig = known(py, rig)?;
+    let options = options(harmonics, sensor_sd_m, method, &rig)?;
+    let log = rig::with_conventions(py, log, &rig.conventions)?;
+    let (shape, psi) = (shape.0.clone(), arrays::values(&psi_rad));
     let silent = false.into_pyobject(py)?.to_owned().into_any();
     solved(py, &log, threads, Some(&silent), move |file, _| {
         options.clone().start(Start::Motion { shape, psi_rad: psi }).run(&file.log)

@@ -12,6 +12,7 @@ use palpate_report::{ReportInput, TruthOverlay};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
+use crate::estimate::calibration;
 use crate::estimate::doubt::DoubtData;
 use crate::estimate::jump::JumpData;
 use crate::estimate::symmetry::SymmetryData;
@@ -58,7 +59,7 @@ use crate::object::shape::Shape;
 /// residual1, residual2 : numpy.ndarray
 ///     Measured minus predicted contact position, shape (n,), metres; NaN where no contact was seen, or after `Result.load`.
 /// log : Log or None
-///     The log that was reconstructed; None after `Result.load`.
+///     The log that was reconstructed, with the conventions of the rig applied; None after `Result.load`.
 /// seconds : float
 ///     How long the reconstruction took.
 #[pyclass(frozen, module = "palpate", name = "Result")]
@@ -245,6 +246,31 @@ impl ResultData {
         self.found.balance_sd_m
     }
 
+    /// dict of str to CalibrationConstant, or None: the constants of the rig as the log has them, by name.
+    ///
+    /// The names are 's1_zero_m', 's2_zero_m', 'scale_ratio', 'phi1_zero_rad', 'phi2_zero_rad', 'surface_difference_m' and
+    /// 'clock_offset_s'. None where all constants are exact or there is no rig, and from the methods without error bars.
+    #[getter]
+    fn calibration<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
+        self.found.calibration.as_ref().map(|calibration| calibration::by_name(py, calibration)).transpose()
+    }
+
+    /// float: relative standard deviation of the size, which no log tells.
+    ///
+    /// It comes from what the scales of both pads have in common; 0 without a `calibration`. `r_sd` is for the scales as stated.
+    #[getter]
+    fn size_sd(&self) -> f64 {
+        self.found.calibration.as_ref().map_or(0.0, |calibration| calibration.size_sd)
+    }
+
+    /// float: standard deviation of a parallel shift of the boundary, which no log tells, metres.
+    ///
+    /// It comes from what both surface offsets have in common; 0 without a `calibration`. `r_sd` is for the offsets as stated.
+    #[getter]
+    fn offset_sd_m(&self) -> f64 {
+        self.found.calibration.as_ref().map_or(0.0, |calibration| calibration.offset_sd_m)
+    }
+
     /// list of Jump: the jumps to other poses, in order of time.
     #[getter]
     fn jumps(&self) -> Vec<JumpData> {
@@ -413,11 +439,12 @@ impl ResultData {
 
     fn __repr__(&self) -> String {
         format!(
-            "<Result: {}; {} samples, {:.0} % felt, {} jumps>",
+            "<Result: {}; {} samples, {:.0} % felt, {} jumps{}>",
             self.verdict(),
             self.found.motion.len(),
             100.0 * self.found.coverage,
-            self.found.jumps.len()
+            self.found.jumps.len(),
+            if self.found.calibration.is_some() { ", rig estimated" } else { "" }
         )
     }
 
@@ -431,15 +458,23 @@ impl ResultData {
         };
         let symmetric = found.symmetry.symmetry.is_any();
         let symmetry = symmetric.then(|| format!("<p>The object is {}.</p>", escaped(&found.symmetry.to_string())));
-        let rows = [
-            ("mean radius", format!("{:.3} mm", 1e3 * found.shape.mean_radius_m())),
-            ("boundary felt", format!("{:.0} %", 100.0 * found.coverage)),
-            ("sensor noise", format!("{:.2} &micro;m", 1e6 * found.sensor_sd_m)),
-            ("&chi;&sup2; per degree of freedom", format!("{:.3}", found.chi2_per_dof)),
-            ("samples", found.motion.len().to_string()),
-            ("jumps", found.jumps.len().to_string()),
-            ("arrangements that fit", found.alternatives.to_string()),
+        let mut rows = vec![
+            ("mean radius".to_owned(), format!("{:.3} mm", 1e3 * found.shape.mean_radius_m())),
+            ("boundary felt".to_owned(), format!("{:.0} %", 100.0 * found.coverage)),
+            ("sensor noise".to_owned(), format!("{:.2} &micro;m", 1e6 * found.sensor_sd_m)),
+            ("&chi;&sup2; per degree of freedom".to_owned(), format!("{:.3}", found.chi2_per_dof)),
+            ("samples".to_owned(), found.motion.len().to_string()),
+            ("jumps".to_owned(), found.jumps.len().to_string()),
+            ("arrangements that fit".to_owned(), found.alternatives.to_string()),
         ];
+        if let Some(calibration) = &found.calibration {
+            let (size, offset_mm) = (100.0 * calibration.size_sd, 1e3 * calibration.offset_sd_m);
+            rows.push((
+                "size known to, as the rig is".to_owned(),
+                format!("{size:.2} %, and {offset_mm:.3} mm all around"),
+            ));
+            rows.extend(calibration::told(calibration));
+        }
         let rows: String =
             rows.iter().map(|(name, value)| format!("<tr><td>{name}</td><td>{value}</td></tr>")).collect();
         format!(
@@ -457,7 +492,9 @@ impl ResultData {
         let outline: Vec<[f64; 7]> = found.outline.iter().map(palpate_io::point_row).collect();
         let motion: Vec<[f64; 11]> = found.motion.iter().map(motion_row).collect();
         let tables = (arrays::table(py, &outline), arrays::table(py, &motion));
-        let arguments = (verdict, numbers, self.shape(), tables, self.jumps(), self.others(py), &self.log);
+        let calibration = found.calibration.as_ref().map(calibration::text).transpose()?;
+        let shape = (self.shape(), calibration);
+        let arguments = (verdict, numbers, shape, tables, self.jumps(), self.others(py), &self.log);
         pickled::by_method::<Self>(py, "_made", arguments)
     }
 
@@ -467,13 +504,13 @@ impl ResultData {
         py: Python<'_>,
         verdict: (Vec<PyRef<DoubtData>>, usize, PyRef<SymmetryData>),
         numbers: [f64; 5],
-        shape: &Shape,
+        shape: (PyRef<Shape>, Option<String>),
         tables: (Table, Table),
         jumps: Vec<PyRef<JumpData>>,
         others: Vec<PyRef<Self>>,
         log: Option<Py<LogData>>,
     ) -> PyResult<Self> {
-        let (doubts, alternatives, symmetry) = verdict;
+        let ((doubts, alternatives, symmetry), (shape, calibration)) = (verdict, shape);
         let [chi2_per_dof, coverage, sensor_sd_m, balance_sd_m, seconds] = numbers;
         let found = Reconstruction {
             findings: None,
@@ -489,7 +526,7 @@ impl ResultData {
             others: others.iter().map(|other| (*other.found).clone()).collect(),
             sensor_sd_m,
             balance_sd_m,
-            calibration: None,
+            calibration: calibration.as_deref().map(calibration::of_text).transpose()?,
         };
         Ok(Self::of(py, found, log, seconds))
     }
@@ -534,7 +571,7 @@ fn loaded(py: Python<'_>, folder: &std::path::Path) -> PyResult<(Reconstruction,
         others: Vec::new(),
         sensor_sd_m: summary.sensor_sd_m,
         balance_sd_m: summary.balance_sd_m,
-        calibration: None,
+        calibration: calibration::of_summary(&summary),
     };
     Ok((found, summary))
 }

@@ -7,7 +7,7 @@ use palpate::plan::PlanError;
 use palpate::reconstruct::ReconstructError as RustReconstructError;
 use palpate::shape::{ShapeError as RustShapeError, UnknownShape};
 use palpate::simulate::SimulateError as RustSimulateError;
-use palpate_io::{ReadError as RustReadError, WriteError as RustWriteError};
+use palpate_io::{ReadError as RustReadError, RigError, WriteError as RustWriteError};
 use palpate_sweep::{PlanError as SweepPlanError, SweepError as RustSweepError};
 use pyo3::import_exception;
 use pyo3::prelude::*;
@@ -59,6 +59,13 @@ exceptions! {
 impl IntoException for RustReadError {
     fn into_exception(self) -> PyErr {
         ReadError::new_err((self.to_string(), self.file, self.line, self.column, self.problem.to_string()))
+    }
+}
+
+/// The key of a rig file stands where a table has a column.
+impl IntoException for RigError {
+    fn into_exception(self) -> PyErr {
+        ReadError::new_err((self.to_string(), self.file, self.line, self.key, self.problem.to_string()))
     }
 }
 

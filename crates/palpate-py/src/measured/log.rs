@@ -6,13 +6,14 @@ use std::sync::Arc;
 use numpy::{PyArray1, PyArray2};
 use palpate::palms::PalmPair;
 use palpate::{Log, Sample};
-use palpate_io::LogFile;
+use palpate_io::{Conventions, LogFile};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyMapping, PySlice};
 
 use crate::interop::arrays::{self, Column, Table};
 use crate::interop::errors::{self, OrRaise};
 use crate::interop::pickled::{self, Pickled};
+use crate::measured::rig::{self, RigGiven};
 
 /// Stands for the file in messages about columns in memory.
 const COLUMNS: &str = "the columns (lines counted from 0)";
@@ -65,6 +66,8 @@ const FRAME: &str = "the data frame (lines counted from 0)";
 #[pyclass(frozen, module = "palpate", name = "Log")]
 pub struct LogData {
     pub file: Arc<LogFile>,
+    /// Those of a rig that the samples were turned by, so that they are turned but once.
+    pub conventions: Conventions,
     #[pyo3(get)]
     pub name: Option<String>,
     #[pyo3(get)]
@@ -118,13 +121,19 @@ impl LogData {
             force1_n: stated(|sample| sample.force1_n),
             force2_n: stated(|sample| sample.force2_n),
             file: Arc::new(file),
+            conventions: Conventions::default(),
         }
     }
 
     /// Some of the samples, with what goes with all of them.
     fn with_samples(&self, py: Python<'_>, samples: Vec<Sample>) -> Self {
         let file = LogFile { log: Log { samples }, ..(*self.file).clone() };
-        Self::of(py, file, self.name.clone())
+        Self { conventions: self.conventions, ..Self::of(py, file, self.name.clone()) }
+    }
+
+    /// The same log with samples that were turned by these conventions.
+    pub fn turned(&self, py: Python<'_>, log: Log, conventions: Conventions) -> Self {
+        Self { conventions, ..self.with_samples(py, log.samples) }
     }
 }
 
@@ -186,6 +195,10 @@ impl LogData {
     /// ----------
     /// path : str or os.PathLike
     ///     The file. Columns are found by name, in any order; the name carries the unit, such as s1_mm or phi1_deg.
+    /// rig : Rig or str or os.PathLike, optional
+    ///     The rig that wrote it, or its file: signs of the angles, directions of the pads and base points are taken as the rig has them,
+    ///     which `reconstruct` then does not do again. Needed where palm 2 counts negative angles. The constants of the rig stay in the
+    ///     log. Default: as palpate has them.
     ///
     /// Returns
     /// -------
@@ -197,10 +210,15 @@ impl LogData {
     /// ReadError
     ///     If the file cannot be read or is no usable palm log; the message says where, what, and what to do.
     #[staticmethod]
-    fn from_csv(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
-        let file = py.detach(|| palpate_io::read_log(&path)).or_raise()?;
+    #[pyo3(signature = (path, *, rig=None))]
+    fn from_csv(py: Python<'_>, path: PathBuf, rig: Option<RigGiven>) -> PyResult<Self> {
+        let conventions = match rig {
+            Some(rig) => rig.read(py)?.conventions,
+            None => Conventions::default(),
+        };
+        let file = py.detach(|| palpate_io::read_log_as(&path, &conventions)).or_raise()?;
         let name = path.file_name().map(|name| name.to_string_lossy().into_owned());
-        Ok(Self::of(py, file, name))
+        Ok(Self { conventions, ..Self::of(py, file, name) })
     }
 
     /// A palm log from arrays whose names carry units, as the columns of a CSV file do.
@@ -382,7 +400,8 @@ impl LogData {
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> Pickled<'py> {
         let file = &self.file;
-        let arguments = (self.to_rows(py), file.metadata.clone(), file.notes.clone(), self.name.clone());
+        let notes = (file.metadata.clone(), file.notes.clone());
+        let arguments = (self.to_rows(py), notes, self.name.clone(), rig::conventions_text(&self.conventions));
         pickled::by_method::<Self>(py, "_made", arguments)
     }
 
@@ -390,12 +409,14 @@ impl LogData {
     fn _made(
         py: Python<'_>,
         rows: Table,
-        metadata: Vec<(String, String)>,
-        notes: Vec<String>,
+        told: (Vec<(String, String)>, Vec<String>),
         name: Option<String>,
+        conventions: &str,
     ) -> PyResult<Self> {
         let samples = arrays::rows("a log", &rows)?.iter().map(sample).collect();
-        Ok(Self::of(py, LogFile { log: Log { samples }, metadata, notes }, name))
+        let (metadata, notes) = told;
+        let file = LogFile { log: Log { samples }, metadata, notes };
+        Ok(Self { conventions: rig::conventions_of(conventions)?, ..Self::of(py, file, name) })
     }
 }
 

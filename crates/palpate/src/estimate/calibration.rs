@@ -14,6 +14,7 @@ use crate::estimate::solver::shape_given_motion::rows;
 use crate::log::Log;
 use crate::palms::PalmPair;
 use crate::sensor::calibration::palm_rates_rad_per_s;
+use crate::sensor::rig::shares;
 use crate::sensor::{Calibration, Rig, Tolerances};
 use crate::shape::{ContactSupport, SupportFunction};
 use nalgebra::{DMatrix, SMatrix, SVector};
@@ -33,8 +34,8 @@ pub(crate) const NAMES: [&str; CONSTANTS] = [
     "clock_offset_s",
 ];
 
-type Vector = SVector<f64, CONSTANTS>;
-type Matrix = SMatrix<f64, CONSTANTS, CONSTANTS>;
+pub(crate) type Vector = SVector<f64, CONSTANTS>;
+pub(crate) type Matrix = SMatrix<f64, CONSTANTS, CONSTANTS>;
 
 /// A direction of the constants (in units of their priors) is changed where the log knows it better than so many times the prior: what it
 /// hardly tells stays as it is stated.
@@ -42,15 +43,14 @@ const LEAST_GAIN: f64 = 1.0;
 
 /// Prior standard deviations.
 pub(crate) fn prior_sd(tolerances: &Tolerances) -> [f64; CONSTANTS] {
-    let difference = |[one, two]: [f64; 2]| one.hypot(two);
-    let Tolerances { zero_sd_m, scale_sd, angle_zero_sd_rad, surface_sd_m, clock_offset_sd_s } = *tolerances;
+    let Tolerances { zero_sd_m, angle_zero_sd_rad, clock_offset_sd_s, .. } = *tolerances;
     [
         zero_sd_m[0],
         zero_sd_m[1],
-        difference(scale_sd),
+        tolerances.scale_ratio_sd(),
         angle_zero_sd_rad[0],
         angle_zero_sd_rad[1],
-        difference(surface_sd_m),
+        tolerances.surface_difference_sd_m(),
         clock_offset_sd_s,
     ]
 }
@@ -62,14 +62,8 @@ pub(crate) fn constants(calibration: &Calibration) -> [f64; CONSTANTS] {
     [zero_m[0], zero_m[1], ratio, angle_zero_rad[0], angle_zero_rad[1], surface_m[0] - surface_m[1], clock_offset_s]
 }
 
-/// How a difference of two constants is shared: by their variances, so that what they have in common stays.
-fn shares([one, two]: [f64; 2]) -> [f64; 2] {
-    let sum = one * one + two * two;
-    if sum > 0.0 { [one * one / sum, -two * two / sum] } else { [0.0; 2] }
-}
-
 /// A calibration after a change of its constants.
-fn changed(calibration: &Calibration, tolerances: &Tolerances, step: &Vector) -> Calibration {
+pub(crate) fn changed(calibration: &Calibration, tolerances: &Tolerances, step: &Vector) -> Calibration {
     let (of_scale, of_surface) = (shares(tolerances.scale_sd), shares(tolerances.surface_sd_m));
     let mut changed = *calibration;
     for k in 0..2 {
@@ -242,9 +236,15 @@ impl CalibrationPosterior {
     /// Posterior standard deviations of the constants; `inflation` multiplies the variance of the readings (correlated errors of neighbouring
     /// samples).
     pub fn sd(&self, inflation: f64) -> [f64; CONSTANTS] {
+        let covariance = self.covariance(inflation);
+        std::array::from_fn(|c| covariance[(c, c)].max(0.0).sqrt())
+    }
+
+    /// Their covariance.
+    pub fn covariance(&self, inflation: f64) -> Matrix {
         let with_prior = self.borne_out / inflation + Matrix::identity();
         let covariance = with_prior.try_inverse().unwrap_or_else(Matrix::identity);
-        std::array::from_fn(|c| covariance[(c, c)].max(0.0).sqrt() * self.prior_sd[c])
+        Matrix::from_fn(|i, j| covariance[(i, j)] * self.prior_sd[i] * self.prior_sd[j])
     }
 
     /// The constant that is furthest from what the rig was stated to have, and how far, in standard deviations of the statement.

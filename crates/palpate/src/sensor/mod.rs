@@ -2,7 +2,7 @@
 
 pub(crate) mod calibration;
 mod contact_sensor;
-mod rig;
+pub(crate) mod rig;
 mod touchpad;
 mod vision;
 

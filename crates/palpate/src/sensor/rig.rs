@@ -1,5 +1,9 @@
 //! What is known of a rig before a log is read: its calibration constants and how well each is known.
 
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::StandardNormal;
+
 use crate::sensor::Calibration;
 
 /// Standard deviations of the calibration constants; 0 = exact. The default is what a rig is known to that nobody measured with care.
@@ -17,6 +21,10 @@ pub struct Tolerances {
     pub surface_sd_m: [f64; 2],
     /// Of [`Calibration::clock_offset_s`], seconds: 0.
     pub clock_offset_sd_s: f64,
+    /// Of scale 1 − scale 2, where that is known better than both scales: logs tell it, and never the scales. `None` = as they are.
+    pub scale_ratio_sd: Option<f64>,
+    /// The same of surface 1 − surface 2, metres.
+    pub surface_difference_sd_m: Option<f64>,
 }
 
 impl Default for Tolerances {
@@ -27,6 +35,8 @@ impl Default for Tolerances {
             angle_zero_sd_rad: [0.5_f64.to_radians(); 2],
             surface_sd_m: [0.5e-3; 2],
             clock_offset_sd_s: 0.0,
+            scale_ratio_sd: None,
+            surface_difference_sd_m: None,
         }
     }
 }
@@ -39,7 +49,30 @@ impl Tolerances {
         angle_zero_sd_rad: [0.0; 2],
         surface_sd_m: [0.0; 2],
         clock_offset_sd_s: 0.0,
+        scale_ratio_sd: None,
+        surface_difference_sd_m: None,
     };
+
+    /// Standard deviation of scale 1 − scale 2.
+    pub fn scale_ratio_sd(&self) -> f64 {
+        difference_sd(self.scale_sd, self.scale_ratio_sd)
+    }
+
+    /// Standard deviation of surface 1 − surface 2, metres.
+    pub fn surface_difference_sd_m(&self) -> f64 {
+        difference_sd(self.surface_sd_m, self.surface_difference_sd_m)
+    }
+}
+
+/// Of a difference, stated or not.
+fn difference_sd([one, two]: [f64; 2], stated: Option<f64>) -> f64 {
+    stated.unwrap_or(f64::INFINITY).min(one.hypot(two))
+}
+
+/// How a difference of two constants is shared: by their variances, so that what they have in common stays.
+pub(crate) fn shares([one, two]: [f64; 2]) -> [f64; 2] {
+    let sum = one * one + two * two;
+    if sum > 0.0 { [one * one / sum, -two * two / sum] } else { [0.0; 2] }
 }
 
 /// A rig: its calibration constants with their standard deviations. What a log tells of them is estimated with the shape.
@@ -71,6 +104,27 @@ impl Rig {
         Self::new(Calibration::default(), Tolerances::default())
     }
 
+    /// Constants that such a rig may have: the stated ones, with errors of these standard deviations.
+    pub fn drawn(&self, seed: u64) -> Calibration {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let mut drawn = self.calibration;
+        let mut error = |sd: f64| sd * rng.sample::<f64, _>(StandardNormal);
+        let of = &self.tolerances;
+        for k in 0..2 {
+            drawn.zero_m[k] += error(of.zero_sd_m[k]);
+            drawn.angle_zero_rad[k] += error(of.angle_zero_sd_rad[k]);
+        }
+        let (of_scale, of_surface) = (shares(of.scale_sd), shares(of.surface_sd_m));
+        let (scale, ratio) = (error(self.size_sd()), error(of.scale_ratio_sd()));
+        let (surface_m, difference_m) = (error(self.offset_sd_m()), error(of.surface_difference_sd_m()));
+        for k in 0..2 {
+            drawn.scale[k] += scale + of_scale[k] * ratio;
+            drawn.surface_m[k] += surface_m + of_surface[k] * difference_m;
+        }
+        drawn.clock_offset_s += error(of.clock_offset_sd_s);
+        drawn
+    }
+
     /// Standard deviation of the size of every object, relative, that stays whatever a log tells: of what both pads' scales have in common.
     pub fn size_sd(&self) -> f64 {
         common_sd(self.tolerances.scale_sd)
@@ -91,6 +145,31 @@ fn common_sd([one, two]: [f64; 2]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn drawn_constants_scatter_as_the_tolerances_say() {
+        let stated = Calibration { zero_m: [1e-3, 0.0], ..Calibration::default() };
+        let tolerances = Tolerances { zero_sd_m: [2e-4, 0.0], ..Tolerances::default() };
+        let rig = Rig::new(stated, tolerances);
+        let drawn: Vec<Calibration> = (0..4000).map(|seed| rig.drawn(seed)).collect();
+        let of = |value: fn(&Calibration) -> f64| {
+            let values: Vec<f64> = drawn.iter().map(value).collect();
+            let mean = values.iter().sum::<f64>() / values.len() as f64;
+            (mean, (values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / values.len() as f64).sqrt())
+        };
+        for ((mean, sd), expected) in [
+            (of(|c| c.zero_m[0]), (1e-3, 2e-4)),
+            (of(|c| c.scale[1]), (1.0, 0.01)),
+            (of(|c| c.angle_zero_rad[0]), (0.0, 0.5_f64.to_radians())),
+            (of(|c| c.surface_m[1]), (0.0, 0.5e-3)),
+        ] {
+            assert!(
+                (mean - expected.0).abs() < 0.06 * expected.1 && (sd / expected.1 - 1.0).abs() < 0.04,
+                "{mean} {sd}"
+            );
+        }
+        assert!(drawn.iter().all(|c| c.zero_m[1] == 0.0 && c.clock_offset_s == 0.0));
+    }
 
     #[test]
     fn the_size_is_as_certain_as_the_scales_have_in_common() {

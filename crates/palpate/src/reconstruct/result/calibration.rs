@@ -10,6 +10,8 @@ pub struct CalibrationEstimate {
     pub calibration: Calibration,
     /// Each constant that a log may tell.
     pub constants: Vec<ConstantEstimate>,
+    /// Covariance of the constants, row by row in their order, in products of their units.
+    pub covariance: Vec<Vec<f64>>,
     /// Relative standard deviation of the size of the object, from the tolerance of what both pads' scales have in common. The standard
     /// deviations of r, ψ and the centre of mass are those for the stated scale and surface offset.
     pub size_sd: f64,

@@ -221,6 +221,7 @@ fn calibration_estimate(
     rig: &Rig,
 ) -> CalibrationEstimate {
     let (values, sds, prior_sds) = (constants(&found), posterior.sd(inflation), prior_sd(&rig.tolerances));
+    let covariance = posterior.covariance(inflation);
     let constant = |(index, name): (usize, &str)| ConstantEstimate {
         name: name.to_owned(),
         value: values[index],
@@ -231,6 +232,7 @@ fn calibration_estimate(
     CalibrationEstimate {
         calibration: found,
         constants: NAMES.iter().copied().enumerate().map(constant).collect(),
+        covariance: covariance.row_iter().map(|row| row.iter().copied().collect()).collect(),
         size_sd: rig.size_sd(),
         offset_sd_m: rig.offset_sd_m(),
     }
