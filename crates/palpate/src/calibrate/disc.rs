@@ -250,8 +250,7 @@ mod tests {
 
     #[test]
     fn constants_of_discs_come_out_within_their_error_bars_and_the_size_gains() {
-        let mut tolerances = Tolerances::default();
-        tolerances.clock_offset_sd_s = 0.01;
+        let tolerances = Tolerances { clock_offset_sd_s: 0.01, ..Tolerances::default() };
         let rig = Rig::new(Calibration::default(), tolerances);
         for seed in 0..6 {
             let truth = rig.drawn(seed);

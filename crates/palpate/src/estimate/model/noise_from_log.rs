@@ -6,37 +6,40 @@
 
 use crate::estimate::measurements::{Instant, Measurements};
 use crate::estimate::model::contact::{by_palms, combine, contacts};
-use crate::estimate::solver::gauss_newton::Fit;
+use crate::estimate::model::noise::Noise;
 use crate::log::Log;
 use crate::math::statistics::median;
 use crate::palms::PalmAngles;
 
 /// Standard deviation of one contact position in metres, estimated from the scatter of neighbouring samples.
 pub(crate) fn contact_scatter_m(measurements: &Measurements) -> f64 {
-    let mut windows = windows(measurements);
-    windows.sort_by(|a, b| path_rad(a).total_cmp(&path_rad(b)));
-    windows.truncate((windows.len() / STILLEST).max(FEWEST_WINDOWS));
-    let scatter = third_difference_scatter(&windows, [|i| i.s1, |i| i.s2]);
+    let scatter = third_difference_scatter(&stillest_windows(measurements), [|i| i.s1, |i| i.s2]);
     let step = quantisation_m(measurements, |i| i.s1).max(quantisation_m(measurements, |i| i.s2));
     scatter.max(step / 12f64.sqrt())
 }
 
-/// Standard deviation of a palm angle in radians, estimated in the same way, but wherever the palms are: those that seem to move least
-/// are those with the least noise.
+/// Standard deviation of a palm angle in radians, estimated in the same way.
 pub(crate) fn angle_scatter_rad(measurements: &Measurements) -> f64 {
-    third_difference_scatter(&windows(measurements), [|i| i.phi1, |i| i.phi1 + i.phi2])
+    angle_sd_rad(measurements, [|i| i.phi1, |i| i.phi1 + i.phi2])
 }
 
-/// The same of one encoder.
-fn angle_sd_rad(measurements: &Measurements, angle: fn(&Instant) -> f64) -> f64 {
-    third_difference_scatter(&windows(measurements), [angle])
+/// The same of some angles. Palms that move unevenly seem noisy, and where they seem to move least, their noise is least: so it is that
+/// of all windows, or that of the stillest with what the choice of them takes away, whichever is less.
+fn angle_sd_rad<const N: usize>(measurements: &Measurements, angles: [fn(&Instant) -> f64; N]) -> f64 {
+    let anywhere = third_difference_scatter(&windows(measurements), angles);
+    anywhere.min(OF_STILLEST * third_difference_scatter(&stillest_windows(measurements), angles))
 }
+
+/// Third differences of noise alone over those of the quarter in which it turns the palms least.
+const OF_STILLEST: f64 = 1.5;
 
 /// Weighs contacts by how far noise of the palm angles moves them: far out on the palms, and where these nearly meet, by many times what it
 /// moves others. `contact_m` is the standard deviation of a reading, by which stated ones are weighed; returned is that of the typical contact,
 /// which has weight 1 where none is stated.
 pub(crate) fn weigh_by_angles(measurements: &mut Measurements, contact_m: f64, is_stated: bool) -> f64 {
-    let sd = angle_scatter_rad(measurements);
+    // What the stillest show, which is rather less than it is: weights that are too even lose little, those of a noise that is none lose
+    // samples.
+    let sd = third_difference_scatter(&stillest_windows(measurements), [|i| i.phi1, |i| i.phi1 + i.phi2]);
     let least_m = contact_m.max(LEAST_CONTACT_SD * measurements.size_m());
     let size_m = measurements.size_m();
     // Palm 2 turned by an angle carries the object along palm 1, and both contacts with it; besides, the object turns, by about as much.
@@ -59,12 +62,13 @@ pub(crate) fn weigh_by_angles(measurements: &mut Measurements, contact_m: f64, i
 
 /// What noise of the palm angles leaves in the contact positions at an optimum, where every orientation has adapted to it: root mean square,
 /// weighed as they are, metres.
-pub(crate) fn angle_residual_m(measurements: &Measurements, fit: &Fit) -> f64 {
-    let sds = [angle_sd_rad(measurements, |i| i.phi1), angle_sd_rad(measurements, |i| i.phi2)];
+pub(crate) fn angle_residual_m(measurements: &Measurements, coefficients: &[f64], psi: &[f64], noise: Noise) -> f64 {
+    let angles: [fn(&Instant) -> f64; 2] = [|i| i.phi1, |i| i.phi2];
+    let sds = angles.map(|angle| angle_sd_rad(measurements, [angle]));
     let (mut sum, mut count) = (0.0, 0.0);
-    for (instant, &psi) in measurements.instants.iter().zip(&fit.estimate.psi) {
-        let at = contacts(instant, &fit.estimate.coefficients, psi);
-        let weights = fit.noise.weights(instant);
+    for (instant, &psi) in measurements.instants.iter().zip(psi) {
+        let at = contacts(instant, coefficients, psi);
+        let weights = noise.weights(instant);
         let weighted = |by: [f64; 3]| [0, 1, 2].map(|j| by[j] * weights[j]);
         let by_psi = weighted(combine(instant, at).by_psi);
         let information = by_psi.iter().map(|by| by * by).sum::<f64>().max(f64::MIN_POSITIVE);
@@ -78,7 +82,7 @@ pub(crate) fn angle_residual_m(measurements: &Measurements, fit: &Fit) -> f64 {
         }
         count += [instant.weight1, instant.weight2].into_iter().filter(|weight| *weight > 0.0).count() as f64;
     }
-    fit.noise.sensor_m * (sum / f64::max(count, 1.0)).sqrt()
+    noise.sensor_m * (sum / f64::max(count, 1.0)).sqrt()
 }
 
 /// No contact is taken to be more exact than this share of the mean radius: weights stay finite in an exact log.
@@ -98,6 +102,14 @@ const FEWEST_WINDOWS: usize = 50;
 /// Four neighbouring samples each, all of them with both contacts.
 fn windows(measurements: &Measurements) -> Vec<&[Instant]> {
     measurements.instants.windows(4).filter(|window| window.iter().all(Instant::both_seen)).collect()
+}
+
+/// Those of them in which the palms move least.
+fn stillest_windows(measurements: &Measurements) -> Vec<&[Instant]> {
+    let mut windows = windows(measurements);
+    windows.sort_by(|a, b| path_rad(a).total_cmp(&path_rad(b)));
+    windows.truncate((windows.len() / STILLEST).max(FEWEST_WINDOWS));
+    windows
 }
 
 /// How far both palms turn within four instants, radians.
@@ -268,18 +280,17 @@ mod tests {
             let (log, psi, _) = with_noisy_angles(angle_sd);
             let mut measurements = Measurements::new(&log, None);
             let sensor_m = weigh_by_angles(&mut measurements, 1e-6, false);
-            let noise = crate::estimate::model::noise::Noise { sensor_m, balance_m: 0.2 * sensor_m };
+            let noise = Noise { sensor_m, balance_m: 0.2 * sensor_m };
             let prior = Prior::new(0.03, 0.015);
             let order = shape.harmonics_m().len();
             // Only the orientations adapt: the shape is that of the object.
             let smoother = Smoother::new(&measurements, order, noise, prior);
             let stopping = StoppingCriteria { iterations: 20, tolerance: 1e-12 };
             let estimate = smoother.run(shape.coefficients(), psi, stopping);
-            let fit = Fit { estimate, order, noise, prior, log_evidence: 0.0 };
-            let expected_m = angle_residual_m(&measurements, &fit);
+            let expected_m = angle_residual_m(&measurements, &estimate.coefficients, &estimate.psi, noise);
             let (mut sum, mut count) = (0.0, 0.0);
-            for (instant, &psi) in measurements.instants.iter().zip(&fit.estimate.psi) {
-                let value = combine(instant, contacts(instant, &fit.estimate.coefficients, psi)).value;
+            for (instant, &psi) in measurements.instants.iter().zip(&estimate.psi) {
+                let value = combine(instant, contacts(instant, &estimate.coefficients, psi)).value;
                 sum += (instant.weight1 * value[0]).powi(2) + (instant.weight2 * value[1]).powi(2);
                 count += 2.0;
             }

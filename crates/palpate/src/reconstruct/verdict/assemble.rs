@@ -138,7 +138,7 @@ pub(crate) fn assemble(
         })
         .collect();
 
-    let angle_error = angle_residual_m(measurements, &fit);
+    let angle_error = angle_residual_m(measurements, coefficients, psi, fit.noise);
     let allowance = limits.model_allowance * coefficients[0].abs();
     let hidden = hidden_from_neighbours(&of_sensor1).min(hidden_from_neighbours(&of_sensor2));
     let expected_m = expected.stated_m.unwrap_or((hidden * expected.scatter_m).hypot(angle_error).max(allowance));
