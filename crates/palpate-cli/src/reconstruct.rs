@@ -6,7 +6,6 @@ use std::time::Instant;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use palpate::compare::{compare, true_support};
 use palpate::reconstruct::{FoundSymmetry, Method, Reconstructor, diagnostics};
-use palpate::sensor::Rig;
 use palpate::{Reconstruction, Truth};
 use palpate_io::{ConstantSummary, LogFile, RigFile, Summary, TruthSummary};
 use palpate_report::{ReportInput, TruthOverlay};
@@ -146,8 +145,7 @@ fn read(arguments: &Arguments) -> Result<(LogFile, RigFile), Failure> {
         return Ok((palpate_io::read_log_as(&arguments.log, &rig.conventions)?, rig));
     }
     if arguments.calibrated {
-        let exact = RigFile { rig: Rig::default(), ..RigFile::default() };
-        return Ok((palpate_io::read_log(&arguments.log)?, exact));
+        return Ok((palpate_io::read_log(&arguments.log)?, RigFile::exact()));
     }
     let (file, said) = palpate_io::read_log_with_rig(&arguments.log)?;
     Ok((file, said.unwrap_or_default()))

@@ -132,8 +132,7 @@ pub fn run(arguments: &Arguments) -> Result<Ending, Failure> {
             "--com-offset-mm {x_mm},{y_mm} puts the centre of mass outside the object"
         )));
     }
-    let exact = || RigFile { rig: Rig::default(), ..RigFile::default() };
-    let rig = arguments.rig.as_deref().map(palpate_io::read_rig).transpose()?.unwrap_or_else(exact);
+    let rig = arguments.rig.as_deref().map(palpate_io::read_rig).transpose()?.unwrap_or_else(RigFile::exact);
     let calibration = if arguments.draw_rig { rig.rig.drawn(arguments.seed) } else { rig.rig.calibration };
     let touchpad = touchpad(arguments, &rig);
     let course = course(arguments, &shape, &touchpad, &rig)?;

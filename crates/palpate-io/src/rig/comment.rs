@@ -16,9 +16,7 @@ const EXACT: &str = "exact";
 /// The value of a comment `# rig: …`, which says in one line what a rig file says; [`read_log_with_rig`](crate::read_log_with_rig) reads it.
 ///
 /// ```
-/// use palpate::sensor::Rig;
-/// let exact = palpate_io::RigFile { rig: Rig::default(), ..palpate_io::RigFile::default() };
-/// assert_eq!(palpate_io::rig_comment(&exact), "exact");
+/// assert_eq!(palpate_io::rig_comment(&palpate_io::RigFile::exact()), "exact");
 /// assert!(palpate_io::rig_comment(&palpate_io::RigFile::default()).starts_with("[palm1] zero_m = 0; zero_sd_m = 0.0005; "));
 /// ```
 pub fn rig_comment(rig: &RigFile) -> String {
@@ -34,7 +32,7 @@ pub fn rig_comment(rig: &RigFile) -> String {
 /// What such a comment says; `file` is what messages call the log.
 pub(crate) fn parse_comment(file: &str, value: &str) -> Result<RigFile, RigError> {
     if value == EXACT {
-        return Ok(RigFile { rig: Rig::default(), ..RigFile::default() });
+        return Ok(RigFile::exact());
     }
     parse_rig(file, &value.replace("] ", "]\n").replace("; ", "\n"))
 }
@@ -45,7 +43,7 @@ mod tests {
 
     #[test]
     fn a_rig_comes_back_from_its_comment() {
-        let mut rigs = vec![RigFile::default(), RigFile { rig: Rig::default(), ..RigFile::default() }];
+        let mut rigs = vec![RigFile::default(), RigFile::exact()];
         let text = "[palm1]\nzero_mm = 0.3\ndirection = \"to_base\"\nlength_mm = 55.5\n[angles]\nsign2 = -1\n[clock]\noffset_ms = 3\n";
         rigs.push(parse_rig("rig.toml", text).expect("a rig"));
         for rig in rigs {

@@ -40,6 +40,13 @@ pub struct Pad {
     pub friction_sd: Option<f64>,
 }
 
+impl RigFile {
+    /// Of a rig without errors, in the conventions of a palm log: readings are taken as they are.
+    pub fn exact() -> Self {
+        Self { rig: Rig::default(), ..Self::default() }
+    }
+}
+
 impl Default for RigFile {
     fn default() -> Self {
         Self {

@@ -5,7 +5,6 @@ use std::time::Instant;
 
 use palpate::Reconstruction;
 use palpate::reconstruct::{ReconstructError, Reconstructor, Start, UnknownMethod};
-use palpate::sensor::Rig;
 use palpate_io::{LogFile, RigFile};
 use pyo3::prelude::*;
 
@@ -32,8 +31,7 @@ fn options(
 
 /// The rig that was given; without one, readings are taken as they are.
 fn known(py: Python<'_>, rig: Option<RigGiven>) -> PyResult<RigFile> {
-    let exact = || RigFile { rig: Rig::default(), ..RigFile::default() };
-    rig.map_or_else(|| Ok(exact()), |rig| rig.read(py))
+    rig.map_or_else(|| Ok(RigFile::exact()), |rig| rig.read(py))
 }
 
 /// Reconstructs on the pool and makes a result of it.

@@ -49,7 +49,7 @@ impl RigData {
     ///     The rig.
     #[staticmethod]
     fn exact() -> Self {
-        Self(RigFile { rig: Rig::default(), ..RigFile::default() })
+        Self(RigFile::exact())
     }
 
     /// Read a rig file.

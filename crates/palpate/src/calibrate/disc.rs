@@ -2,7 +2,7 @@
 //! scales and surface offsets too, as far as its radius tells them apart, but not where gravity is.
 
 use super::{Contribution, RigCalibration};
-use crate::estimate::calibration::{NAMES, constants, prior_sd};
+use crate::estimate::calibration::{constants, prior_sd};
 use crate::log::{Log, Sample};
 use crate::math::statistics::typical_sd;
 use crate::reconstruct::{ConstantEstimate, Verdict};
@@ -69,21 +69,7 @@ pub fn calibrate_with_disc(logs: &[Log], radius_m: f64, rig: &Rig) -> Result<Rig
         return Err(DiscError::BadRadius(radius_m));
     }
     let all: Vec<&Log> = logs.iter().collect();
-    let (found, covariance, _) = fitted(&all, radius_m, rig)?;
-    let calibration = of_vector(&found, &rig.calibration);
-    let sd: [f64; UNKNOWNS] = std::array::from_fn(|k| covariance[(k, k)].max(0.0).sqrt());
-    let difference_sd = |one: usize, two: usize| {
-        (covariance[(one, one)] + covariance[(two, two)] - 2.0 * covariance[(one, two)]).max(0.0).sqrt()
-    };
-    let mut tolerances = rig.tolerances;
-    tolerances.zero_sd_m = [sd[0], sd[1]];
-    tolerances.scale_sd = [sd[2], sd[3]];
-    tolerances.angle_zero_sd_rad[1] = sd[4];
-    tolerances.surface_sd_m = [sd[5], sd[6]];
-    tolerances.clock_offset_sd_s = sd[7];
-    tolerances.scale_ratio_sd = Some(difference_sd(2, 3));
-    tolerances.surface_difference_sd_m = Some(difference_sd(5, 6));
-    let rig_now = Rig::new(calibration, tolerances);
+    let now = fitted(&all, radius_m, rig)?;
     let left = |log: &Log, calibration: &Calibration| {
         let left = residuals(&[log], radius_m, calibration);
         (!left.is_empty()).then(|| typical_sd(left.iter()))
@@ -92,40 +78,35 @@ pub fn calibrate_with_disc(logs: &[Log], radius_m: f64, rig: &Rig) -> Result<Rig
         is_used: true,
         verdict: Verdict::default(),
         failure: None,
-        constants: fitted(&[log], radius_m, rig).map_or_else(
-            |_| Vec::new(),
-            |(found, covariance, _)| {
-                let sd: [f64; UNKNOWNS] = std::array::from_fn(|k| covariance[(k, k)].max(0.0).sqrt());
-                let mut alone = rig.tolerances;
-                (alone.zero_sd_m, alone.scale_sd, alone.surface_sd_m) =
-                    ([sd[0], sd[1]], [sd[2], sd[3]], [sd[5], sd[6]]);
-                (alone.angle_zero_sd_rad[1], alone.clock_offset_sd_s) = (sd[4], sd[7]);
-                estimates(rig, &Rig::new(of_vector(&found, &rig.calibration), alone))
-            },
-        ),
+        constants: fitted(&[log], radius_m, rig).map_or_else(|_| Vec::new(), |alone| estimates(rig, &alone)),
         residual_before_m: left(log, &rig.calibration),
-        residual_after_m: left(log, &calibration),
+        residual_after_m: left(log, &now.calibration),
         drift: None,
     };
-    Ok(RigCalibration {
-        rig: rig_now,
-        constants: estimates(rig, &rig_now),
-        logs: logs.iter().map(contribution).collect(),
-    })
+    let constants = estimates(rig, &now);
+    Ok(RigCalibration { rig: now, constants, logs: logs.iter().map(contribution).collect() })
 }
 
 /// The constants of a rig as estimates from another.
 fn estimates(before: &Rig, now: &Rig) -> Vec<ConstantEstimate> {
-    let (stated, values) = (constants(&before.calibration), constants(&now.calibration));
-    let (prior_sds, sds) = (prior_sd(&before.tolerances), prior_sd(&now.tolerances));
-    let constant = |(c, name): (usize, &&str)| ConstantEstimate {
-        name: (*name).to_owned(),
-        value: values[c],
-        sd: sds[c],
-        stated: stated[c],
-        prior_sd: prior_sds[c],
-    };
-    NAMES.iter().enumerate().map(constant).collect()
+    ConstantEstimate::all(before, constants(&now.calibration), prior_sd(&now.tolerances))
+}
+
+/// The rig with these constants.
+fn known(rig: &Rig, found: &Vector, covariance: &Matrix) -> Rig {
+    let variance_of = |difference: &Vector| difference.dot(&(covariance * difference)).max(0.0);
+    let unit = |k: usize| Vector::from_fn(|other, _| if other == k { 1.0 } else { 0.0 });
+    let sd = |k: usize| variance_of(&unit(k)).sqrt();
+    let difference_sd = |one: usize, two: usize| variance_of(&(unit(one) - unit(two))).sqrt();
+    let mut tolerances = rig.tolerances;
+    tolerances.zero_sd_m = [sd(0), sd(1)];
+    tolerances.scale_sd = [sd(2), sd(3)];
+    tolerances.angle_zero_sd_rad[1] = sd(4);
+    tolerances.surface_sd_m = [sd(5), sd(6)];
+    tolerances.clock_offset_sd_s = sd(7);
+    tolerances.scale_ratio_sd = Some(difference_sd(2, 3));
+    tolerances.surface_difference_sd_m = Some(difference_sd(5, 6));
+    Rig::new(of_vector(found, &rig.calibration), tolerances)
 }
 
 fn to_vector(calibration: &Calibration) -> Vector {
@@ -175,8 +156,8 @@ fn residuals(logs: &[&Log], radius_m: f64, calibration: &Calibration) -> Vec<f64
     logs.iter().flat_map(of_log).collect()
 }
 
-/// Constants, their covariance, and the standard deviation of a reading.
-fn fitted(logs: &[&Log], radius_m: f64, rig: &Rig) -> Result<(Vector, Matrix, f64), DiscError> {
+/// The rig as these logs have it.
+fn fitted(logs: &[&Log], radius_m: f64, rig: &Rig) -> Result<Rig, DiscError> {
     let (stated, sds) = (to_vector(&rig.calibration), prior_sds(&rig.tolerances));
     let mut found = stated;
     let mut last = None;
@@ -222,7 +203,7 @@ fn fitted(logs: &[&Log], radius_m: f64, rig: &Rig) -> Result<(Vector, Matrix, f6
     if (suggested_m - radius_m).abs() > OTHER_SDS * stated_sd_m {
         return Err(DiscError::OtherRadius { suggested_mm: 1e3 * suggested_m });
     }
-    Ok((found, covariance, sd_m))
+    Ok(known(rig, &found, &covariance))
 }
 
 #[cfg(test)]

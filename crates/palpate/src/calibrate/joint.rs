@@ -7,7 +7,7 @@ use crate::reconstruct::{
     CalibrationEstimate, ConstantEstimate, Progress, ReconstructError, ReconstructOptions, Reconstruction,
     Reconstructor, Start,
 };
-use crate::sensor::Rig;
+use crate::sensor::{Calibration, Rig, Tolerances};
 
 /// Calibrates a rig by logs of objects that need not be known. `rig` is what is known of it beforehand. Reports progress from any thread.
 ///
@@ -77,9 +77,9 @@ pub fn calibrate(
 }
 
 /// What a log's motion and shape, fitted anew, leave in the contact positions for a calibration that is taken as exact.
-fn residual_m(log: &Log, found: &Reconstruction, calibration: crate::sensor::Calibration) -> Option<f64> {
+fn residual_m(log: &Log, found: &Reconstruction, calibration: Calibration) -> Option<f64> {
     let psi_rad = found.motion.iter().map(|pose| pose.psi_rad).collect();
-    let exact = Rig::new(calibration, crate::sensor::Tolerances::NONE);
+    let exact = Rig::new(calibration, Tolerances::NONE);
     let options = ReconstructOptions::default().with_rig(exact);
     let start = Start::Motion { shape: found.shape.clone(), psi_rad };
     Reconstructor::from(options).start(start).run(log).ok().map(|again| again.sensor_sd_m)
@@ -132,15 +132,8 @@ impl Belief {
 
     fn constants(&self, rig: &Rig) -> Vec<ConstantEstimate> {
         let (mean, covariance) = self.moments();
-        let (sds, stated) = (self.sd(&covariance), constants(&rig.calibration));
-        let constant = |(c, name): (usize, &&str)| ConstantEstimate {
-            name: (*name).to_owned(),
-            value: stated[c] + mean[c] * self.prior_sd[c],
-            sd: sds[c],
-            stated: stated[c],
-            prior_sd: self.prior_sd[c],
-        };
-        NAMES.iter().enumerate().map(constant).collect()
+        let values = std::array::from_fn(|c| self.stated[c] + mean[c] * self.prior_sd[c]);
+        ConstantEstimate::all(rig, values, self.sd(&covariance))
     }
 
     /// The rig with this belief of its constants. What both pads have in common stays as it was.
@@ -176,7 +169,7 @@ impl Belief {
 mod tests {
     use super::*;
     use crate::palms::PalmMotion;
-    use crate::sensor::{Calibration, Touchpad};
+    use crate::sensor::Touchpad;
     use crate::shape::NamedShape;
     use crate::simulate::{SimulateOptions, simulate};
 

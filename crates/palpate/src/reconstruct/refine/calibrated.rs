@@ -58,11 +58,16 @@ impl<'a> Job<'a> {
     fn tolerance_m(&self, sd: &[f64; CONSTANTS]) -> f64 {
         let [zero1, zero2, ratio, angle1, angle2, surface, clock] = *sd;
         let far_m = 2.0 * self.prior.size_m;
+        let late_m = if clock > 0.0 { far_m * self.palm_rate_rad_per_s() * clock } else { 0.0 };
+        let errors = [zero1, zero2, far_m * ratio, far_m * angle1, far_m * angle2, surface, late_m];
+        errors.into_iter().fold(self.scatter_m.max(self.typical_m), |sum, error| sum.hypot(LEFT * error))
+    }
+
+    /// How fast the palms turn: root mean square over the log.
+    fn palm_rate_rad_per_s(&self) -> f64 {
         let rates = palm_rates_rad_per_s(self.raw);
         let squares = rates.iter().map(|[rate1, rate2]| rate1 * rate1 + rate2 * rate2).sum::<f64>();
-        let rate = (squares / rates.len().max(1) as f64).sqrt();
-        let errors = [zero1, zero2, far_m * ratio, far_m * angle1, far_m * angle2, surface, far_m * rate * clock];
-        errors.into_iter().fold(self.scatter_m.max(self.typical_m), |sum, error| sum.hypot(LEFT * error))
+        (squares / rates.len().max(1) as f64).sqrt()
     }
 
     /// The readings as a part of the log corrects them.

@@ -1,6 +1,7 @@
 //! What a log told of the rig that wrote it: plain data.
 
-use crate::sensor::Calibration;
+use crate::estimate::calibration::{CONSTANTS, NAMES, constants, prior_sd};
+use crate::sensor::{Calibration, Rig};
 
 /// The calibration constants that a log told, and what none can tell.
 #[derive(Clone, Debug, PartialEq)]
@@ -34,4 +35,19 @@ pub struct ConstantEstimate {
     pub stated: f64,
     /// The standard deviation of that.
     pub prior_sd: f64,
+}
+
+impl ConstantEstimate {
+    /// Every constant that a log may tell, of a rig that was stated so: what was found, with its standard deviations.
+    pub(crate) fn all(rig: &Rig, values: [f64; CONSTANTS], sds: [f64; CONSTANTS]) -> Vec<Self> {
+        let (stated, prior_sds) = (constants(&rig.calibration), prior_sd(&rig.tolerances));
+        let constant = |(index, name): (usize, &&str)| Self {
+            name: (*name).to_owned(),
+            value: values[index],
+            sd: sds[index],
+            stated: stated[index],
+            prior_sd: prior_sds[index],
+        };
+        NAMES.iter().enumerate().map(constant).collect()
+    }
 }

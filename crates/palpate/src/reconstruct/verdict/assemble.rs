@@ -2,7 +2,7 @@
 //! (`docs/theory.md`, error bars).
 
 use super::certificate::Findings;
-use crate::estimate::calibration::{CalibrationPosterior, NAMES, constants, prior_sd};
+use crate::estimate::calibration::{CalibrationPosterior, constants};
 use crate::estimate::coverage::{NODES, completed, contact_paths, touches};
 use crate::estimate::evidence::jump_prior::excess;
 use crate::estimate::jumps::{DetectedJump, detect_jumps, jump_reversals};
@@ -220,18 +220,10 @@ fn calibration_estimate(
     found: Calibration,
     rig: &Rig,
 ) -> CalibrationEstimate {
-    let (values, sds, prior_sds) = (constants(&found), posterior.sd(inflation), prior_sd(&rig.tolerances));
     let covariance = posterior.covariance(inflation);
-    let constant = |(index, name): (usize, &str)| ConstantEstimate {
-        name: name.to_owned(),
-        value: values[index],
-        sd: sds[index],
-        prior_sd: prior_sds[index],
-        stated: constants(&rig.calibration)[index],
-    };
     CalibrationEstimate {
         calibration: found,
-        constants: NAMES.iter().copied().enumerate().map(constant).collect(),
+        constants: ConstantEstimate::all(rig, constants(&found), posterior.sd(inflation)),
         covariance: covariance.row_iter().map(|row| row.iter().copied().collect()).collect(),
         size_sd: rig.size_sd(),
         offset_sd_m: rig.offset_sd_m(),
