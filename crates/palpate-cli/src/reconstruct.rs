@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use palpate::compare::{compare, true_support};
-use palpate::reconstruct::{FoundSymmetry, Method, Reconstructor, diagnostics};
+use palpate::reconstruct::{Doubt, FoundSymmetry, Method, Reconstructor, diagnostics};
 use palpate::{Reconstruction, Truth};
 use palpate_io::{ConstantSummary, LogFile, RigFile, Summary, TruthSummary};
 use palpate_report::{ReportInput, TruthOverlay};
@@ -102,8 +102,6 @@ pub fn run(arguments: &Arguments) -> Result<Ending, Failure> {
     let terminal = Terminal::new(arguments.quiet);
     let out = arguments.out.clone().unwrap_or_else(|| arguments.log.with_extension("palpate"));
     let (file, rig) = read(arguments)?;
-    let reading_sd_m =
-        rig.pads.map(|pad| pad.reading_sd_m).into_iter().flatten().filter(|sd_m| *sd_m > 0.0).reduce(f64::max);
     let truth = arguments.truth.as_deref().map(|dir| read_truth(dir, &file)).transpose()?;
     file.notes.iter().for_each(|note| terminal.note(note));
     if let Some(threads) = arguments.threads {
@@ -120,7 +118,7 @@ pub fn run(arguments: &Arguments) -> Result<Ending, Failure> {
         truth: truth.as_ref(),
         reconstructor: Reconstructor::new()
             .harmonics(arguments.harmonics)
-            .sensor_sd_m(arguments.sensor_sd_mm.map(|sd| 1e-3 * sd).or(reading_sd_m))
+            .sensor_sd_m(arguments.sensor_sd_mm.map(|sd| 1e-3 * sd).or(rig.reading_sd_m()))
             .method(arguments.method)
             .rig(rig.rig),
         min_touches: arguments.min_touches,
@@ -190,7 +188,16 @@ pub fn solve(job: &Job, terminal: &Terminal) -> Result<Summary, Failure> {
     palpate_io::check_result_target(job.out)?;
     let started = Instant::now();
     let progress = terminal.progress();
-    let mut reconstruction = job.reconstructor.clone().progress(&|step| progress.update(step)).run(&job.file.log)?;
+    let tell = |step| progress.update(step);
+    let reconstructor = job.reconstructor.clone().progress(&tell);
+    let mut reconstruction = reconstructor.run(&job.file.log).map_err(|error| {
+        let mistake = reconstructor.recognise_mistake(&job.file.log, None);
+        mistake.map_or_else(|| Failure::from(error.clone()), |mistake| Failure::Input(format!("{error}; {mistake}")))
+    })?;
+    let verdict = &mut reconstruction.verdict;
+    if let Some(mistake) = reconstructor.recognise_mistake(&job.file.log, Some(verdict)) {
+        verdict.doubts.insert(0, Doubt::Mistaken { mistake });
+    }
     drop(progress);
     reconstruction.prune(job.min_touches);
     let mut summary = Summary::new(&reconstruction, started.elapsed().as_secs_f64());

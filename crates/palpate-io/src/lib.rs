@@ -59,7 +59,7 @@ pub use result::{
     alternative_dir_of, alternatives_dir_of, check_result_target, read_motion_csv, read_shape_csv, read_summary,
     write_result, write_result_with_diagnostics,
 };
-pub use rig::comment::rig_comment;
+pub use rig::comment::{parse_rig_comment, rig_comment};
 pub use rig::conventions::{Conventions, Direction, PalmConventions};
 pub use rig::parse::{parse_rig, read_rig};
 pub use rig::rig_error::{RigError, RigProblem};

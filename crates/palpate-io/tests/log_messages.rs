@@ -225,7 +225,7 @@ fn palm_angles() {
     );
     expect(
         &with_line(3, "0.05,1.04,4,29.7,31.8"),
-        "log.csv, line 3, column phi2_rad: 4 rad is out of range; the angle from palm 1 to palm 2, counter-clockwise, must lie between 0 and pi (180 deg)",
+        "log.csv, line 3, column phi2_rad: 4 rad is out of range; the angle from palm 1 to palm 2, counter-clockwise, must lie between 0 and pi (180 deg); if it is counted from the horizontal, subtract phi1",
     );
     expect(
         &with_line(1, "time_s,phi1_deg,phi2_rad,s1_mm,s2_mm").replace(",1.04,", ",800,"),

@@ -64,7 +64,7 @@ fn simulated(seed: u64, motion: MotionKind) -> Log {
         3 => Touchpads { counts_per_inch: Some(200.0), ..Touchpads::default() },
         index => Touchpads { noise_sd_m: [0.03e-3, 0.1e-3, 0.3e-3][index as usize], ..Touchpads::default() },
     };
-    let job = SimulateJob { seed, object: Object::Mixed, motion, samples: None, touchpads };
+    let job = SimulateJob { seed, object: Object::Mixed, motion, samples: None, touchpads, rig: None };
     job.simulate().unwrap_or_else(|error| panic!("seed {seed}: {error}")).simulation.log
 }
 

@@ -9,7 +9,7 @@ use palpate_sweep::{
 };
 
 fn row(seed: u64, motion: MotionKind, touchpads: Touchpads) -> Row {
-    let simulation = SimulateJob { seed, object: Object::Mixed, motion, samples: None, touchpads };
+    let simulation = SimulateJob { seed, object: Object::Mixed, motion, samples: None, touchpads, rig: None };
     let job = Job {
         source: Source::Simulate(simulation),
         reconstruct: ReconstructChoice::default(),

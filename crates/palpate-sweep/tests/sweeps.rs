@@ -4,6 +4,7 @@ use std::fs;
 use std::num::NonZero;
 use std::path::{Path, PathBuf};
 
+use palpate::sensor::Calibration;
 use palpate_sweep::table::{column_names, results_parquet};
 use palpate_sweep::{Done, Job, Source, Status, Sweep, SweepError, parse_plan, read_plan};
 use parquet::file::reader::{FileReader, SerializedFileReader};
@@ -124,6 +125,73 @@ fn logs_are_reconstructed_and_held_against_the_truths_beside_them() {
     fs::write(logs.join("broken.csv"), "time_s\n2\n").expect("a file");
     let refused = sweep(plan, &logs).run_in(&out, TWO, &mut |_| ()).expect_err("another sweep");
     assert!(matches!(refused, SweepError::OtherPlan { jobs: 4, .. }), "{refused}");
+}
+
+/// A rig as sure of its angles as of nothing else.
+const RIG: &str = "[angles]\nphi1_zero_sd_deg = 0\nphi2_zero_sd_deg = 0\n";
+
+#[test]
+fn simulated_logs_are_those_of_rigs_that_are_drawn() {
+    let dir = tempfile::tempdir().expect("a folder");
+    fs::write(dir.path().join("rig.toml"), RIG).expect("a file");
+    let plan = |rig: &str| {
+        format!(
+            "kind = \"simulate\"\ntrials = 2\nsamples = 600\nmotions = \"random\"\ntouchpads = [{{ noise_sd_m = 5e-5 }}]\n\
+             objects.named = {{ name = \"pebble\" }}\nscore = {{ reference = true, bound = true }}\n{rig}"
+        )
+    };
+    let of = |rig: &str| sweep(&plan(rig), dir.path());
+    let job = |sweep: &Sweep| match &sweep.jobs[1].source {
+        Source::Simulate(job) => job.clone(),
+        other => panic!("{other:?}"),
+    };
+    let drawn = of("rig = \"rig.toml\"");
+    let (exact, erring) = (job(&of("")).simulate().expect("a log"), job(&drawn).simulate().expect("a log"));
+    let calibration = erring.calibration;
+    assert_eq!((exact.calibration, exact.simulation.truth), (Calibration::default(), erring.simulation.truth));
+    assert_eq!(calibration.distorted(&exact.simulation.log), erring.simulation.log);
+    assert!(calibration.zero_m != [0.0; 2] && calibration.angle_zero_rad == [0.0; 2]);
+    assert!((calibration.scale[0] + calibration.scale[1] - 2.0).abs() < 1e-12, "the size is as stated");
+    // Reconstructed by what the file says, and the constants held against those that were drawn.
+    let rows: Vec<_> = drawn.run(TWO, &mut |_| ()).expect("outcomes").into_iter().map(|outcome| outcome.row).collect();
+    for row in &rows {
+        assert!(row.certified && row.wrong == Some(false), "{row:?}");
+        assert!(row.constants_inside_band.is_some_and(|share| share >= 0.6), "{row:?}");
+        assert!(row.worst_constant_sds.is_some_and(|sds| sds > 0.0 && sds < 4.0), "{row:?}");
+    }
+    // What the rig leaves open makes the bound larger.
+    let known = of("rig = \"exact\"").outcome(1).expect("a job").row;
+    assert_eq!((known.constants_inside_band, known.worst_constant_sds), (None, None));
+    assert!(rows[1].bound_r_m > known.bound_r_m && known.bound_r_m.is_some());
+    // A plan without a rig is the sweep that it was.
+    assert!(!serde_json::to_string(&of("").jobs[0]).expect("JSON").contains("rig"));
+    fs::write(dir.path().join("rig.toml"), "[palm1]\nzero_mm = \"far\"\n").expect("a file");
+    let plan = parse_plan("plan.toml", &plan("rig = \"rig.toml\"")).expect("a plan");
+    let refused = Sweep::new(&plan, dir.path()).expect_err("no rig").to_string();
+    assert!(refused.starts_with("plan.toml, rig: ") && refused.contains("rig.toml, line 2"), "{refused}");
+}
+
+#[test]
+fn logs_are_taken_by_the_rig_of_the_plan_or_their_own() {
+    let dir = tempfile::tempdir().expect("a folder");
+    let plan = SHORT.replace("samples = 150", "samples = 600");
+    let Source::Simulate(job) = sweep(&plan, Path::new(".")).jobs[0].source.clone() else { panic!("a simulation") };
+    let simulation = job.simulate().expect("a log").simulation;
+    let exact = [("rig".to_owned(), "exact".to_owned())];
+    palpate_io::write_log(&dir.path().join("said.csv"), &simulation.log, &exact).expect("a log");
+    palpate_io::write_log(&dir.path().join("unsaid.csv"), &simulation.log, &[]).expect("a log");
+    fs::write(dir.path().join("rig.toml"), "[palm1]\ndirection = \"to_base\"\nlength_m = 0.2\n").expect("a file");
+    let samples = |rig: &str| {
+        let swept = sweep(&format!("kind = \"reconstruct\"\nlogs = \"*said.csv\"\n{rig}"), dir.path());
+        let rows = [0, 1].map(|job| swept.jobs[job].run(job as u64, dir.path()).row);
+        rows.map(|row| (row.status, row.sensor_sd_m, row.chi2_per_dof))
+    };
+    let [said, unsaid] = samples("");
+    assert_eq!(samples("rig = \"exact\""), [said, said]);
+    assert!(said != unsaid && unsaid.0 == Status::Reconstructed, "the default tolerances");
+    // Read from the tip: another log.
+    let [from_tip, also] = samples("rig = \"rig.toml\"");
+    assert!(from_tip == also && from_tip != said && from_tip != unsaid);
 }
 
 #[test]

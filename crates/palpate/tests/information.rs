@@ -5,6 +5,7 @@ mod reconstruct_support;
 
 use palpate::information::{Information, InformationError, cramer_rao_bound_m, posterior};
 use palpate::reconstruct::{Method, Reconstructor, Start};
+use palpate::sensor::Rig;
 use palpate::shape::{NamedShape, SupportFunction};
 use palpate::simulate::Simulation;
 use reconstruct_support::{SIZE_M, noisy, turned};
@@ -80,6 +81,36 @@ fn what_a_reconstruction_has_learnt_is_what_its_error_bars_say() {
             let ratio = learnt.r_sd_m(point.theta_rad) / point.r_sd_m;
             assert!((ratio - 1.0).abs() < 0.05, "{} rad: {ratio}", point.theta_rad);
         }
+    }
+}
+
+#[test]
+fn what_the_rig_leaves_open_takes_from_the_information() {
+    let run = turned(&pebble(), 400, noisy(NOISE_M));
+    let psi = true_psi(&run);
+    let rig = Rig::uncalibrated();
+    let known = Information::of(&run.log, &pebble(), &psi, NOISE_M).expect("determined");
+    let of = |log, rig: &Rig| Information::of_rig(log, &pebble(), &psi, NOISE_M, rig).expect("determined");
+    let open = of(&run.log, &rig);
+    for degree in 0..360 {
+        let theta_rad = f64::from(degree).to_radians();
+        assert!(open.r_sd_m(theta_rad) >= known.r_sd_m(theta_rad) * (1.0 - 1e-9), "{degree}");
+    }
+    assert!(open.rms_r_sd_m() > 1.1 * known.rms_r_sd_m());
+    assert_eq!(of(&run.log, &Rig::default()), known);
+    // A log is as its rig reads it.
+    let drawn = rig.at_stated_size(&rig.drawn(3));
+    let other = of(&drawn.distorted(&run.log), &Rig::new(drawn, rig.tolerances));
+    let ratio = other.rms_r_sd_m() / open.rms_r_sd_m();
+    // Sensitivities are those at constants a hundredth away.
+    assert!((ratio - 1.0).abs() < 0.01, "{ratio}");
+    // So does what has been learnt with them.
+    let read = drawn.distorted(&run.log);
+    let found = Reconstructor::new().rig(rig).run(&read).expect("solvable");
+    let learnt = posterior(&read, &found).expect("determined");
+    for point in found.outline.iter().filter(|point| point.touches > 0) {
+        let ratio = learnt.r_sd_m(point.theta_rad) / point.r_sd_m;
+        assert!((ratio - 1.0).abs() < 0.05, "{} rad: {ratio}", point.theta_rad);
     }
 }
 

@@ -2,16 +2,17 @@
 //!
 //! A sweep of its own: every trial draws an object and a palm motion from its seed, simulates the log, and reconstructs it twice,
 //! from nothing and from the truth. *Solved* means that the first is as good as the second (RMS error of r within 1.5 times). The
-//! Cramér-Rao bound is evaluated at the truth. Each trial works on one thread, so that its seconds are its own.
+//! Cramér-Rao bound is evaluated at the truth, with the constants of the rig open where they are drawn. Each trial works on one thread, so that its seconds are its own.
 
 use std::num::NonZero;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::bail;
+use palpate::sensor::Rig;
 use palpate_sweep::{
-    Conditions, Job, MotionKind, MotionShape, NoiseShape, Object, Outcome, ReconstructChoice, ScoreChoice, SimulateJob,
-    Source, Status, Sweep, Touchpads, VariedJob,
+    Conditions, Job, MotionKind, MotionShape, NoiseShape, Object, Outcome, ReconstructChoice, Row, ScoreChoice,
+    SimulateJob, Source, Status, Sweep, Touchpads, VariedJob,
 };
 
 use crate::studies::rows;
@@ -29,6 +30,9 @@ pub struct Arguments {
     /// Objects, motions, sensors and logs of many more kinds, each factor drawn by itself (only with `--jumps`).
     #[arg(long, requires = "jumps", conflicts_with = "symmetric")]
     varied: bool,
+    /// Rigs that nobody calibrated, drawn from the default tolerances (only with `--jumps`, over the mixture).
+    #[arg(long, requires = "jumps", conflicts_with_all = ["symmetric", "varied"])]
+    rig: bool,
     /// Trials; with jumps in all, without for each kind of noise [default: 500 with jumps, 200 without].
     #[arg(long)]
     trials: Option<u64>,
@@ -68,15 +72,17 @@ impl Arguments {
         let jumps = if self.jumps { " --jumps" } else { "" };
         let symmetric = if self.symmetric { " --symmetric" } else { "" };
         let varied = if self.varied { " --varied" } else { "" };
-        format!("cargo xtask monte-carlo{jumps}{symmetric}{varied} --trials {trials} --seed {}", seeds.join(","))
+        let rig = if self.rig { " --rig" } else { "" };
+        format!("cargo xtask monte-carlo{jumps}{symmetric}{varied}{rig} --trials {trials} --seed {}", seeds.join(","))
     }
 
     /// The tables that this study is for: the whole one, and the short one of the README. None has sets of trials without jumps.
     fn places(&self) -> &'static [Place] {
         match (self.jumps, self.seed.len()) {
             (_, 1) if self.varied => &[tables::MONTE_CARLO_VARIED],
+            (_, 1) if self.rig => &[tables::MONTE_CARLO_RIG],
             (_, 1) if self.symmetric => &[tables::MONTE_CARLO_SYMMETRIC],
-            _ if self.symmetric || self.varied => &[],
+            _ if self.symmetric || self.varied || self.rig => &[],
             (false, 1) => &[tables::MONTE_CARLO, tables::ACCURACY],
             (true, 1) => &[tables::MONTE_CARLO_JUMPS, tables::ACCURACY_JUMPS],
             (true, _) => &[tables::MONTE_CARLO_SETS],
@@ -180,7 +186,7 @@ impl Trial<'_> {
     fn tell(&self) {
         let row = &self.outcome.row;
         println!(
-            "seed {} {} {}: jumps {} felt {:.2} solved {} certified {} wrong {} r {:.4} mm (from truth {:.4}, bound {:.4}) psi {:.2} deg alternatives {} symmetry {}{} {:.1} s; {}",
+            "seed {} {} {}: jumps {} felt {:.2} solved {} certified {} wrong {} r {:.4} mm (from truth {:.4}, bound {:.4}) psi {:.2} deg alternatives {} symmetry {}{}{} {:.1} s; {}",
             self.seed,
             row.object,
             self.conditions().map_or_else(
@@ -202,6 +208,7 @@ impl Trial<'_> {
             row.alternatives.unwrap_or(0),
             row.symmetry_order.unwrap_or(0),
             if row.symmetry_mirror == Some(true) { "m" } else { "" },
+            row.worst_constant_sds.map_or_else(String::new, |sds| format!(" constants {sds:.1} sd")),
             self.seconds(),
             row.reason
         );
@@ -239,6 +246,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         arguments.seed.iter().flat_map(|first| set(*first, arguments.trials(), arguments.jumps)).collect();
     let source = |seed: u64, noise: NoiseKind| match simulation(seed, noise, arguments.jumps) {
         _ if arguments.varied => Source::Varied(VariedJob { seed }),
+        job if arguments.rig => Source::Simulate(SimulateJob { rig: Some(Box::new(Rig::uncalibrated())), ..job }),
         job if arguments.symmetric => Source::Simulate(SimulateJob { object: Object::Symmetric, ..job }),
         job => Source::Simulate(job),
     };
@@ -287,8 +295,12 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let texts: Vec<String> = if let [_] = arguments.seed[..] {
         let groups = groups(&trials, arguments.jumps);
         let long = format!(
-            "    {command}\n\n{HEADING}{}\n{remark}",
-            groups.iter().map(|group| row(group)).collect::<String>()
+            "    {command}\n\n{}{}\n{remark}",
+            if arguments.rig { with_cells(HEADING, &RIG_HEADINGS) } else { HEADING.to_owned() },
+            groups
+                .iter()
+                .map(|group| if arguments.rig { with_cells(&row(group), &[&rig_cells(group)]) } else { row(group) })
+                .collect::<String>()
         );
         let in_short =
             groups.iter().filter(|group| !arguments.jumps || SHORT_WITH_JUMPS.contains(&group.name.as_str()));
@@ -364,6 +376,10 @@ const HEADING: &str = "\
 |---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|
 ";
 
+/// Two more cells for each line of the heading, where rigs are drawn.
+const RIG_HEADINGS: [&str; 2] =
+    [" certified: constants of the rig inside 95 % band | all within 3 standard deviations |", "---:|---:|"];
+
 const SHORT_HEADING: &str = "\
 | trials of | logs | solved | certified | certified, wrong | error of r / Cramér-Rao bound (median) | certified: inside 95 % bands | RMS error of r (median) |
 |---|---:|---:|---:|---:|---:|---:|---:|
@@ -430,6 +446,23 @@ fn row(group: &Group) -> String {
     )
 }
 
+/// Lines of a table with more cells at the end of each.
+fn with_cells(lines: &str, cells: &[&str]) -> String {
+    // The last cells go on where there are more lines than cells.
+    let cells = cells.iter().chain(std::iter::repeat(cells.last().unwrap_or(&"")));
+    lines.lines().zip(cells).map(|(line, cell)| format!("{line}{cell}\n")).collect()
+}
+
+/// What the logs told of their rigs.
+fn rig_cells(group: &Group) -> String {
+    let told =
+        |of: fn(&Row) -> Option<f64>| group.of.iter().filter(|o| o.certified()).filter_map(move |o| of(&o.outcome.row));
+    let mean_percent = |values: Vec<f64>| 100.0 * values.iter().sum::<f64>() / values.len() as f64;
+    let inside: Vec<f64> = told(|row| row.constants_inside_band).collect();
+    let within: Vec<f64> = told(|row| row.worst_constant_sds).map(|sds| f64::from(u8::from(sds <= 3.0))).collect();
+    format!(" {:.1} % | {:.1} % |", mean_percent(inside), mean_percent(within))
+}
+
 fn short_row(group: &Group) -> String {
     format!(
         "| {} | {} | {:.1} % | {:.1} % | {} | {:.2} | {:.1} % | {:.4} mm |\n",
@@ -463,7 +496,7 @@ fn set_row(group: &Group) -> String {
 /// The simulation of a trial.
 pub(crate) fn simulation(seed: u64, noise: NoiseKind, jumps: bool) -> SimulateJob {
     let motion = if jumps { MotionKind::Random } else { MotionKind::RandomJumpFree };
-    SimulateJob { seed, object: Object::Mixed, motion, samples: None, touchpads: noise.touchpads() }
+    SimulateJob { seed, object: Object::Mixed, motion, samples: None, touchpads: noise.touchpads(), rig: None }
 }
 
 fn sweep(sources: &[Source]) -> Sweep {

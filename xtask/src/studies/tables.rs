@@ -51,6 +51,8 @@ pub const MONTE_CARLO_SETS: Place = Place { file: "docs/monte-carlo.md", name: "
 pub const MONTE_CARLO_VARIED: Place = Place { file: "docs/monte-carlo.md", name: "monte-carlo-varied" };
 /// `cargo xtask monte-carlo --jumps --symmetric`.
 pub const MONTE_CARLO_SYMMETRIC: Place = Place { file: "docs/monte-carlo.md", name: "monte-carlo-symmetric" };
+/// `cargo xtask monte-carlo --jumps --rig`.
+pub const MONTE_CARLO_RIG: Place = Place { file: "docs/monte-carlo.md", name: "monte-carlo-rig" };
 /// `cargo xtask limits --jumps`.
 pub const LIMITS: Place = Place { file: "docs/constants.md", name: "limits" };
 /// `cargo xtask methods`.

@@ -92,7 +92,7 @@ pub fn read_log_with_rig(path: &Path) -> Result<(LogFile, Option<RigFile>), Read
     let table = Table::parse(&name, &bytes, HEADER)?;
     let said = table.metadata.iter().find(|(key, _)| key == comment::KEY);
     let rig = said
-        .map(|(_, value)| comment::parse_comment(&name, value))
+        .map(|(_, value)| comment::parse_rig_comment(&name, value))
         .transpose()
         .map_err(|error| ReadError::in_file(&name, ReadProblem::RigComment { problem: error.problem.to_string() }))?;
     let conventions = rig.as_ref().map(|rig| rig.conventions).unwrap_or_default();
@@ -246,7 +246,7 @@ fn palm2_angle(table: &Table, row: usize, column: Column, sign: f64) -> Result<f
 }
 
 fn out_of_range_between_palms(text: String, unit: &'static str) -> ReadProblem {
-    let range = "the angle from palm 1 to palm 2, counter-clockwise, must lie between 0 and pi (180 deg)";
+    let range = "the angle from palm 1 to palm 2, counter-clockwise, must lie between 0 and pi (180 deg); if it is counted from the horizontal, subtract phi1";
     ReadProblem::AngleOutOfRange { text, unit, range }
 }
 

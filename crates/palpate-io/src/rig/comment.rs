@@ -30,7 +30,10 @@ pub fn rig_comment(rig: &RigFile) -> String {
 }
 
 /// What such a comment says; `file` is what messages call the log.
-pub(crate) fn parse_comment(file: &str, value: &str) -> Result<RigFile, RigError> {
+///
+/// # Errors
+/// As of [`parse_rig`].
+pub fn parse_rig_comment(file: &str, value: &str) -> Result<RigFile, RigError> {
     if value == EXACT {
         return Ok(RigFile::exact());
     }
@@ -49,8 +52,8 @@ mod tests {
         for rig in rigs {
             let comment = rig_comment(&rig);
             assert!(!comment.contains('\n'));
-            assert_eq!(parse_comment("log.csv", &comment), Ok(rig));
+            assert_eq!(parse_rig_comment("log.csv", &comment), Ok(rig));
         }
-        assert!(parse_comment("log.csv", "left hand").is_err());
+        assert!(parse_rig_comment("log.csv", "left hand").is_err());
     }
 }

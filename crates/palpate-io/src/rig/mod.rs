@@ -45,6 +45,11 @@ impl RigFile {
     pub fn exact() -> Self {
         Self { rig: Rig::default(), ..Self::default() }
     }
+
+    /// Standard deviation of the positions, metres, of the pad that reads less well; `None` where none is stated.
+    pub fn reading_sd_m(&self) -> Option<f64> {
+        self.pads.iter().filter_map(|pad| pad.reading_sd_m).filter(|sd_m| *sd_m > 0.0).reduce(f64::max)
+    }
 }
 
 impl Default for RigFile {

@@ -84,7 +84,7 @@ macro_rules! column {
 }
 
 /// All columns, in order; [`Row`] says what they mean.
-const COLUMNS: [Column; 36] = [
+const COLUMNS: [Column; 38] = [
     column!(Count, job),
     Column { name: "status", of: Of::Text(|row| row.status.name()) },
     column!(MaybeCount, seed),
@@ -120,6 +120,8 @@ const COLUMNS: [Column; 36] = [
     column!(MaybeFlag, symmetry_mirror),
     column!(Number, chi2_per_dof),
     column!(Number, sensor_sd_m),
+    column!(Number, constants_inside_band),
+    column!(Number, worst_constant_sds),
     Column { name: "reason", of: Of::Text(|row| &row.reason) },
 ];
 

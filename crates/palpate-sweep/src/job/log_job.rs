@@ -4,6 +4,7 @@ use std::path::Path;
 
 use palpate::compare::true_support;
 use palpate::{Log, Truth};
+use palpate_io::RigFile;
 use serde::{Deserialize, Serialize};
 
 use crate::digest::Digest;
@@ -17,11 +18,14 @@ pub struct LogJob {
     pub truth: bool,
     /// Digest of all these files when the sweep was planned: a log that has changed makes another sweep.
     pub digest: String,
+    /// The rig that wrote it, as a comment `# rig:` has it; `None` for what the log says of itself, or else the default tolerances.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rig: Option<String>,
 }
 
 impl LogJob {
     /// The log of this path from the folder `base`.
-    pub(crate) fn new(base: &Path, log: String) -> Self {
+    pub(crate) fn new(base: &Path, log: String, rig: Option<String>) -> Self {
         let path = base.join(&log);
         let dir = palpate_io::truth_dir_of(&path);
         let truth = dir.is_dir();
@@ -32,20 +36,20 @@ impl LogJob {
             let content = std::fs::read(file).unwrap_or_default();
             digest = digest.with(&(content.len() as u64).to_le_bytes()).with(&content);
         }
-        Self { log, truth, digest: digest.hex() }
+        Self { log, truth, digest: digest.hex(), rig }
     }
 
     /// Whether log and truth in the folder `base` are those that the sweep was planned with.
     pub(crate) fn is_as_planned(&self, base: &Path) -> bool {
-        Self::new(base, self.log.clone()) == *self
+        Self::new(base, self.log.clone(), self.rig.clone()) == *self
     }
 
-    /// Reads the log and its truth; or says why they cannot be used.
-    pub(crate) fn read(&self, base: &Path) -> Result<(Log, Option<Truth>), String> {
+    /// Reads the log, by what is known of its rig, and its truth; or says why they cannot be used.
+    pub(crate) fn read(&self, base: &Path) -> Result<(Log, RigFile, Option<Truth>), String> {
         let path = base.join(&self.log);
-        let log = palpate_io::read_log(&path).map_err(|error| without_folder(&error.to_string(), base))?.log;
+        let (log, rig) = self.read_by_rig(&path).map_err(|error| without_folder(&error, base))?;
         if !self.truth {
-            return Ok((log, None));
+            return Ok((log, rig, None));
         }
         let dir = palpate_io::truth_dir_of(&path);
         let truth = palpate_io::read_truth(&dir).map_err(|error| without_folder(&error.to_string(), base))?;
@@ -54,7 +58,17 @@ impl LogJob {
             return Err(format!("the truth has {poses} poses, the log {samples} samples; they do not belong together"));
         }
         true_support(&truth).map_err(|error| format!("the true shape is unusable: {error}"))?;
-        Ok((log, Some(truth)))
+        Ok((log, rig, Some(truth)))
+    }
+
+    fn read_by_rig(&self, path: &Path) -> Result<(Log, RigFile), String> {
+        if let Some(comment) = &self.rig {
+            let rig = palpate_io::parse_rig_comment(&self.log, comment).map_err(|error| error.to_string())?;
+            let file = palpate_io::read_log_as(path, &rig.conventions).map_err(|error| error.to_string())?;
+            return Ok((file.log, rig));
+        }
+        let (file, said) = palpate_io::read_log_with_rig(path).map_err(|error| error.to_string())?;
+        Ok((file.log, said.unwrap_or_default()))
     }
 }
 

@@ -103,7 +103,8 @@ impl Job {
         row.counts_per_inch = pads.counts_per_inch;
         row.angle_noise_sd_rad = Some(pads.angle_noise_sd_rad);
         row.dropout = Some(pads.dropout);
-        self.simulated(job.simulate(), Touchpad::from(pads).position_sd_m(), options, row)
+        let options = options.clone().with_rig(job.rig.as_deref().copied().unwrap_or_default());
+        self.simulated(job.simulate(), Touchpad::from(pads).position_sd_m(), &options, row)
     }
 
     fn varied(&self, job: VariedJob, options: &ReconstructOptions, row: &mut Row) -> Option<Scored> {
@@ -131,6 +132,7 @@ impl Job {
                     truth: Some(&simulated.simulation.truth),
                     shape: Some(&simulated.shape),
                     sensor_sd_m: Some(sensor_sd_m),
+                    calibration: Some(simulated.calibration),
                 };
                 Some(score(row, &known, options, self.score))
             }
@@ -144,9 +146,12 @@ impl Job {
     fn read(&self, job: &LogJob, base: &Path, options: &ReconstructOptions, row: &mut Row) -> Option<Scored> {
         row.object.clone_from(&job.log);
         match job.read(base) {
-            Ok((log, truth)) => {
-                let known = Known { log: &log, truth: truth.as_ref(), shape: None, sensor_sd_m: None };
-                Some(score(row, &known, options, self.score))
+            Ok((log, rig, truth)) => {
+                let mut options = options.clone().with_rig(rig.rig);
+                options.sensor_sd_m = options.sensor_sd_m.or(rig.reading_sd_m());
+                let known =
+                    Known { log: &log, truth: truth.as_ref(), shape: None, sensor_sd_m: None, calibration: None };
+                Some(score(row, &known, &options, self.score))
             }
             Err(reason) => {
                 row.reason = reason;

@@ -76,6 +76,10 @@ pub struct Row {
     pub chi2_per_dof: Option<f64>,
     /// Standard deviation of the contact positions, stated or estimated, metres.
     pub sensor_sd_m: Option<f64>,
+    /// Share of the unknown constants of the rig whose true value lies in its 95 % band.
+    pub constants_inside_band: Option<f64>,
+    /// The largest error of any of them, in its own standard deviations.
+    pub worst_constant_sds: Option<f64>,
     /// Why the result is not certified, or why there is none.
     pub reason: String,
 }

@@ -6,13 +6,19 @@
 use std::time::Instant;
 
 use palpate::compare::{TruthError, compare, true_support};
-use palpate::information::cramer_rao_bound_m;
-use palpate::reconstruct::{Method, OutlinePoint, Pose, ReconstructOptions, Reconstruction, Reconstructor, Start};
+use palpate::information::Information;
+use palpate::reconstruct::{
+    ConstantEstimate, Method, OutlinePoint, Pose, ReconstructOptions, Reconstruction, Reconstructor, Start,
+};
+use palpate::sensor::{Calibration, Rig};
 use palpate::shape::SupportFunction;
 use palpate::{Log, Truth};
 use serde::{Deserialize, Serialize};
 
 use crate::job::row::{Claimed, HARMLESS_LENGTH, HARMLESS_RAD, Row, Status};
+
+/// Standard deviations on either side of a value that hold 95 % of a Gaussian.
+const BAND_95_SDS: f64 = 1.959_964;
 
 /// What a plan may choose of the [`ReconstructOptions`].
 ///
@@ -54,6 +60,8 @@ pub(crate) struct Known<'a> {
     pub(crate) shape: Option<&'a SupportFunction>,
     /// True standard deviation of the contact positions, metres.
     pub(crate) sensor_sd_m: Option<f64>,
+    /// The constants of the rig that wrote the log, the common size as stated.
+    pub(crate) calibration: Option<Calibration>,
 }
 
 /// What the row does not hold.
@@ -74,7 +82,12 @@ pub(crate) fn score(row: &mut Row, known: &Known, options: &ReconstructOptions, 
         against_truth(row, known, truth, options, choice);
     }
     match &found {
-        Ok(found) => tell(row, found, known.truth),
+        Ok(found) => {
+            tell(row, found, known.truth);
+            if let (Some(estimate), Some(truth)) = (&found.calibration, &known.calibration) {
+                tell_of_rig(row, &estimate.constants, truth);
+            }
+        }
         Err(error) => row.reason = error.to_string(),
     }
     Scored { seconds, found: found.ok() }
@@ -108,7 +121,9 @@ fn against_truth(row: &mut Row, known: &Known, truth: &Truth, options: &Reconstr
     if choice.bound
         && let Some(sensor_sd_m) = known.sensor_sd_m
     {
-        row.bound_r_m = cramer_rao_bound_m(known.log, shape, &psi, sensor_sd_m).and_then(finite);
+        let rig = Rig::new(known.calibration.unwrap_or_default(), options.rig.tolerances);
+        let information = Information::of_rig(known.log, shape, &psi, sensor_sd_m, &rig);
+        row.bound_r_m = information.ok().and_then(|information| finite(information.rms_r_sd_m()));
     }
 }
 
@@ -142,6 +157,21 @@ fn tell(row: &mut Row, found: &Reconstruction, truth: Option<&Truth>) {
         }
         Err(error) if row.reason.is_empty() => row.reason = error.to_string(),
         Err(error) => row.reason = format!("{}; {error}", row.reason),
+    }
+}
+
+/// How far the constants of the rig are from the true ones, those that were not known already.
+fn tell_of_rig(row: &mut Row, constants: &[ConstantEstimate], truth: &Calibration) {
+    let errors_sds = || {
+        let open =
+            constants.iter().zip(ConstantEstimate::values_of(truth)).filter(|(constant, _)| constant.prior_sd > 0.0);
+        open.map(|(constant, truth)| ((constant.value - truth) / constant.sd).abs())
+    };
+    let open = errors_sds().count();
+    if open > 0 {
+        let inside = errors_sds().filter(|error| *error <= BAND_95_SDS).count();
+        row.constants_inside_band = finite(inside as f64 / open as f64);
+        row.worst_constant_sds = finite(errors_sds().fold(0.0, f64::max));
     }
 }
 
@@ -193,8 +223,9 @@ fn inside_band(found: &Reconstruction, truth: &Truth) -> Option<f64> {
             turn -= slope / curvature;
         }
     }
-    let inside =
-        felt.iter().filter(|point| (shape.at(point.theta_rad - turn).r - point.r_m).abs() <= 1.959_964 * point.r_sd_m);
+    let inside = felt
+        .iter()
+        .filter(|point| (shape.at(point.theta_rad - turn).r - point.r_m).abs() <= BAND_95_SDS * point.r_sd_m);
     finite(inside.count() as f64 / felt.len() as f64)
 }
 

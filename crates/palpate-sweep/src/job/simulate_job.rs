@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use palpate::palms::{MotionError, PalmMotion, PalmPair};
 use palpate::plan::{PalmLimits, PlanError, plan_turn};
-use palpate::sensor::Touchpad;
+use palpate::sensor::{Calibration, Rig, Touchpad};
 use palpate::shape::{ShapeError, SupportFunction};
 use palpate::simulate::{SimulateError, SimulateOptions, Simulation, simulate};
 use rand::{RngExt, SeedableRng};
@@ -39,6 +39,10 @@ pub struct SimulateJob {
     pub samples: Option<u32>,
     /// What feels.
     pub touchpads: Touchpads,
+    /// What is known of the rig: the seed draws its constants from it, the common size as stated, and the log is as such a rig writes it.
+    /// `None` for a rig without errors.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rig: Option<Box<Rig>>,
 }
 
 /// How the palms move.
@@ -76,6 +80,8 @@ pub struct Simulated {
     pub shape: SupportFunction,
     /// Log, truth and jumps.
     pub simulation: Simulation,
+    /// The constants of the rig that wrote the log.
+    pub calibration: Calibration,
 }
 
 /// Why there is no log.
@@ -117,7 +123,10 @@ impl SimulateJob {
             MotionKind::Turn => self.turn(&shape, duration_s, &mut rng),
             MotionKind::Zigzag => self.zigzag(&shape, duration_s, &mut rng),
         }?;
-        Ok(Simulated { object, shape, simulation })
+        let rig = self.rig.as_deref().copied().unwrap_or_default();
+        let calibration = rig.at_stated_size(&rig.drawn(self.seed));
+        let log = calibration.distorted(&simulation.log);
+        Ok(Simulated { object, shape, simulation: Simulation { log, ..simulation }, calibration })
     }
 
     fn random(&self, shape: &SupportFunction, duration_s: f64, rng: &mut ChaCha8Rng) -> Result<Simulation, NoLog> {

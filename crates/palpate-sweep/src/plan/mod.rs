@@ -54,6 +54,8 @@ pub(crate) struct SimulatePlan {
     pub(crate) samples: Option<Many<Samples>>,
     #[serde(default)]
     pub(crate) touchpads: Vec<TouchpadLists>,
+    /// File of the rig from which the constants of each job are drawn.
+    pub(crate) rig: Option<String>,
     #[serde(default)]
     pub(crate) reconstruct: ReconstructValues,
     #[serde(default)]
@@ -67,6 +69,8 @@ pub(crate) struct ReconstructPlan {
     #[serde(rename = "kind")]
     _kind: KindName,
     pub(crate) logs: Many<String>,
+    /// File of the rig that wrote them.
+    pub(crate) rig: Option<String>,
     #[serde(default)]
     pub(crate) reconstruct: ReconstructValues,
     #[serde(default)]

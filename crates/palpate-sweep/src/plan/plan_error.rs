@@ -48,6 +48,9 @@ pub enum PlanProblem {
     /// A file whose name is no text.
     #[error("the name of the log {0} is not UTF-8; rename it")]
     Name(String),
+    /// A rig that cannot be read.
+    #[error("{0}")]
+    Rig(String),
     /// More jobs than one table should have.
     #[error("more than {0} jobs; split the plan into several")]
     TooManyJobs(u64),

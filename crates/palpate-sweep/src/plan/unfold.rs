@@ -3,6 +3,8 @@
 
 use std::path::Path;
 
+use palpate_io::RigFile;
+
 use crate::job::log_job::LogJob;
 use crate::job::object::Object;
 use crate::job::simulate_job::SimulateJob;
@@ -15,13 +17,16 @@ use crate::plan::{
     EllipseLists, FourierLists, ObjectLists, Plan, PlanKind, PolygonLists, ReconstructPlan, SimulatePlan, TouchpadLists,
 };
 
+/// A rig without errors, in place of the name of a file.
+const EXACT_RIG: &str = "exact";
+
 /// Most jobs of a sweep.
 const MOST_JOBS: u64 = 1_000_000;
 
 /// The jobs of a plan whose folder is `base`.
 pub(crate) fn jobs(plan: &Plan, base: &Path) -> Result<Vec<Job>, PlanError> {
     let jobs = match &plan.kind {
-        PlanKind::Simulate(plan) => simulations(plan),
+        PlanKind::Simulate(plan) => simulations(plan, base),
         PlanKind::Reconstruct(plan) => logs(plan, base),
     };
     jobs.map_err(|(key, problem)| PlanError {
@@ -35,7 +40,7 @@ pub(crate) fn jobs(plan: &Plan, base: &Path) -> Result<Vec<Job>, PlanError> {
 /// What is wrong, and the key it is about.
 type Wrong = (Option<&'static str>, PlanProblem);
 
-fn simulations(plan: &SimulatePlan) -> Result<Vec<Job>, Wrong> {
+fn simulations(plan: &SimulatePlan, base: &Path) -> Result<Vec<Job>, Wrong> {
     let sample_counts: Vec<Option<u32>> = match &plan.samples {
         Some(samples) => samples.0.iter().map(|samples| Some(samples.0)).collect(),
         None => vec![None],
@@ -57,14 +62,22 @@ fn simulations(plan: &SimulatePlan) -> Result<Vec<Job>, Wrong> {
     }
     let objects = self::objects(&plan.objects);
     let touchpads: Vec<Touchpads> = plan.touchpads.iter().flat_map(self::touchpads).collect();
+    let rig = rig_file(plan.rig.as_deref(), base)?.map(|file| Box::new(file.rig));
     let mut jobs = Vec::new();
     for object in &objects {
         for &motion in &plan.motions.0 {
             for &samples in &sample_counts {
                 for &touchpads in &touchpads {
                     for seed in plan.seed.0..plan.seed.0 + plan.trials.0 {
-                        let source =
-                            Source::Simulate(SimulateJob { seed, object: object.clone(), motion, samples, touchpads });
+                        let object = object.clone();
+                        let source = Source::Simulate(SimulateJob {
+                            seed,
+                            object,
+                            motion,
+                            samples,
+                            touchpads,
+                            rig: rig.clone(),
+                        });
                         jobs.push(Job { source, reconstruct: (&plan.reconstruct).into(), score: plan.score.into() });
                     }
                 }
@@ -183,6 +196,15 @@ fn each<T>(touchpads: &[Touchpads], values: &[T], set: impl Fn(&mut Touchpads, &
         .collect()
 }
 
+/// The rig that a plan names, by its file from the folder of the plan.
+fn rig_file(name: Option<&str>, base: &Path) -> Result<Option<RigFile>, Wrong> {
+    let read = |name: &str| match name {
+        EXACT_RIG => Ok(RigFile::exact()),
+        name => palpate_io::read_rig(&base.join(name)),
+    };
+    name.map(read).transpose().map_err(|error| (Some("rig"), PlanProblem::Rig(error.to_string())))
+}
+
 fn logs(plan: &ReconstructPlan, base: &Path) -> Result<Vec<Job>, Wrong> {
     const KEY: Option<&str> = Some("logs");
     let mut names: Vec<String> = Vec::new();
@@ -205,12 +227,13 @@ fn logs(plan: &ReconstructPlan, base: &Path) -> Result<Vec<Job>, Wrong> {
             return Err((KEY, PlanProblem::NoMatch(pattern.clone())));
         }
     }
+    let rig = rig_file(plan.rig.as_deref(), base)?.map(|file| palpate_io::rig_comment(&file));
     let mut seen = std::collections::HashSet::new();
     names.retain(|name| seen.insert(name.clone()));
     Ok(names
         .into_iter()
         .map(|name| Job {
-            source: Source::Log(LogJob::new(base, name)),
+            source: Source::Log(LogJob::new(base, name, rig.clone())),
             reconstruct: (&plan.reconstruct).into(),
             score: plan.score.into(),
         })

@@ -2,6 +2,7 @@
 
 use super::error::InformationError;
 use super::shape_covariance::{Information, check};
+use crate::estimate::calibration::CalibrationPosterior;
 use crate::estimate::evidence::symmetry::turn_to_axis;
 use crate::estimate::evidence::variance_components::{updated_scale, with_balance_weights};
 use crate::estimate::measurements::Measurements;
@@ -11,11 +12,11 @@ use crate::estimate::model::prior::Prior;
 use crate::estimate::solver::gauss_newton::{Estimate, Fit};
 use crate::log::Log;
 use crate::math::statistics::correlation_time;
-use crate::reconstruct::Reconstruction;
+use crate::reconstruct::{CalibrationEstimate, Reconstruction};
 
 /// The posterior covariance of a shape that was reconstructed from `log` by [`Method::Likelihood`](crate::reconstruct::Method): what the
 /// error bars of its [`outline`](Reconstruction::outline) are made of, in the frame of the result. It is computed anew, from the result
-/// and the log, and agrees with those error bars to a few percent. Samples whose pose cannot be told count as placed where the result has
+/// and the log (as it was read, where constants of the rig were open), and agrees with those error bars to a few percent. Samples whose pose cannot be told count as placed where the result has
 /// them.
 ///
 /// # Errors
@@ -31,6 +32,8 @@ pub fn posterior(log: &Log, reconstruction: &Reconstruction) -> Result<Informati
             format!("the standard deviation of the balance must be a positive number of metres, not {balance_m}");
         return Err(InformationError::BadNumber { what });
     }
+    let rig = reconstruction.calibration.as_ref().map(CalibrationEstimate::prior_rig).unwrap_or_default();
+    let log = &rig.calibration.corrected(log);
     let measurements = Measurements::new(log, Some(sensor_m));
     let size_m = measurements.size_m();
     // A mirror holds in the frame in which its axis is at θ = 0.
@@ -52,11 +55,16 @@ pub fn posterior(log: &Log, reconstruction: &Reconstruction) -> Result<Informati
     let inflation = 0.5 * (correlation_time(&left1) + correlation_time(&left2));
     // The estimator's own prior of the harmonics follows the data; so does this one.
     let mut prior = Prior { symmetry, ..Prior::new(size_m, 0.5 * size_m) };
+    let constants = |prior: Prior| {
+        let fit = of(prior);
+        let open = CalibrationPosterior::new(log, &measurements, &fit, &rig, &rig.calibration)?;
+        Some(open.borne_out_by(&measurements, &fit).open_constants())
+    };
     for _ in 0..ROUNDS {
-        let information = Information::at(&measurements, &of(prior), felt_there.clone(), 1.0)?;
+        let information = Information::at(&measurements, &of(prior), felt_there.clone(), 1.0, constants(prior))?;
         prior.scale_m = updated_scale(&estimate.coefficients, &information.variances_m2(), prior);
     }
-    Ok(Information::at(&measurements, &of(prior), felt_there, inflation)?.turned(-turn, felt_rad))
+    Ok(Information::at(&measurements, &of(prior), felt_there, inflation, constants(prior))?.turned(-turn, felt_rad))
 }
 
 /// Times that the prior follows the data.

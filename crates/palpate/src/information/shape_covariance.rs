@@ -5,14 +5,16 @@ use std::f64::consts::TAU;
 use nalgebra::DMatrix;
 
 use super::error::InformationError;
+use crate::estimate::calibration::CalibrationPosterior;
 use crate::estimate::coverage::{NODES, felt_nodes};
 use crate::estimate::measurements::Measurements;
 use crate::estimate::model::layout::{Layout, coefficients_to_order, rotated_covariance};
 use crate::estimate::model::noise::Noise;
 use crate::estimate::model::prior::Prior;
-use crate::estimate::solver::error_bars::ErrorBars;
+use crate::estimate::solver::error_bars::{ErrorBars, OpenConstants};
 use crate::estimate::solver::gauss_newton::{Estimate, Fit};
 use crate::log::Log;
+use crate::sensor::Rig;
 use crate::shape::SupportFunction;
 
 /// What the samples of a log tell of a shape, as the covariance that they leave of its coefficients (a₀, a₁ … a_K, b₁ … b_K), metres.
@@ -62,7 +64,23 @@ impl Information {
     /// When `psi_rad` is not as long as the log, a number is not finite (or `sensor_sd_m` not positive), or the log does not determine
     /// the shape.
     pub fn of(log: &Log, shape: &SupportFunction, psi_rad: &[f64], sensor_sd_m: f64) -> Result<Self, InformationError> {
+        Self::of_rig(log, shape, psi_rad, sensor_sd_m, &Rig::default())
+    }
+
+    /// The same where the constants of the rig are known no better than `rig` has them: the log tells them with the shape, which takes
+    /// something from what it tells of the shape. `log` is as the rig reads it. The size, which no log tells, is taken as stated.
+    ///
+    /// # Errors
+    /// As [`Self::of`].
+    pub fn of_rig(
+        log: &Log,
+        shape: &SupportFunction,
+        psi_rad: &[f64],
+        sensor_sd_m: f64,
+        rig: &Rig,
+    ) -> Result<Self, InformationError> {
         check(log, shape, psi_rad, sensor_sd_m)?;
+        let log = &rig.calibration.corrected(log);
         let measurements = Measurements::new(log, None);
         let order = shape.visible_order(sensor_sd_m);
         let mut coefficients = shape.coefficients();
@@ -77,7 +95,9 @@ impl Information {
             log_evidence: 0.0,
         };
         let felt_rad = felt_nodes(&measurements, psi_rad).map(|node| TAU * node as f64 / NODES as f64).collect();
-        Self::at(&measurements, &fit, felt_rad, 1.0)
+        let constants = CalibrationPosterior::new(log, &measurements, &fit, rig, &rig.calibration);
+        let constants = constants.map(|posterior| posterior.open_constants());
+        Self::at(&measurements, &fit, felt_rad, 1.0, constants)
     }
 
     /// From its parts, as [`Self::covariance_m2`] (row by row) and [`Self::felt_rad`] give them: for those who kept them in a file.
@@ -97,15 +117,16 @@ impl Information {
         Ok(Self { layout, covariance_m2: DMatrix::from_vec(unknowns, unknowns, covariance_m2), felt_rad })
     }
 
-    /// At an optimum, every variance multiplied by `inflation`.
+    /// At an optimum, every variance multiplied by `inflation`, these constants of the rig unknown as well.
     pub(super) fn at(
         measurements: &Measurements,
         fit: &Fit,
         felt_rad: Vec<f64>,
         inflation: f64,
+        constants: Option<OpenConstants>,
     ) -> Result<Self, InformationError> {
         let error_bars =
-            ErrorBars::new(measurements, fit, &felt_rad, 1.0, None).ok_or(InformationError::NotDetermined)?;
+            ErrorBars::new(measurements, fit, &felt_rad, 1.0, constants).ok_or(InformationError::NotDetermined)?;
         let covariance_m2 = error_bars.into_covariance() * inflation;
         let information = Self { layout: Layout::of_shape(fit.order), covariance_m2, felt_rad };
         if information.rms_r_sd_m().is_finite() { Ok(information) } else { Err(InformationError::NotDetermined) }

@@ -11,11 +11,14 @@
 //! 3. `verdict/`: outline, motion, error bars and jumps of an optimum, and what it is worth;
 //! 4. `selection`: which of several explanations is the answer, and whether it is the only one. Where it is not, the search goes on.
 //!
+//! `mistake` tells what a log that no object explains may have been written by.
+//!
 //! `options/` is what may be set and `result/` what comes out.
 //!
 //! That is [`Method::Likelihood`]. [`smooth_from`] is its solver alone, with everything else given. `paper/` holds the methods that
 //! integrate instead: the paper's own equations, and closed forms for the same by quadrature.
 
+mod mistake;
 mod options;
 mod paper;
 mod reconstructor;
@@ -28,6 +31,7 @@ mod start;
 mod verdict;
 
 pub use crate::mechanics::Jump;
+pub use mistake::Mistake;
 pub use options::error::ReconstructError;
 pub use options::limits::CertificateLimits;
 pub use options::method::{Method, UnknownMethod};

@@ -8,7 +8,7 @@ use super::options::{Progress, ReconstructOptions};
 use super::paper::initial_conditions as integral;
 use super::refine::job::Job;
 use super::result::reconstruction::Reconstruction;
-use super::search::schedule::{self, Found};
+use super::search::schedule::{self, Found, Readings};
 use super::search::segments::segments;
 use super::selection::Explored;
 use super::start::{Start, starting_coefficients, way_of};
@@ -125,13 +125,13 @@ impl<'a> Reconstructor<'a> {
     /// [`ReconstructError`]). A doubtful answer is not an error: it comes back as a [`Reconstruction`] that is not certified.
     pub fn run(&self, log: &Log) -> Result<Reconstruction, ReconstructError> {
         check_log(log, &self.options)?;
-        if self.options.method != Method::Likelihood && self.options.rig != Rig::default() {
+        if self.integrates() && self.options.rig != Rig::default() {
             // The methods that integrate take the constants of the rig as stated.
             let exact = Self { options: self.options.clone().with_rig(Rig::default()), ..self.clone() };
             return exact.run(&self.options.rig.calibration.corrected(log));
         }
         match &self.start {
-            Start::Nothing => self.search(log),
+            Start::Nothing => self.search(log, true),
             Start::Shape(shape) => {
                 check_start(log, shape, None)?;
                 self.place(&Job::new(log, &self.options), shape)
@@ -143,14 +143,25 @@ impl<'a> Reconstructor<'a> {
         }
     }
 
+    /// Whether the method is one of those that integrate.
+    pub(super) fn integrates(&self) -> bool {
+        self.options.method != Method::Likelihood
+    }
+
+    /// The same from nothing, by the first way of the search alone: most logs of an object are explained by it, and of others it is soon done.
+    pub(super) fn run_briefly(&self, log: &Log) -> Result<Reconstruction, ReconstructError> {
+        check_log(log, &self.options)?;
+        self.search(log, false)
+    }
+
     fn tell(&self, stage: &'static str, fraction: f64) {
         if let Some(progress) = self.progress {
             progress(Progress { stage, fraction });
         }
     }
 
-    fn search(&self, log: &Log) -> Result<Reconstruction, ReconstructError> {
-        if self.options.method != Method::Likelihood {
+    fn search(&self, log: &Log, thorough: bool) -> Result<Reconstruction, ReconstructError> {
+        if self.integrates() {
             return integral::reconstruct(log, &self.options, &|share| self.tell("integrating", share));
         }
         let job = Job::new(log, &self.options);
@@ -159,7 +170,7 @@ impl<'a> Reconstructor<'a> {
         let mut explored = Explored::default();
         let mut failure = None;
         schedule::search(
-            &job.readings(),
+            &Readings { thorough, ..job.readings() },
             &|found| job.corrected(found),
             &|share| self.tell("searching for arrangements", 0.9 * share),
             &mut |found| {
@@ -188,7 +199,7 @@ impl<'a> Reconstructor<'a> {
 
     /// From a known shape: in the size given, and where that contradicts the log, in others near it.
     fn place(&self, job: &Job, shape: &SupportFunction) -> Result<Reconstruction, ReconstructError> {
-        if self.options.method != Method::Likelihood {
+        if self.integrates() {
             return self.refine(job, shape, way_of(shape, job));
         }
         let mut best: Option<Candidate> = None;
@@ -211,7 +222,7 @@ impl<'a> Reconstructor<'a> {
     }
 
     fn refine(&self, job: &Job, shape: &SupportFunction, psi: Vec<f64>) -> Result<Reconstruction, ReconstructError> {
-        if self.options.method != Method::Likelihood {
+        if self.integrates() {
             return integral::reconstruct_from(&job.log, shape, &psi, &self.options);
         }
         let candidate = Self::refined(job, shape, psi)?;

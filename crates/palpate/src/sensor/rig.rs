@@ -125,6 +125,22 @@ impl Rig {
         drawn
     }
 
+    /// Such constants with the size that is stated: what both scales and both surface offsets have in common, which no log tells, put back.
+    pub fn at_stated_size(&self, drawn: &Calibration) -> Calibration {
+        let stated = &self.calibration;
+        let (of_scale, of_surface) = (shares(self.tolerances.scale_sd), shares(self.tolerances.surface_sd_m));
+        let difference = |of: fn(&Calibration) -> [f64; 2]| {
+            let [[stated1, stated2], [drawn1, drawn2]] = [of(stated), of(drawn)];
+            (drawn1 - stated1) - (drawn2 - stated2)
+        };
+        let (ratio, difference_m) = (difference(|of| of.scale), difference(|of| of.surface_m));
+        Calibration {
+            scale: [0, 1].map(|k| stated.scale[k] + of_scale[k] * ratio),
+            surface_m: [0, 1].map(|k| stated.surface_m[k] + of_surface[k] * difference_m),
+            ..*drawn
+        }
+    }
+
     /// Standard deviation of the size of every object, relative, that stays whatever a log tells: of what both pads' scales have in common.
     pub fn size_sd(&self) -> f64 {
         common_sd(self.tolerances.scale_sd)
@@ -169,6 +185,13 @@ mod tests {
             );
         }
         assert!(drawn.iter().all(|c| c.zero_m[1] == 0.0 && c.clock_offset_s == 0.0));
+        for drawn in &drawn[..10] {
+            let told = rig.at_stated_size(drawn);
+            let ratio = |c: &Calibration| c.scale[0] - c.scale[1];
+            assert!((ratio(&told) - ratio(drawn)).abs() < 1e-15);
+            assert!((told.scale[0] + told.scale[1] - 2.0).abs() < 1e-15 && told.surface_m[0] == -told.surface_m[1]);
+            assert_eq!((told.zero_m, told.angle_zero_rad), (drawn.zero_m, drawn.angle_zero_rad));
+        }
     }
 
     #[test]

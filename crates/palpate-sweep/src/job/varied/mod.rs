@@ -7,6 +7,7 @@ mod sensor;
 
 use std::f64::consts::TAU;
 
+use palpate::sensor::Calibration;
 use palpate::simulate::{SimulateOptions, Simulation, simulate_with};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -93,7 +94,12 @@ impl VariedJob {
             let mut sensor = conditions.sensor.start(motion.len(), shape.mean_radius_m());
             match simulate_with(&shape, &motion, &mut sensor, &options) {
                 Ok(simulation) => {
-                    return Ok(Simulated { object, shape, simulation: cut(simulation, conditions.kept) });
+                    return Ok(Simulated {
+                        object,
+                        shape,
+                        simulation: cut(simulation, conditions.kept),
+                        calibration: Calibration::default(),
+                    });
                 }
                 Err(error) => last = error.to_string(),
             }

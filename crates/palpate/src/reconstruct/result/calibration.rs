@@ -1,7 +1,9 @@
 //! What a log told of the rig that wrote it: plain data.
 
+use std::f64::consts::FRAC_1_SQRT_2;
+
 use crate::estimate::calibration::{CONSTANTS, NAMES, constants, prior_sd};
-use crate::sensor::{Calibration, Rig};
+use crate::sensor::{Calibration, Rig, Tolerances};
 
 /// The calibration constants that a log told, and what none can tell.
 #[derive(Clone, Debug, PartialEq)]
@@ -37,7 +39,29 @@ pub struct ConstantEstimate {
     pub prior_sd: f64,
 }
 
+impl CalibrationEstimate {
+    /// A rig of these constants, known as well as before the log. Differences of the pads are shared by both alike.
+    pub(crate) fn prior_rig(&self) -> Rig {
+        let sd = |index: usize| self.constants.get(index).map_or(0.0, |constant| constant.prior_sd);
+        let [zero1, zero2, ratio, phi1, phi2, difference, clock] = std::array::from_fn::<f64, CONSTANTS, _>(sd);
+        let tolerances = Tolerances {
+            zero_sd_m: [zero1, zero2],
+            scale_sd: [ratio * FRAC_1_SQRT_2; 2],
+            angle_zero_sd_rad: [phi1, phi2],
+            surface_sd_m: [difference * FRAC_1_SQRT_2; 2],
+            clock_offset_sd_s: clock,
+            ..Tolerances::NONE
+        };
+        Rig::new(self.calibration, tolerances)
+    }
+}
+
 impl ConstantEstimate {
+    /// The values that the constants of a calibration have, in the order of [`CalibrationEstimate::constants`].
+    pub fn values_of(calibration: &Calibration) -> [f64; CONSTANTS] {
+        constants(calibration)
+    }
+
     /// Every constant that a log may tell, of a rig that was stated so: what was found, with its standard deviations.
     pub(crate) fn all(rig: &Rig, values: [f64; CONSTANTS], sds: [f64; CONSTANTS]) -> Vec<Self> {
         let (stated, prior_sds) = (constants(&rig.calibration), prior_sd(&rig.tolerances));

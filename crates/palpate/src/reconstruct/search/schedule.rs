@@ -53,6 +53,8 @@ pub(crate) struct Readings<'a> {
     /// The same with what is unknown of the calibration.
     pub tolerance_m: f64,
     pub prior: Prior,
+    /// Whether all ways are gone; else the first alone, that of most logs.
+    pub thorough: bool,
 }
 
 /// Arrangements found.
@@ -76,7 +78,7 @@ pub(crate) fn search(
     tell: &dyn Fn(f64),
     accept: &mut dyn FnMut(Found) -> bool,
 ) {
-    let Readings { calibration, measurements, scatter_m, tolerance_m, prior } = *readings;
+    let Readings { calibration, measurements, scatter_m, tolerance_m, prior, thorough } = *readings;
     let windows = windows(measurements, &segments(measurements, scatter_m), scatter_m, SAMPLES);
     for (number, balance) in BALANCES.into_iter().enumerate() {
         let tolerance = Tolerance { scatter_m: tolerance_m, size_m: prior.size_m, balance };
@@ -85,7 +87,7 @@ pub(crate) fn search(
         let tell = |share: f64| tell((number as f64 + share) / BALANCES.len() as f64);
         let mut partial: Vec<(usize, Found)> = Vec::new();
         let mut any_explained = false;
-        let enough = arrange(&problem, calibrate, &tell, &mut |arranged| match arranged {
+        let enough = arrange(&problem, thorough, calibrate, &tell, &mut |arranged| match arranged {
             Arrangement::Whole(found) => {
                 any_explained = true;
                 accept(found)
@@ -95,7 +97,7 @@ pub(crate) fn search(
                 false
             }
         });
-        if enough {
+        if enough || !thorough {
             return;
         }
         // The shape of a part may tell where the object is in all others, though no window beside it was explained.
@@ -121,6 +123,7 @@ enum Arrangement {
 /// Passes arrangements to `consider` until that returns true, or none is left to try.
 fn arrange(
     problem: &Problem,
+    thorough: bool,
     calibrate: &Calibrate,
     tell: &dyn Fn(f64),
     consider: &mut dyn FnMut(Arrangement) -> bool,
@@ -161,6 +164,9 @@ fn arrange(
             }
         }
         seeds.push(seed);
+    }
+    if !thorough {
+        return false;
     }
     if grow_in_turn(&mut deferred, &MISFIT_LIMITS[1..2], &mut budget, SEEDS - grown, &|_| (), &mut submit) {
         return true;

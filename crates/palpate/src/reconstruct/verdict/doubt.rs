@@ -3,6 +3,7 @@
 
 use std::fmt;
 
+use crate::reconstruct::mistake::Mistake;
 use crate::reconstruct::options::method::Method;
 
 /// A reason why a result, or its centre of mass alone, is not certified. `Display` gives one sentence for the user.
@@ -120,6 +121,11 @@ pub enum Doubt {
         #[cfg_attr(feature = "serde", serde(with = "crate::number_or_null"))]
         sds: f64,
     },
+    /// The log is explained if a mistake in how it is written is undone.
+    Mistaken {
+        /// Which.
+        mistake: Mistake,
+    },
     /// Several objects explain the log equally well.
     Alternatives {
         /// How many.
@@ -159,6 +165,7 @@ impl Doubt {
                 | Self::Misfit { .. }
                 | Self::NotConvex
                 | Self::UnstablePoses { .. }
+                | Self::Mistaken { .. }
         )
     }
 
@@ -250,6 +257,7 @@ impl fmt::Display for Doubt {
                 f,
                 "the constants of the rig did not come to an optimum (they still move by {sds:.1} standard deviations): state them better"
             ),
+            Self::Mistaken { mistake } => write!(f, "the log is explained if it is read otherwise; {mistake}"),
             Self::Alternatives { objects } => write!(
                 f,
                 "{objects} different objects explain the log equally well; a motion that feels more of the boundary, or feels it \
