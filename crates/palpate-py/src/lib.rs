@@ -17,6 +17,8 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _palpate {
     #[pymodule_export]
+    use crate::estimate::calibrate::calibrate;
+    #[pymodule_export]
     use crate::estimate::calibration::ConstantData;
     #[pymodule_export]
     use crate::estimate::doubt::DoubtData;
@@ -28,6 +30,8 @@ mod _palpate {
     use crate::estimate::reconstruct::{cramer_rao_bound_m, reconstruct, reconstruct_from};
     #[pymodule_export]
     use crate::estimate::result::ResultData;
+    #[pymodule_export]
+    use crate::estimate::rig_calibration::{CalibrationData, ContributionData, DriftData};
     #[pymodule_export]
     use crate::estimate::symmetry::SymmetryData;
     #[pymodule_export]

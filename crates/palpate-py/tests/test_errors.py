@@ -48,13 +48,20 @@ def things() -> dict[str, list[object]]:
         "start": [*palms],
         "end": [*palms],
         "log": [log, log[:3], log[:0], log[::-1]],
+        "logs": [[], [log], [log[:3], log[:0]], [log[::-1], None], log],
         "moves": [[], [palpate.PalmMove.rotate(x, y) for x in NUMBERS for y in NUMBERS[:2]]],
     }
 
 
 def calls() -> list[tuple[object, list[list[object]]]]:
     known = things()
-    targets: list[object] = [palpate.simulate, palpate.plan_turn, palpate.plan_jump_free, palpate.follow]
+    targets: list[object] = [
+        palpate.simulate,
+        palpate.plan_turn,
+        palpate.plan_jump_free,
+        palpate.follow,
+        palpate.calibrate,
+    ]
     targets += [palpate.reconstruct, palpate.reconstruct_from, palpate.cramer_rao_bound_m, palpate.sweep_jobs]
     palms = (palpate.PalmPair, palpate.PalmMotion, palpate.PalmMove)
     for form in (palpate.SupportFunction, *palms, palpate.Log, palpate.Rig):

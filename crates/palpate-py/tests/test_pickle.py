@@ -53,6 +53,7 @@ def everything() -> list[object]:
         *palpate.reconstruct(log, method="ode").doubts,
         palpate.compare(result, truth),
         palpate.posterior(log, result),
+        palpate.calibrate([log]),
         palpate.Information.of(log, truth.shape, truth.psi_rad, 1e-4),
         *palpate.sweep_jobs('kind = "simulate"\nobjects.mixed = {}\ntouchpads = [{}]\n'),
     ]

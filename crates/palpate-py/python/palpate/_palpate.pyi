@@ -1,6 +1,6 @@
 """Types of the compiled part of palpate."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from os import PathLike
 from typing import Any, ClassVar, Literal, final, overload
 
@@ -18,11 +18,13 @@ __version__: str
 
 __all__ = [
     "CalibrationConstant",
+    "ConstantDrift",
     "Doubt",
     "EnergyLandscape",
     "Information",
     "Jump",
     "Log",
+    "LogContribution",
     "PalmLimits",
     "PalmMotion",
     "PalmMove",
@@ -31,6 +33,7 @@ __all__ = [
     "RestPose",
     "Result",
     "Rig",
+    "RigCalibration",
     "Simulation",
     "SupportFunction",
     "SweepFolder",
@@ -40,6 +43,7 @@ __all__ = [
     "Truth",
     "TruthError",
     "__version__",
+    "calibrate",
     "compare",
     "cramer_rao_bound_m",
     "follow",
@@ -519,6 +523,63 @@ class CalibrationConstant:
     def __reduce__(self) -> tuple[Any, ...]: ...
 
 @final
+class ConstantDrift:
+    __hash__: ClassVar[None]  # type: ignore[assignment]
+    @property
+    def constant(self) -> str: ...
+    @property
+    def difference(self) -> float: ...
+    @property
+    def sds(self) -> float: ...
+    def __eq__(self, other: object, /) -> bool: ...
+    def __ne__(self, other: object, /) -> bool: ...
+    def __reduce__(self) -> tuple[Any, ...]: ...
+
+@final
+class LogContribution:
+    __hash__: ClassVar[None]  # type: ignore[assignment]
+    @property
+    def name(self) -> str | None: ...
+    @property
+    def used(self) -> bool: ...
+    @property
+    def reason(self) -> str: ...
+    @property
+    def doubts(self) -> list[Doubt]: ...
+    @property
+    def constants(self) -> dict[str, CalibrationConstant]: ...
+    @property
+    def residual_before_m(self) -> float | None: ...
+    @property
+    def residual_after_m(self) -> float | None: ...
+    @property
+    def drift(self) -> ConstantDrift | None: ...
+    def __eq__(self, other: object, /) -> bool: ...
+    def __ne__(self, other: object, /) -> bool: ...
+    def __reduce__(self) -> tuple[Any, ...]: ...
+
+@final
+class RigCalibration:
+    __hash__: ClassVar[None]  # type: ignore[assignment]
+    @property
+    def rig(self) -> Rig: ...
+    @property
+    def constants(self) -> dict[str, CalibrationConstant]: ...
+    @property
+    def logs(self) -> list[LogContribution]: ...
+    @property
+    def used(self) -> int: ...
+    @property
+    def drifted(self) -> int | None: ...
+    @property
+    def size_sd(self) -> float: ...
+    @property
+    def offset_sd_m(self) -> float: ...
+    def __eq__(self, other: object, /) -> bool: ...
+    def __ne__(self, other: object, /) -> bool: ...
+    def __reduce__(self) -> tuple[Any, ...]: ...
+
+@final
 class Information:
     __hash__: ClassVar[None]  # type: ignore[assignment]
     @staticmethod
@@ -706,6 +767,14 @@ def reconstruct_from(
     rig: Rig | _Path | None = None,
     threads: int | None = None,
 ) -> Result: ...
+def calibrate(
+    logs: Iterable[Log],
+    *,
+    rig: Rig | _Path | None = None,
+    known_radius_m: float | None = None,
+    threads: int | None = None,
+    progress: bool | Callable[[str, float], object] | None = None,
+) -> RigCalibration: ...
 def cramer_rao_bound_m(log: Log, shape: SupportFunction, psi_rad: ArrayLike, sensor_sd_m: float) -> float | None: ...
 def compare(result: Result, truth: Truth) -> TruthError: ...
 def posterior(log: Log, result: Result) -> Information: ...

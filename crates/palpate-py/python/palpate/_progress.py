@@ -1,4 +1,4 @@
-"""Who is told how far a reconstruction or a sweep has come: a callable, a tqdm bar, or nobody."""
+"""Who is told how far a reconstruction, a calibration or a sweep has come: a callable, a tqdm bar, or nobody."""
 
 from __future__ import annotations
 

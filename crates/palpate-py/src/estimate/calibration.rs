@@ -66,12 +66,12 @@ impl ConstantData {
 }
 
 /// The constants by name.
-pub fn by_name<'py>(py: Python<'py>, calibration: &CalibrationEstimate) -> PyResult<Bound<'py, PyDict>> {
-    let constants = PyDict::new(py);
-    for constant in &calibration.constants {
-        constants.set_item(&constant.name, ConstantData(constant.clone()))?;
+pub fn by_name<'py>(py: Python<'py>, constants: &[ConstantEstimate]) -> PyResult<Bound<'py, PyDict>> {
+    let by_name = PyDict::new(py);
+    for constant in constants {
+        by_name.set_item(&constant.name, ConstantData(constant.clone()))?;
     }
-    Ok(constants)
+    Ok(by_name)
 }
 
 /// As text, to be pickled.
@@ -121,18 +121,23 @@ pub fn of_summary(summary: &Summary) -> Option<CalibrationEstimate> {
 pub fn told(calibration: &CalibrationEstimate) -> Vec<(String, String)> {
     let open = calibration.constants.iter().filter(|constant| constant.prior_sd > 0.0);
     open.map(|constant| {
-        let name = &constant.name;
-        let (stem, factor, unit) = if let Some(stem) = name.strip_suffix("_rad") {
-            (stem, 1.0_f64.to_degrees(), "&deg;")
-        } else if let Some(stem) = name.strip_suffix("_m") {
-            (stem, 1e3, "mm")
-        } else if let Some(stem) = name.strip_suffix("_s") {
-            (stem, 1e3, "ms")
-        } else {
-            (name.as_str(), 100.0, "%")
-        };
+        let (name, factor, unit) = shown(&constant.name);
         let value = format!("{:.3} &plusmn; {:.3} {unit}", factor * constant.value, factor * constant.sd);
-        (stem.replace('_', " "), value)
+        (name, value)
     })
     .collect()
+}
+
+/// How a constant is shown to a person: its name, and the factor to its unit.
+pub fn shown(name: &str) -> (String, f64, &'static str) {
+    let (stem, factor, unit) = if let Some(stem) = name.strip_suffix("_rad") {
+        (stem, 1.0_f64.to_degrees(), "°")
+    } else if let Some(stem) = name.strip_suffix("_m") {
+        (stem, 1e3, "mm")
+    } else if let Some(stem) = name.strip_suffix("_s") {
+        (stem, 1e3, "ms")
+    } else {
+        (name, 100.0, "%")
+    };
+    (stem.replace('_', " "), factor, unit)
 }

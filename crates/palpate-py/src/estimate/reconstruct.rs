@@ -42,16 +42,11 @@ fn solved(
     progress: Option<&Bound<'_, PyAny>>,
     solve: impl FnOnce(&LogFile, &Teller) -> Result<Reconstruction, ReconstructError> + Send + 'static,
 ) -> PyResult<ResultData> {
-    let listener = py.import("palpate._progress")?.getattr("listener")?.call1((progress,))?;
-    let listener = (!listener.is_none()).then_some(listener);
     let file = Arc::clone(&log.get().file);
-    let outcome = work::run(py, threads.map(|threads| threads.0), listener.as_ref(), move |teller| {
+    let outcome = work::run_told(py, threads, progress, move |teller| {
         let started = Instant::now();
         solve(&file, teller).map(|reconstruction| (reconstruction, started.elapsed().as_secs_f64()))
     });
-    if let Some(listener) = listener {
-        listener.call_method0("close")?;
-    }
     let (reconstruction, seconds) = outcome?.or_raise()?;
     Ok(ResultData::of(py, reconstruction, Some(log.clone_ref(py)), seconds))
 }

@@ -252,7 +252,7 @@ impl ResultData {
     /// 'clock_offset_s'. None where all constants are exact or there is no rig, and from the methods without error bars.
     #[getter]
     fn calibration<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
-        self.found.calibration.as_ref().map(|calibration| calibration::by_name(py, calibration)).transpose()
+        self.found.calibration.as_ref().map(|calibration| calibration::by_name(py, &calibration.constants)).transpose()
     }
 
     /// float: relative standard deviation of the size, which no log tells.

@@ -1,5 +1,6 @@
 //! Every error of the libraries as a Python exception, with the same words.
 
+use palpate::calibrate::DiscError;
 use palpate::compare::CompareError as RustCompareError;
 use palpate::information::InformationError;
 use palpate::palms::MotionError as RustMotionError;
@@ -66,6 +67,13 @@ impl IntoException for RustReadError {
 impl IntoException for RigError {
     fn into_exception(self) -> PyErr {
         ReadError::new_err((self.to_string(), self.file, self.line, self.key, self.problem.to_string()))
+    }
+}
+
+/// What the command line has as an option is an argument here, and a rig need not be a file.
+impl IntoException for DiscError {
+    fn into_exception(self) -> PyErr {
+        input(self.to_string().replace("--known-radius-mm", "known_radius_m").replace("the rig file", "the rig"))
     }
 }
 

@@ -16,6 +16,7 @@ use pyo3::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::interop::errors::{self, InternalError};
+use crate::interop::whole::Whole;
 
 /// Time between two looks at Python's signals.
 const TICK: Duration = Duration::from_millis(50);
@@ -89,6 +90,22 @@ pub fn run<T: Send + 'static>(
             break Err(raised);
         }
     }
+}
+
+/// The same, told to whom `progress` of a Python function asks for: a callable, a bar, or nobody.
+pub fn run_told<T: Send + 'static>(
+    py: Python<'_>,
+    threads: Option<Whole>,
+    progress: Option<&Bound<'_, PyAny>>,
+    work: impl FnOnce(&Teller) -> T + Send + 'static,
+) -> PyResult<T> {
+    let listener = py.import("palpate._progress")?.getattr("listener")?.call1((progress,))?;
+    let listener = (!listener.is_none()).then_some(listener);
+    let outcome = run(py, threads.map(|threads| threads.0), listener.as_ref(), work);
+    if let Some(listener) = listener {
+        listener.call_method0("close")?;
+    }
+    outcome
 }
 
 fn tell_through<T: Send + 'static>(sender: Sender<Message<T>>) -> Box<dyn Fn(Progress) + Send + Sync> {
