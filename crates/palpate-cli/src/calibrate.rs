@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use palpate::Log;
 use palpate::calibrate::{Contribution, RigCalibration, calibrate, calibrate_with_disc};
-use palpate::reconstruct::ConstantEstimate;
-use palpate::sensor::Rig;
+use palpate::reconstruct::{ConstantEstimate, ReconstructOptions};
+use palpate::sensor::{CalibrationConstant, Rig};
 use palpate_io::RigFile;
 
 use crate::terminal::{Ending, Failure, Terminal, print};
@@ -66,7 +66,8 @@ pub fn run(arguments: &Arguments) -> Result<Ending, Failure> {
             .map_err(|error| Failure::Input(error.to_string()))?,
         None => {
             let progress = terminal.progress();
-            calibrate(&logs, &before.rig, &|step| progress.update(step))?
+            let options = ReconstructOptions::default().with_rig(before.rig).with_sensor_sd_m(before.reading_sd_m());
+            calibrate(&logs, &options, &|step| progress.update(step))?
         }
     };
     let is_drifting = found.drift().is_some();
@@ -119,20 +120,20 @@ fn told(found: &RigCalibration, before: &Rig, logs: &[PathBuf], out: &Path) -> S
     };
     let open: Vec<&ConstantEstimate> = found.constants.iter().filter(|constant| constant.prior_sd > 0.0).collect();
     if found.used() > 0 {
-        text += "\n\n  constant                      value ± sd          before";
+        text += "\n\n  constant                            value ± sd          before";
         for constant in &open {
-            let (factor, unit) = unit(&constant.name);
+            let Some(about) = CalibrationConstant::named(&constant.name) else { continue };
+            let CalibrationConstant { label, unit, units_per_si, .. } = about;
             let [value, sd, stated, prior] =
-                [constant.value, constant.sd, constant.stated, constant.prior_sd].map(|value| factor * value);
-            let label = plain(&constant.name);
+                [constant.value, constant.sd, constant.stated, constant.prior_sd].map(|value| units_per_si * value);
             // Writing to a string does not fail.
-            let _ = write!(text, "\n  {label:<27} {value:>8.4} ± {sd:.4} {unit:<4}  {stated:.3} ± {prior:.3} {unit}");
+            let _ = write!(text, "\n  {label:<33} {value:>8.4} ± {sd:.4} {unit:<4}  {stated:.3} ± {prior:.3} {unit}");
         }
         let (size, offset_mm) = (100.0 * found.rig.size_sd(), 1e3 * found.rig.offset_sd_m());
         let (size_before, offset_before_mm) = (100.0 * before.size_sd(), 1e3 * before.offset_sd_m());
         let _ = write!(
             text,
-            "\n  {:<27} {size:.2} % and {offset_mm:.3} mm all around (before: {size_before:.2} % and {offset_before_mm:.3} mm)",
+            "\n  {:<33} {size:.2} % and {offset_mm:.3} mm all around (before: {size_before:.2} % and {offset_before_mm:.3} mm)",
             "size of every object, sd"
         );
     }
@@ -141,24 +142,33 @@ fn told(found: &RigCalibration, before: &Rig, logs: &[PathBuf], out: &Path) -> S
         let counts = if log.is_used { "yes" } else { "no" };
         let _ = write!(text, "\n  {:<28} {counts:<6}  {}", name(path), residuals(log));
     }
-    if let Some((place, drift)) = found.drift() {
-        let (factor, unit) = unit(&drift.constant);
+    if let Some((place, drift, about)) =
+        found.drift().and_then(|(place, drift)| Some((place, drift, CalibrationConstant::named(&drift.constant)?)))
+    {
+        let CalibrationConstant { label, unit, units_per_si, .. } = about;
         let _ = write!(
             text,
-            "\n\n  {} is at odds with the others: {} differs by {:.3} {unit} ({:.0} of its standard deviations). Was something mounted \
+            "\n\n  {} is at odds with the others: {label} differs by {:.3} {unit} ({:.0} of its standard deviations). Was something mounted \
              anew? Calibrate the logs before and after apart.",
             logs.get(place).map(|path| name(path)).unwrap_or_default(),
-            plain(&drift.constant),
-            factor * drift.difference,
+            units_per_si * drift.difference,
             drift.sds.abs()
         );
     }
-    let advice =
-        open.iter().filter(|constant| constant.sd > TOLD * constant.prior_sd).map(|constant| advice(&constant.name));
-    let mut advice: Vec<&str> = advice.collect();
-    advice.dedup();
-    if found.used() > 0 && !advice.is_empty() {
-        let _ = write!(text, "\n\n  What is not told yet: {}", advice.join("; "));
+    let untold = open.iter().filter(|constant| constant.sd > TOLD * constant.prior_sd);
+    let untold: Vec<&CalibrationConstant> =
+        untold.filter_map(|constant| CalibrationConstant::named(&constant.name)).collect();
+    if found.used() > 0 && !untold.is_empty() {
+        text += "\n\n  What is not told yet:";
+        for (index, about) in untold.iter().enumerate() {
+            // Constants that one motion tells stand together.
+            if untold[..index].iter().any(|other| other.motion == about.motion) {
+                continue;
+            }
+            let alike: Vec<&str> =
+                untold.iter().filter(|other| other.motion == about.motion).map(|other| other.label).collect();
+            let _ = write!(text, "\n  - {}: {}", alike.join(", "), about.motion);
+        }
     }
     text
 }
@@ -173,42 +183,5 @@ fn residuals(log: &Contribution) -> String {
     match log.verdict.doubts.first() {
         Some(doubt) if !log.is_used => format!("{left}; {doubt}"),
         _ => left,
-    }
-}
-
-/// The factor and unit in which a constant is shown.
-pub fn unit(name: &str) -> (f64, &'static str) {
-    if name.ends_with("_rad") {
-        (1.0_f64.to_degrees(), "deg")
-    } else if name.ends_with("_m") {
-        (1e3, "mm")
-    } else if name.ends_with("_s") {
-        (1e3, "ms")
-    } else {
-        (100.0, "%")
-    }
-}
-
-/// A constant in words.
-fn plain(name: &str) -> &str {
-    match name {
-        "s1_zero_m" => "zero of pad 1",
-        "s2_zero_m" => "zero of pad 2",
-        "scale_ratio" => "scale of pad 1 less pad 2",
-        "phi1_zero_rad" => "zero of phi1 (gravity)",
-        "phi2_zero_rad" => "zero of phi2",
-        "surface_difference_m" => "surface of pad 1 less pad 2",
-        "clock_offset_s" => "clock of the angles",
-        other => other,
-    }
-}
-
-/// A motion that tells a constant.
-fn advice(name: &str) -> &'static str {
-    match name {
-        "s1_zero_m" | "s2_zero_m" | "scale_ratio" => "let the contacts travel over more of both pads (zeros, scales)",
-        "phi1_zero_rad" => "turn both palms together, far to either side, and slowly (gravity)",
-        "clock_offset_s" => "let the palms speed up and slow down (clock)",
-        _ => "open the palms wider and close them further (angle between them, surfaces)",
     }
 }

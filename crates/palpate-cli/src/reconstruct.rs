@@ -6,11 +6,11 @@ use std::time::Instant;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use palpate::compare::{compare, true_support};
 use palpate::reconstruct::{Doubt, FoundSymmetry, Method, Reconstructor, diagnostics};
+use palpate::sensor::CalibrationConstant;
 use palpate::{Reconstruction, Truth};
 use palpate_io::{ConstantSummary, LogFile, RigFile, Summary, TruthSummary};
 use palpate_report::{ReportInput, TruthOverlay};
 
-use crate::calibrate::unit;
 use crate::terminal::{Ending, Failure, Terminal, print};
 use crate::values;
 
@@ -222,7 +222,10 @@ pub fn told(summary: &Summary, out: &Path) -> String {
         _ => "NOT certified",
     };
     let mut lines = vec![verdict.to_string()];
-    lines.extend(summary.verdict().doubts.iter().map(|doubt| format!("  - {doubt}")));
+    let doubts = summary.verdict().doubts;
+    // What a mistake in the log spoils besides follows from it.
+    let told = if matches!(doubts.first(), Some(Doubt::Mistaken { .. })) { &doubts[..1] } else { &doubts[..] };
+    lines.extend(told.iter().map(|doubt| format!("  - {doubt}")));
     let jumps = match summary.jumps.len() {
         0 => "no jump".to_string(),
         1 => "1 jump".to_string(),
@@ -244,8 +247,8 @@ pub fn told(summary: &Summary, out: &Path) -> String {
             three_digits(1e3 * summary.offset_sd_m)
         ));
     }
-    if let Some(told) = rig_told(summary) {
-        lines.push(format!("  rig     {told}"));
+    for (index, told) in rig_told(summary).into_iter().enumerate() {
+        lines.push(format!("  {:<7} {told}", if index == 0 { "rig" } else { "" }));
     }
     if let Some(truth) = &summary.truth {
         lines.push(format!(
@@ -263,17 +266,15 @@ pub fn told(summary: &Summary, out: &Path) -> String {
     lines.join("\n")
 }
 
-/// What the log told of the rig.
-fn rig_told(summary: &Summary) -> Option<String> {
+/// What the log told of the rig, a line for each constant.
+fn rig_told(summary: &Summary) -> Vec<String> {
     let constant = |(name, constant): (&String, &ConstantSummary)| {
-        let (factor, unit) = unit(name);
-        let plain = name.trim_end_matches("_rad").trim_end_matches("_m").trim_end_matches("_s").replace('_', " ");
-        let (value, sd) = (factor * constant.value, factor * constant.sd);
-        format!("{plain} {value:.3} ± {sd:.3} {unit}")
+        let CalibrationConstant { label, unit, units_per_si, .. } = CalibrationConstant::named(name)?;
+        let (value, sd) = (units_per_si * constant.value, units_per_si * constant.sd);
+        Some(format!("{label:<33} {value:>8.3} ± {sd:.3} {unit}"))
     };
     let open = summary.calibration.iter().filter(|(_, constant)| constant.prior_sd > 0.0);
-    let told: Vec<String> = open.map(constant).collect();
-    (!told.is_empty()).then(|| told.join(", "))
+    open.filter_map(constant).collect()
 }
 
 /// A number with three significant digits, but no more than six decimals.

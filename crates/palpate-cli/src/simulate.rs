@@ -26,6 +26,7 @@ Examples:
   palpate simulate --shape random:5 --noise-mm 0.3 --angle-noise-deg 0.1 -o five.csv
   palpate simulate --pad interlink --radius-mm 20 -o pad.csv       as in the experiment of Moll & Erdmann (2001)
   palpate simulate --motion random --shape stone -o jumps.csv      a motion that knows nothing of the object: it jumps
+  palpate simulate --motion random --friction 0.2 -o sticky.csv    palms with friction: the object rolls, slides and jumps
   palpate simulate --rig rig.toml -o off.csv                       as a rig with the errors and conventions of this file writes it
   palpate reconstruct pebble.csv -o pebble --truth pebble.truth";
 
@@ -82,6 +83,9 @@ pub struct Arguments {
     /// Share of the readings of each pad that are missing, 0 to 1
     #[arg(long, value_name = "SHARE", default_value = "0", value_parser = values::share)]
     dropout: f64,
+    /// Coefficient of friction between palms and object, or those of palm 1 and palm 2 [default: none, or as the rig file says]
+    #[arg(long, value_name = "MU[,MU2]", value_parser = values::friction)]
+    friction: Option<[f64; 2]>,
     /// Write the normal forces too (columns force1_n, force2_n), for an object of this mass, grams
     #[arg(long, value_name = "GRAMS", value_parser = values::positive)]
     mass_g: Option<f64>,
@@ -139,6 +143,7 @@ pub fn run(arguments: &Arguments) -> Result<Ending, Failure> {
     let options = SimulateOptions {
         touchpad,
         start_psi_rad: course.start_psi_rad,
+        friction: arguments.friction.unwrap_or_else(|| rig.pads.map(|pad| pad.friction.unwrap_or(0.0))),
         seed: arguments.seed,
         mass_kg: arguments.mass_g.map_or(0.1, |grams| 1e-3 * grams),
         with_forces: arguments.mass_g.is_some(),

@@ -42,6 +42,15 @@ pub fn pair(text: &str) -> Result<[f64; 2], String> {
     Ok([number(x).map_err(|_| needed())?, number(y).map_err(|_| needed())?])
 }
 
+/// Coefficients of friction of both palms: one number for both, or two.
+pub fn friction(text: &str) -> Result<[f64; 2], String> {
+    let both = match text.split_once(',') {
+        Some(_) => pair(text)?,
+        None => [number(text)?; 2],
+    };
+    if both.iter().all(|friction| *friction >= 0.0) { Ok(both) } else { Err("it must not be below 0".to_string()) }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -53,6 +62,7 @@ mod tests {
         assert_eq!(not_negative("0"), Ok(0.0));
         assert_eq!(share("0.25"), Ok(0.25));
         assert_eq!(pair("3,-2"), Ok([3.0, -2.0]));
+        assert_eq!((friction("0.2"), friction("0,0.3")), (Ok([0.2; 2]), Ok([0.0, 0.3])));
     }
 
     #[test]
@@ -63,6 +73,7 @@ mod tests {
         assert!(positive("0").is_err());
         assert!(not_negative("-1").is_err());
         assert!(share("1").is_err());
+        assert!(friction("-0.1").is_err() && friction("0.1,-1").is_err() && friction("a").is_err());
         for text in ["3", "3,", "3,4,5", "x,1"] {
             assert!(pair(text).is_err(), "{text}");
         }

@@ -2,6 +2,7 @@
 
 use palpate::Reconstruction;
 use palpate::reconstruct::{CalibrationEstimate, ConstantEstimate};
+use palpate::sensor::CalibrationConstant;
 
 use crate::figures::{belongs_to, decimals, length, number};
 use crate::html::{escape, fill};
@@ -63,9 +64,9 @@ fn table(open: &[&ConstantEstimate]) -> String {
 }
 
 fn row(constant: &ConstantEstimate, reach: f64) -> String {
-    let about = About::of(&constant.name);
-    let name = about.map_or_else(|| escape(&constant.name), |about| about.name.to_owned());
-    let (unit, factor) = unit(&constant.name);
+    let about = CalibrationConstant::named(&constant.name);
+    let name = about.map_or_else(|| escape(&constant.name), |about| escape(about.label));
+    let (unit, factor) = unit(about);
     let found = with_sd(constant.value, constant.sd, factor);
     let stated = with_sd(constant.stated, constant.prior_sd, factor);
     let (class, verdict) = verdict(constant, about);
@@ -76,77 +77,17 @@ fn row(constant: &ConstantEstimate, reach: f64) -> String {
     )
 }
 
-/// What a constant is called, and what to do about it.
-#[derive(Clone, Copy)]
-struct About {
-    key: &'static str,
-    name: &'static str,
-    /// The motion that would tell it.
-    motion: &'static str,
-    /// The measurement that shows a mistake in it.
-    check: &'static str,
-}
-
-const CONSTANTS: [About; 7] = [
-    About {
-        key: "s1_zero_m",
-        name: "zero of pad\u{a0}1",
-        motion: "open and close the palms wider, and roll the object further around",
-        check: "check pad\u{a0}1: touched at a known distance from the base, it reads that distance plus its zero. Does it count from that end?",
-    },
-    About {
-        key: "s2_zero_m",
-        name: "zero of pad\u{a0}2",
-        motion: "open and close the palms wider, and roll the object further around",
-        check: "check pad\u{a0}2: touched at a known distance from the base, it reads that distance plus its zero. Does it count from that end?",
-    },
-    About {
-        key: "scale_ratio",
-        name: "scale of pad\u{a0}1 against pad\u{a0}2",
-        motion: "open and close the palms wider, so that the contacts travel further along both pads",
-        check: "check both pads: touch two marks on each; difference of the readings over their distance is its scale. Same unit and counts per inch?",
-    },
-    About {
-        key: "phi1_zero_rad",
-        name: "zero of the angle of palm\u{a0}1 (against gravity)",
-        motion: "turn the pair of palms further against gravity",
-        check: "check the encoder of palm\u{a0}1: with the palm level it reads its zero. Does y point up, against gravity?",
-    },
-    About {
-        key: "phi2_zero_rad",
-        name: "zero of the angle between the palms",
-        motion: "open and close the palms wider",
-        check: "check the encoder between the palms: with a square between them it reads 90° plus its zero",
-    },
-    About {
-        key: "surface_difference_m",
-        name: "surface of pad\u{a0}1 in front of that of pad\u{a0}2",
-        motion: "open and close the palms wider",
-        check: "check with a calliper how far each sensing surface, pad and cover mounted, lies in front of the hinge axis",
-    },
-    About {
-        key: "clock_offset_s",
-        name: "clock of the angles against the pads",
-        motion: "let the palms speed up, slow down and turn back more often",
-        check: "check the clocks: tap a palm; the angle follows the position by the offset",
-    },
-];
-
-impl About {
-    fn of(key: &str) -> Option<Self> {
-        CONSTANTS.into_iter().find(|about| about.key == key)
-    }
-}
-
-/// Unit as it follows a number, and how many of it are in one of the constant's own, by the end of its name.
-fn unit(name: &str) -> (&'static str, f64) {
-    match name.rsplit('_').next() {
-        Some("m") => (" mm", 1e3),
-        Some("rad") => ("°", 1_f64.to_degrees()),
-        Some("s") => (" ms", 1e3),
-        Some("ratio") => (" %", 1e2),
-        _ => ("", 1.0),
-    }
+/// Unit as it follows a number, and how many of it are in one of the constant's own.
+fn unit(about: Option<&CalibrationConstant>) -> (&'static str, f64) {
+    about.map_or(("", 1.0), |about| {
+        let unit = match about.unit {
+            "mm" => " mm",
+            "ms" => " ms",
+            "deg" => "°",
+            _ => " %",
+        };
+        (unit, about.units_per_si)
+    })
 }
 
 /// A value and its standard deviation, with as many decimals as that has meaning.
@@ -160,7 +101,7 @@ fn with_sd(value: f64, sd: f64, factor: f64) -> String {
 }
 
 /// Class of the row, and the phrase.
-fn verdict(constant: &ConstantEstimate, about: Option<About>) -> (&'static str, String) {
+fn verdict(constant: &ConstantEstimate, about: Option<&CalibrationConstant>) -> (&'static str, String) {
     let off = (constant.value - constant.stated).abs() / constant.prior_sd;
     let share = constant.sd / constant.prior_sd;
     let phrase = |bold: String, rest: String| format!("<b>{bold}</b>{rest}");
@@ -234,7 +175,7 @@ fn picture(constant: &ConstantEstimate, reach: f64) -> String {
         let (edge, arrow) = if at > 50.0 { ("100%", "M-10 6L0 12L-10 18Z") } else { ("0%", "M10 6L0 12L10 18Z") };
         drawing += &format!("<svg x=\"{edge}\" overflow=\"visible\"><path class=\"found\" d=\"{arrow}\"/></svg>");
     }
-    let (unit, factor) = unit(&constant.name);
+    let (unit, factor) = unit(CalibrationConstant::named(&constant.name));
     let words = format!(
         "stated {}{unit}, found {}{unit}, each with two standard deviations",
         with_sd(stated, BAR_SDS * prior_sd, factor),

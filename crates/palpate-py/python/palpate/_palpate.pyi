@@ -741,6 +741,7 @@ def simulate(
     rate_hz: float | None = None,
     seed: int = 0,
     start_psi_rad: float | None = None,
+    friction: float | tuple[float, float] = 0.0,
     mass_kg: float = 0.1,
     with_forces: bool = False,
     with_stated_noise: bool = False,

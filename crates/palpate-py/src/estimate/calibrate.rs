@@ -2,7 +2,7 @@
 
 use palpate::Log;
 use palpate::calibrate::calibrate_with_disc;
-use palpate::reconstruct::Progress;
+use palpate::reconstruct::{Progress, ReconstructOptions};
 use palpate::sensor::Tolerances;
 use palpate_io::RigFile;
 use pyo3::exceptions::PyTypeError;
@@ -124,7 +124,8 @@ pub fn calibrate(
     let found = work::run_told(py, threads, progress, move |teller| {
         let logs: &[Log] = &samples;
         let Some(radius_m) = known_radius_m else {
-            return palpate::calibrate::calibrate(logs, &before.rig, &|step| teller.tell(step)).or_raise();
+            let options = ReconstructOptions::default().with_rig(before.rig).with_sensor_sd_m(before.reading_sd_m());
+            return palpate::calibrate::calibrate(logs, &options, &|step| teller.tell(step)).or_raise();
         };
         let found = calibrate_with_disc(logs, radius_m, &before.rig).or_raise()?;
         teller.tell(Progress { stage: "done", fraction: 1.0 });

@@ -1,7 +1,7 @@
 //! `CalibrationConstant`: what a log told of the rig that wrote it.
 
 use palpate::reconstruct::{CalibrationEstimate, ConstantEstimate};
-use palpate::sensor::Calibration;
+use palpate::sensor::{Calibration, CalibrationConstant};
 use palpate_io::{ConstantSummary, Summary};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -130,14 +130,7 @@ pub fn told(calibration: &CalibrationEstimate) -> Vec<(String, String)> {
 
 /// How a constant is shown to a person: its name, and the factor to its unit.
 pub fn shown(name: &str) -> (String, f64, &'static str) {
-    let (stem, factor, unit) = if let Some(stem) = name.strip_suffix("_rad") {
-        (stem, 1.0_f64.to_degrees(), "°")
-    } else if let Some(stem) = name.strip_suffix("_m") {
-        (stem, 1e3, "mm")
-    } else if let Some(stem) = name.strip_suffix("_s") {
-        (stem, 1e3, "ms")
-    } else {
-        (name, 100.0, "%")
-    };
-    (stem.replace('_', " "), factor, unit)
+    let (factor, unit) = CalibrationConstant::named(name).map_or((1.0, ""), |about| (about.units_per_si, about.unit));
+    let stem = ["_rad", "_m", "_s"].iter().find_map(|unit| name.strip_suffix(unit)).unwrap_or(name);
+    (stem.replace('_', " "), factor, if unit == "deg" { "°" } else { unit })
 }

@@ -74,9 +74,26 @@ pub enum Moved<'py> {
     Sampled(Table<'py>),
 }
 
+/// Coefficients of friction, as they come from Python.
+#[derive(FromPyObject)]
+pub enum Friction {
+    Both(f64),
+    Each(f64, f64),
+}
+
+impl Friction {
+    fn of_palms(&self) -> [f64; 2] {
+        match *self {
+            Self::Both(friction) => [friction; 2],
+            Self::Each(first, second) => [first, second],
+        }
+    }
+}
+
 /// Simulate the palm log of a known object.
 ///
-/// At every instant the object rests in a minimum of its potential energy; where a pose vanishes, it goes downhill to the next.
+/// At every instant the object rests in a minimum of its potential energy; where a pose vanishes, it goes downhill to the next. With friction
+/// it rolls on a palm or slides on both, and jumps where no forces within the friction cones hold it.
 ///
 /// Parameters
 /// ----------
@@ -93,6 +110,8 @@ pub enum Moved<'py> {
 ///     Seed of noise and drop-outs.
 /// start_psi_rad : float, optional
 ///     The object is let go at this orientation before the palms move, radians. Default: as planned, or 0.
+/// friction : float or tuple of float, default 0.0
+///     Coefficient of friction between palms and object, or those of palm 1 and palm 2.
 /// mass_kg : float, default 0.1
 ///     Mass, kilograms; of consequence for forces and energies only.
 /// with_forces : bool, default False
@@ -120,10 +139,10 @@ pub enum Moved<'py> {
 /// >>> len(log)
 /// 401
 #[pyfunction]
-#[pyo3(signature = (shape, motion, *, touchpad=None, rate_hz=None, seed=Whole(0), start_psi_rad=None, mass_kg=0.1,
-    with_forces=false, with_stated_noise=false),
-    text_signature = "(shape, motion, *, touchpad=None, rate_hz=None, seed=0, start_psi_rad=None, mass_kg=0.1, \
-    with_forces=False, with_stated_noise=False)")]
+#[pyo3(signature = (shape, motion, *, touchpad=None, rate_hz=None, seed=Whole(0), start_psi_rad=None,
+    friction=Friction::Both(0.0), mass_kg=0.1, with_forces=false, with_stated_noise=false),
+    text_signature = "(shape, motion, *, touchpad=None, rate_hz=None, seed=0, start_psi_rad=None, friction=0.0, \
+    mass_kg=0.1, with_forces=False, with_stated_noise=False)")]
 #[expect(clippy::too_many_arguments, reason = "Python calls it by keywords")]
 pub fn simulate(
     py: Python<'_>,
@@ -133,6 +152,7 @@ pub fn simulate(
     rate_hz: Option<f64>,
     seed: Whole,
     start_psi_rad: Option<f64>,
+    friction: Friction,
     mass_kg: f64,
     with_forces: bool,
     with_stated_noise: bool,
@@ -151,6 +171,7 @@ pub fn simulate(
         touchpad,
         seed: seed.0,
         start_psi_rad: start_psi_rad.unwrap_or(planned_psi_rad),
+        friction: friction.of_palms(),
         mass_kg,
         with_forces,
         with_stated_noise,

@@ -1,21 +1,22 @@
 //! One rig, many logs of unknown objects: the product of what each adds to the prior of the constants.
 
 use super::{Contribution, Drift, RigCalibration};
-use crate::estimate::calibration::{CONSTANTS, Matrix, NAMES, Vector, changed, constants, prior_sd};
+use crate::estimate::calibration::{CONSTANTS, Matrix, Vector, changed, constants, prior_sd};
 use crate::log::Log;
 use crate::reconstruct::{
     CalibrationEstimate, ConstantEstimate, Progress, ReconstructError, ReconstructOptions, Reconstruction,
     Reconstructor, Start,
 };
-use crate::sensor::{Calibration, Rig, Tolerances};
+use crate::sensor::{Calibration, CalibrationConstant, Rig, Tolerances};
 
-/// Calibrates a rig by logs of objects that need not be known. `rig` is what is known of it beforehand. Reports progress from any thread.
+/// Calibrates a rig by logs of objects that need not be known. The rig of `options` is what is known of it beforehand; the rest holds for the
+/// reconstruction of every log. Reports progress from any thread.
 ///
 /// # Errors
 /// When the rig or a log is out of its range; a log that cannot be reconstructed is no error, it contributes nothing.
 ///
 /// ```
-/// use palpate::{calibrate::calibrate, sensor::{Calibration, Rig}};
+/// use palpate::{calibrate::calibrate, reconstruct::ReconstructOptions, sensor::{Calibration, Rig}};
 /// # use palpate::{plan::{PalmLimits, plan_turn}, shape::NamedShape, simulate::{SimulateOptions, simulate}};
 /// let mut truth = Calibration::default();
 /// truth.zero_m = [3e-4, -2e-4];
@@ -26,24 +27,28 @@ use crate::sensor::{Calibration, Rig, Tolerances};
 /// #     let options = SimulateOptions { start_psi_rad: plan.start_psi_rad, seed, ..SimulateOptions::default() };
 /// #     logs.push(truth.distorted(&simulate(&object, &plan.motion.sample(5.0)?, &options)?.log));
 /// # }
-/// let found = calibrate(&logs, &Rig::uncalibrated(), &|_| ())?;
+/// let found = calibrate(&logs, &ReconstructOptions::default().with_rig(Rig::uncalibrated()), &|_| ())?;
 /// assert_eq!(found.used(), 2);
 /// assert!((found.rig.calibration.zero_m[0] - 3e-4).abs() < 4.0 * found.rig.tolerances.zero_sd_m[0]);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn calibrate(
     logs: &[Log],
-    rig: &Rig,
+    options: &ReconstructOptions,
     progress: &(dyn Fn(Progress) + Sync),
 ) -> Result<RigCalibration, ReconstructError> {
-    let count = logs.len().max(1) as f64;
+    let (rig, count) = (&options.rig, logs.len().max(1) as f64);
     let tell = |stage, place: usize, share: f64| progress(Progress { stage, fraction: (place as f64 + share) / count });
     let mut found = Vec::with_capacity(logs.len());
     for (place, log) in logs.iter().enumerate() {
         let of_log = |step: Progress| tell(step.stage, place, 0.8 * step.fraction);
-        match Reconstructor::new().rig(*rig).progress(&of_log).run(log) {
+        match Reconstructor::from(options.clone()).progress(&of_log).run(log) {
             Ok(reconstruction) => found.push(Ok(reconstruction)),
-            Err(error @ (ReconstructError::BadSample { .. } | ReconstructError::BadOption(_))) => return Err(error),
+            Err(ReconstructError::BadSample { sample, what }) => {
+                let what = format!("{what} (log {} of {})", place + 1, logs.len());
+                return Err(ReconstructError::BadSample { sample, what });
+            }
+            Err(error @ ReconstructError::BadOption(_)) => return Err(error),
             Err(error) => found.push(Err(error.to_string())),
         }
     }
@@ -159,7 +164,11 @@ impl Belief {
             let difference = own_mean[c] - mean[c];
             let sd = (own[(c, c)] + covariance[(c, c)]).max(0.0).sqrt();
             let sds = if sd > 0.0 && self.prior_sd[c] > 0.0 { difference / sd } else { 0.0 };
-            Drift { constant: NAMES[c].to_owned(), difference: difference * self.prior_sd[c], sds }
+            Drift {
+                constant: CalibrationConstant::ALL[c].name.to_owned(),
+                difference: difference * self.prior_sd[c],
+                sds,
+            }
         };
         (0..CONSTANTS).map(drift).max_by(|a, b| a.sds.abs().total_cmp(&b.sds.abs()))
     }
@@ -187,7 +196,7 @@ mod tests {
         let rig = Rig::uncalibrated();
         let truth = rig.drawn(4);
         let mut logs: Vec<Log> = (0..4).map(|seed| log(seed, &truth)).collect();
-        let found = calibrate(&logs, &rig, &|_| ()).expect("calibrated");
+        let found = calibrate(&logs, &ReconstructOptions::default().with_rig(rig), &|_| ()).expect("calibrated");
         assert!(found.used() >= 3 && found.drift().is_none(), "{:?}", found.drift());
         let open = |constant: &&ConstantEstimate| constant.prior_sd > 0.0;
         for (constant, truth) in found.constants.iter().zip(constants(&truth)).filter(|(constant, _)| open(constant)) {
@@ -208,7 +217,7 @@ mod tests {
         let mut moved = truth;
         moved.zero_m[1] += 4e-4;
         logs.push(log(4, &moved));
-        let found = calibrate(&logs, &rig, &|_| ()).expect("calibrated");
+        let found = calibrate(&logs, &ReconstructOptions::default().with_rig(rig), &|_| ()).expect("calibrated");
         let (place, drift) = found.drift().expect("a drift");
         assert_eq!((place, drift.constant.as_str()), (4, "s2_zero_m"), "{drift:?}");
     }
@@ -216,7 +225,7 @@ mod tests {
     #[test]
     fn without_logs_the_rig_stays() {
         let rig = Rig::uncalibrated();
-        let found = calibrate(&[], &rig, &|_| ()).expect("nothing to do");
+        let found = calibrate(&[], &ReconstructOptions::default().with_rig(rig), &|_| ()).expect("nothing to do");
         assert_eq!(found.rig.calibration, rig.calibration);
         assert!((found.rig.tolerances.zero_sd_m[0] / rig.tolerances.zero_sd_m[0] - 1.0).abs() < 1e-12);
     }

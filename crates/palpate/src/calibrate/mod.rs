@@ -90,3 +90,24 @@ pub struct Drift {
     /// The same in standard deviations.
     pub sds: f64,
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sensor::Rig;
+
+    #[test]
+    fn a_log_drifts_beyond_four_standard_deviations() {
+        let of_log = |sds| {
+            let drift = Drift { constant: "s1_zero_m".to_owned(), difference: 1e-4, sds };
+            Contribution { drift: Some(drift), ..Contribution::failed(String::new()) }
+        };
+        let drifted = |sds: &[f64]| {
+            let logs = sds.iter().map(|sds| of_log(*sds)).collect();
+            RigCalibration { rig: Rig::default(), constants: Vec::new(), logs }.drift().map(|(place, _)| place)
+        };
+        assert_eq!(drifted(&[1.0, -3.99]), None);
+        assert_eq!(drifted(&[1.0, -4.01]), Some(1));
+        assert_eq!(drifted(&[5.0, -6.0, f64::NAN]), Some(1));
+    }
+}

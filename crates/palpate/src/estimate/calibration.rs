@@ -15,24 +15,13 @@ use crate::log::Log;
 use crate::palms::PalmPair;
 use crate::sensor::calibration::palm_rates_rad_per_s;
 use crate::sensor::rig::shares;
-use crate::sensor::{Calibration, Rig, Tolerances};
+use crate::sensor::{Calibration, CalibrationConstant, Rig, Tolerances};
 use crate::shape::{ContactSupport, SupportFunction};
 use nalgebra::{DMatrix, SMatrix, SVector};
 
 /// The constants that a log may tell, in this order: zeros of both pads, ratio of their scales, zeros of φ₁ and φ₂, difference of the
 /// surface offsets, clock.
-pub(crate) const CONSTANTS: usize = 7;
-
-/// What results and files call them.
-pub(crate) const NAMES: [&str; CONSTANTS] = [
-    "s1_zero_m",
-    "s2_zero_m",
-    "scale_ratio",
-    "phi1_zero_rad",
-    "phi2_zero_rad",
-    "surface_difference_m",
-    "clock_offset_s",
-];
+pub(crate) const CONSTANTS: usize = CalibrationConstant::ALL.len();
 
 pub(crate) type Vector = SVector<f64, CONSTANTS>;
 pub(crate) type Matrix = SMatrix<f64, CONSTANTS, CONSTANTS>;
@@ -249,8 +238,8 @@ impl CalibrationPosterior {
 
     /// The constant that is furthest from what the rig was stated to have, and how far, in standard deviations of the statement.
     pub fn furthest(&self) -> (String, f64) {
-        let far = NAMES.iter().zip(&self.off).max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
-        far.map_or((String::new(), 0.0), |(name, off)| ((*name).to_owned(), off.abs()))
+        let far = CalibrationConstant::ALL.iter().zip(&self.off).max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+        far.map_or((String::new(), 0.0), |(constant, off)| (constant.name.to_owned(), off.abs()))
     }
 
     /// Covariance of the constants given the shape.
@@ -380,14 +369,22 @@ mod tests {
                 fitted(&read, &there, &shape, &psi).2.estimate.cost
             };
             // Palms between samples are interpolated, with rates that change at the samples.
-            let step = if NAMES[index] == "clock_offset_s" { 2e-4 } else { 5e-3 };
+            let step = if CalibrationConstant::ALL[index].name == "clock_offset_s" { 2e-4 } else { 5e-3 };
             let (slope, of_slope) = ((cost(step) - cost(-step)) / (4.0 * step), posterior.gradient[index]);
-            assert!((slope / of_slope - 1.0).abs() < 1e-4, "{}: {slope} {of_slope}", NAMES[index]);
+            assert!(
+                (slope / of_slope - 1.0).abs() < 1e-4,
+                "{}: {slope} {of_slope}",
+                CalibrationConstant::ALL[index].name
+            );
             // Gauss-Newton leaves out what residuals times second derivatives add.
             let step = 5e-3;
             let curvature = (cost(step) + cost(-step) - 2.0 * fit.estimate.cost) / (2.0 * step * step);
             let of_curvature = posterior.information[(index, index)];
-            assert!((curvature / of_curvature - 1.0).abs() < 0.15, "{}: {curvature} {of_curvature}", NAMES[index]);
+            assert!(
+                (curvature / of_curvature - 1.0).abs() < 0.15,
+                "{}: {curvature} {of_curvature}",
+                CalibrationConstant::ALL[index].name
+            );
         }
     }
 
@@ -413,7 +410,7 @@ mod tests {
         let last = last.expect("six rounds");
         assert!(last.distance_sds() < 0.01);
         let off = constants(&found).into_iter().zip(constants(&truth)).zip(last.sd(1.0));
-        for (name, ((found, truth), sd)) in NAMES.iter().zip(off) {
+        for (CalibrationConstant { name, .. }, ((found, truth), sd)) in CalibrationConstant::ALL.iter().zip(off) {
             assert!((found - truth).abs() < 4.0 * sd, "{name}: {found} {truth} {sd}");
         }
         // The log told every one of them, and the readings are worth less where their errors are alike.

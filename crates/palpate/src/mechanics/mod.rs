@@ -1,14 +1,17 @@
 //! The forces on the object: what they ask of its pose at each instant, and where they carry it.
 //!
-//! `force_model` says what the estimator asks of a model of the forces; a folder beside it is such a model. There is one today,
-//! `frictionless`: slow palms without friction, between which the object rests at a minimum of its potential energy.
+//! `force_model` says what the estimator asks of a model of the forces; a folder beside it is the physics of one. `frictionless`: slow palms
+//! without friction, between which the object rests at a minimum of its potential energy. `coulomb`: slow palms with friction, between which
+//! it rolls, slides and jumps.
 
+pub(crate) mod coulomb;
 pub(crate) mod force_model;
 pub(crate) mod frictionless;
 mod gravity;
 mod jump;
 pub(crate) mod passage;
 
+pub use coulomb::ContactMode;
 pub use frictionless::{EnergyLandscape, RestPose, contact_forces_n, follow};
 pub use gravity::STANDARD_GRAVITY_M_PER_S2;
 pub use jump::Jump;

@@ -50,6 +50,17 @@ pub enum SimulateError {
         /// Which palm.
         palm: Palm,
     },
+    /// The friction cones squeeze the object, with forces of any size.
+    #[error(
+        "at {time_s:.3} s the object jams between the palms (opening {phi2_rad:.3} rad): open them further than the friction cones \
+         reach, or lower the friction"
+    )]
+    Jams {
+        /// When.
+        time_s: f64,
+        /// Opening angle φ₂ then.
+        phi2_rad: f64,
+    },
     /// The contact ran off the end of a palm.
     #[error(
         "at {time_s:.3} s the contact runs off palm {palm}: {position_m:.4} m from its base, the palm reaches from 0 to \

@@ -1,5 +1,5 @@
-//! The exact quasistatic simulation: at every instant the object rests in a minimum of its potential energy, and what the
-//! palms feel follows from eq. (3) of Moll & Erdmann 2001.
+//! The exact quasistatic simulation: without friction the object rests at every instant in a minimum of its potential energy, with friction
+//! it rolls and slides as Coulomb's law has it; what the palms feel follows from eq. (3) of Moll & Erdmann 2001.
 
 use std::f64::consts::{PI, TAU};
 
@@ -8,9 +8,10 @@ use rand_chacha::ChaCha8Rng;
 
 use super::SimulateError;
 use crate::log::{Log, Sample};
+use crate::mechanics::coulomb::{FrictionPursuit, normal_forces};
 use crate::mechanics::frictionless::{Pursuit, forces_between_n};
-use crate::mechanics::{Jump, contact_forces_n};
-use crate::palms::{Palm, PalmPair, Stance};
+use crate::mechanics::{ContactMode, Jump, STANDARD_GRAVITY_M_PER_S2, contact_forces_n};
+use crate::palms::{Palm, PalmAngles, PalmPair, Stance};
 use crate::sensor::{ContactReading, ContactSensor, PalmContact, Touchpad};
 use crate::shape::SupportFunction;
 use crate::truth::{TruePose, Truth};
@@ -19,7 +20,7 @@ use crate::truth::{TruePose, Truth};
 const TRUTH_POINTS: usize = 1440;
 
 /// What a simulation needs besides shape and motion. All have a default: an [ideal](Touchpad::ideal) touchpad, seed 0, the
-/// rest pose reached from ψ = 0, 0.1 kg, no forces.
+/// rest pose reached from ψ = 0, no friction, 0.1 kg, no forces.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SimulateOptions {
     /// The touchpads. Their rate plays no part here: the motion is sampled already. [`simulate_with`] has a sensor instead.
@@ -28,6 +29,8 @@ pub struct SimulateOptions {
     pub seed: u64,
     /// The object is let go at this orientation (radians) before the palms begin to move.
     pub start_psi_rad: f64,
+    /// Coefficients of friction of palm 1 and palm 2, not negative.
+    pub friction: [f64; 2],
     /// Mass in kilograms, positive; of consequence for the forces only.
     pub mass_kg: f64,
     /// Whether to report the normal forces.
@@ -42,6 +45,7 @@ impl Default for SimulateOptions {
             touchpad: Touchpad::ideal(),
             seed: 0,
             start_psi_rad: 0.0,
+            friction: [0.0; 2],
             mass_kg: 0.1,
             with_forces: false,
             with_stated_noise: false,
@@ -50,7 +54,7 @@ impl Default for SimulateOptions {
 }
 
 /// What the robot would know, what is true, and where the object jumped.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Simulation {
     /// The palm log.
     pub log: Log,
@@ -58,15 +62,19 @@ pub struct Simulation {
     pub truth: Truth,
     /// The jumps in order of time.
     pub jumps: Vec<Jump>,
+    /// What both contacts did up to each sample of the log; empty without friction.
+    pub modes: Vec<[ContactMode; 2]>,
 }
 
 /// Simulates the palm log of `shape` while the palms run through `motion`, given as (time in seconds, palms).
 ///
 /// Between two samples the palms move evenly. Poses are exact to about 10⁻¹² of the size of the object; a pose is followed
-/// as long as it exists, and a jump ends in the next minimum of the energy downhill (see [`follow`](crate::mechanics::follow)).
+/// as long as it exists, and a jump ends in the next minimum of the energy downhill (see [`follow`](crate::mechanics::follow)). With
+/// friction the object rolls on a palm or slides on both, to 10⁻⁹ rad; where no forces within the friction cones hold it, it slides until they
+/// do.
 ///
 /// # Errors
-/// When the shape is not convex, the motion is faulty or closes or crosses the palms, or the object leaves a palm. The
+/// When the shape is not convex, the motion is faulty or closes or crosses the palms, or the object leaves a palm or jams between them. The
 /// error names the time at which it happens.
 pub fn simulate(
     shape: &SupportFunction,
@@ -92,27 +100,85 @@ pub fn simulate_with(
 ) -> Result<Simulation, SimulateError> {
     check(shape, motion, options)?;
     let mut rng = ChaCha8Rng::seed_from_u64(options.seed);
-    let mut simulation = Simulation { log: Log::default(), truth: Truth::default(), jumps: Vec::new() };
+    let mut simulation = Simulation::default();
     simulation.truth.support = (0..TRUTH_POINTS)
         .map(|point| TAU * point as f64 / TRUTH_POINTS as f64)
         .map(|theta| (theta, shape.radius_m(theta)))
         .collect();
     let Some(&first) = motion.first() else { return Err(SimulateError::NoMotion) };
-    let mut pursuit = Pursuit::new(shape, first, options.start_psi_rad);
+    let mut pursuit = Carried::new(shape, first, options);
     for &(time_s, palms) in motion {
         let mut stance = Stance::default();
         let mut forces_n = (0.0, 0.0);
-        let jumps = pursuit.go_on((time_s, palms), &mut |time_s, palms, angles, psi| {
+        let (jumps, modes) = pursuit.go_on((time_s, palms), options, &mut |time_s, palms, angles, psi, forces| {
             stance = palms.stance(angles, shape, psi);
-            forces_n = forces_between_n(angles, options.mass_kg);
+            forces_n = forces;
             check_contact(&stance, time_s, sensor)
         })?;
         simulation.jumps.extend(jumps);
+        simulation.modes.extend(modes);
         simulation.log.samples.push(sample(time_s, &palms, &stance, forces_n, sensor, options, &mut rng));
         let [com_x_m, com_y_m] = stance.center_of_mass_m;
         simulation.truth.motion.push(TruePose { time_s, psi_rad: pursuit.psi_rad(), com_x_m, com_y_m });
     }
     Ok(simulation)
+}
+
+/// The object on its way, with friction or without.
+enum Carried<'a> {
+    Frictionless(Pursuit<'a>),
+    Coulomb(FrictionPursuit<'a>),
+}
+
+impl<'a> Carried<'a> {
+    fn new(shape: &'a SupportFunction, first: (f64, PalmPair), options: &SimulateOptions) -> Self {
+        let start_rad = options.start_psi_rad;
+        if options.friction == [0.0; 2] {
+            Self::Frictionless(Pursuit::new(shape, first, start_rad))
+        } else {
+            Self::Coulomb(FrictionPursuit::new(shape, options.friction, first, start_rad))
+        }
+    }
+
+    fn psi_rad(&self) -> f64 {
+        match self {
+            Self::Frictionless(pursuit) => pursuit.psi_rad(),
+            Self::Coulomb(pursuit) => pursuit.psi_rad(),
+        }
+    }
+
+    /// Goes on to the next pair of palms. `visit` is given time, palms, their angles, ψ and the normal forces (newtons). Returns the jumps on the
+    /// way and, with friction, what both contacts did last.
+    fn go_on(
+        &mut self,
+        to: (f64, PalmPair),
+        options: &SimulateOptions,
+        visit: &mut impl FnMut(f64, &PalmPair, &PalmAngles, f64, (f64, f64)) -> Result<(), SimulateError>,
+    ) -> Result<(Vec<Jump>, Option<[ContactMode; 2]>), SimulateError> {
+        match self {
+            Self::Frictionless(pursuit) => {
+                let jumps = pursuit.go_on(to, &mut |time_s, palms, angles, psi| {
+                    visit(time_s, palms, angles, psi, forces_between_n(angles, options.mass_kg))
+                })?;
+                Ok((jumps, None))
+            }
+            Self::Coulomb(pursuit) => {
+                let mut modes = None;
+                let jumps = pursuit.go_on(to, &mut |seen| {
+                    modes = Some(seen.modes);
+                    let weight_n = options.mass_kg * STANDARD_GRAVITY_M_PER_S2;
+                    let [force1, force2] = normal_forces(&seen.angles, seen.tau)
+                        .ok_or(SimulateError::Jams { time_s: seen.time_s, phi2_rad: seen.palms.phi2_rad })?;
+                    if force1 < 0.0 || force2 < 0.0 {
+                        let palm = if force1 < 0.0 { Palm::One } else { Palm::Two };
+                        return Err(SimulateError::LeavesPalm { time_s: seen.time_s, palm });
+                    }
+                    visit(seen.time_s, seen.palms, &seen.angles, seen.psi_rad, (weight_n * force1, weight_n * force2))
+                })?;
+                Ok((jumps, modes))
+            }
+        }
+    }
 }
 
 fn sample(
@@ -157,6 +223,9 @@ fn check(shape: &SupportFunction, motion: &[(f64, PalmPair)], options: &Simulate
     if !(options.mass_kg > 0.0 && options.mass_kg.is_finite()) {
         return Err(SimulateError::OutOfRange { what: "mass (kg), must be positive" });
     }
+    if !options.friction.iter().all(|friction| *friction >= 0.0 && friction.is_finite()) {
+        return Err(SimulateError::OutOfRange { what: "coefficients of friction, must be finite and not negative" });
+    }
     if !options.start_psi_rad.is_finite() {
         return Err(SimulateError::OutOfRange { what: "starting orientation (rad), must be finite" });
     }
@@ -166,19 +235,19 @@ fn check(shape: &SupportFunction, motion: &[(f64, PalmPair)], options: &Simulate
             return Err(SimulateError::FaultyMotion { sample });
         }
         last_s = *time_s;
-        check_palms(palms, *time_s)?;
+        check_palms(palms, *time_s, options.friction)?;
     }
     Ok(())
 }
 
 /// Palms between which an object can rest: neither parallel nor crossed, and both pushing (f₁, f₂ ≥ 0).
-fn check_palms(palms: &PalmPair, time_s: f64) -> Result<(), SimulateError> {
+fn check_palms(palms: &PalmPair, time_s: f64, friction: [f64; 2]) -> Result<(), SimulateError> {
     let phi2_rad = palms.phi2_rad;
     if phi2_rad <= crate::palms::SMALLEST_OPENING_RAD || phi2_rad >= PI - crate::palms::SMALLEST_OPENING_RAD {
         return Err(SimulateError::Parallel { time_s, phi2_rad });
     }
-    // Both lean against the object from below: nothing to compute.
-    if palms.phi1_rad >= 0.0 && palms.phi12_rad() <= PI {
+    // Both lean against the object from below, or friction decides: nothing to compute.
+    if friction != [0.0; 2] || palms.phi1_rad >= 0.0 && palms.phi12_rad() <= PI {
         return Ok(());
     }
     let (force1, force2) = contact_forces_n(palms, 1.0);

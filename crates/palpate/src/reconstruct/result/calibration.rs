@@ -2,8 +2,8 @@
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
-use crate::estimate::calibration::{CONSTANTS, NAMES, constants, prior_sd};
-use crate::sensor::{Calibration, Rig, Tolerances};
+use crate::estimate::calibration::{CONSTANTS, constants, prior_sd};
+use crate::sensor::{Calibration, CalibrationConstant, Rig, Tolerances};
 
 /// The calibration constants that a log told, and what none can tell.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,7 +26,7 @@ pub struct CalibrationEstimate {
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ConstantEstimate {
-    /// `s1_zero_m`, `s2_zero_m`, `scale_ratio` (scale 1 − scale 2), `phi1_zero_rad`, `phi2_zero_rad`, `surface_difference_m`
+    /// As in [`CalibrationConstant`]: `s1_zero_m`, `s2_zero_m`, `scale_ratio` (scale 1 − scale 2), `phi1_zero_rad`, `phi2_zero_rad`, `surface_difference_m`
     /// (1 − 2) or `clock_offset_s`; the unit is that of the name.
     pub name: String,
     /// What was found.
@@ -65,13 +65,13 @@ impl ConstantEstimate {
     /// Every constant that a log may tell, of a rig that was stated so: what was found, with its standard deviations.
     pub(crate) fn all(rig: &Rig, values: [f64; CONSTANTS], sds: [f64; CONSTANTS]) -> Vec<Self> {
         let (stated, prior_sds) = (constants(&rig.calibration), prior_sd(&rig.tolerances));
-        let constant = |(index, name): (usize, &&str)| Self {
-            name: (*name).to_owned(),
+        let constant = |(index, about): (usize, &CalibrationConstant)| Self {
+            name: about.name.to_owned(),
             value: values[index],
             sd: sds[index],
             stated: stated[index],
             prior_sd: prior_sds[index],
         };
-        NAMES.iter().enumerate().map(constant).collect()
+        CalibrationConstant::ALL.iter().enumerate().map(constant).collect()
     }
 }

@@ -1,0 +1,14 @@
+//! Slow palms with Coulomb friction (`docs/theory.md`, friction): forces within the friction cones and the balance that they keep
+//! ([`cone`]), the slip of the contacts and the rates of ψ at which one of them sticks ([`slip`]), and the motion through its contact
+//! modes, event by event ([`motion`]).
+//!
+//! Sources: Coulomb's law; the rigid quasistatic problem as in Mason, *Mechanics of Robotic Manipulation*, 2001, chapters 6 and 7.
+
+mod cone;
+mod mode;
+mod motion;
+mod slip;
+
+pub(crate) use cone::normal_forces;
+pub use mode::ContactMode;
+pub(crate) use motion::FrictionPursuit;
