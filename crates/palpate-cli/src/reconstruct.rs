@@ -8,7 +8,7 @@ use palpate::compare::{compare, true_support};
 use palpate::reconstruct::{Doubt, FoundSymmetry, Method, Reconstructor, diagnostics};
 use palpate::sensor::CalibrationConstant;
 use palpate::{Reconstruction, Truth};
-use palpate_io::{ConstantSummary, LogFile, RigFile, Summary, TruthSummary};
+use palpate_io::{ConstantSummary, FrictionSummary, LogFile, RigFile, Summary, TruthSummary};
 use palpate_report::{ReportInput, TruthOverlay};
 
 use crate::terminal::{Ending, Failure, Terminal, print};
@@ -247,6 +247,10 @@ pub fn told(summary: &Summary, out: &Path) -> String {
             three_digits(1e3 * summary.offset_sd_m)
         ));
     }
+    if let Some(FrictionSummary { mu1, mu2 }) = summary.friction {
+        let [first, second] = [mu1, mu2].map(|mu| format!("{:.3} ± {:.3}", mu.value, mu.sd));
+        lines.push(format!("  slides  with friction {first} on palm 1 and {second} on palm 2"));
+    }
     for (index, told) in rig_told(summary).into_iter().enumerate() {
         lines.push(format!("  {:<7} {told}", if index == 0 { "rig" } else { "" }));
     }
@@ -273,7 +277,8 @@ fn rig_told(summary: &Summary) -> Vec<String> {
         let (value, sd) = (units_per_si * constant.value, units_per_si * constant.sd);
         Some(format!("{label:<33} {value:>8.3} ± {sd:.3} {unit}"))
     };
-    let open = summary.calibration.iter().filter(|(_, constant)| constant.prior_sd > 0.0);
+    let of = |about: &CalibrationConstant| summary.calibration.get_key_value(about.name);
+    let open = CalibrationConstant::ALL.iter().filter_map(of).filter(|(_, constant)| constant.prior_sd > 0.0);
     open.filter_map(constant).collect()
 }
 

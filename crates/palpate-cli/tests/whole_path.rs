@@ -373,7 +373,11 @@ fn a_rig_file_says_how_the_rig_counts_and_what_is_not_known_of_it() {
     let ran =
         palpate(dir.path(), &["reconstruct", "log.csv", "--rig", "rig.toml", "-o", "out", "--truth", text(&truth)]);
     assert_eq!(ran.code, Some(0), "{}", ran.stderr);
-    assert!(ran.stdout.contains("size    is known to 0.7 %") && ran.stdout.contains("s1 zero "), "{}", ran.stdout);
+    assert!(
+        ran.stdout.contains("size    is known to 0.7 %") && ran.stdout.contains("zero of pad 1 "),
+        "{}",
+        ran.stdout
+    );
     let summary = summary(&dir.path().join("out"));
     assert!(error_mm(&summary) < 0.05, "{}", error_mm(&summary));
     let zero = &summary["calibration"]["s1_zero_m"];

@@ -54,7 +54,7 @@ pub use log::log_reader::{
 pub use log::log_writer::{log_csv, write_log};
 pub use read_error::{ReadError, ReadProblem};
 pub use result::figures::{check_figures_target, write_figures};
-pub use result::summary::{ConstantSummary, JumpSummary, Summary, TruthSummary};
+pub use result::summary::{CoefficientSummary, ConstantSummary, FrictionSummary, JumpSummary, Summary, TruthSummary};
 pub use result::{
     alternative_dir_of, alternatives_dir_of, check_result_target, read_motion_csv, read_shape_csv, read_summary,
     write_result, write_result_with_diagnostics,

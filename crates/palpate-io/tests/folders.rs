@@ -61,6 +61,7 @@ fn reconstruction() -> Reconstruction {
         sensor_sd_m: 1e-4,
         balance_sd_m: 2e-5,
         calibration: None,
+        friction: None,
     }
 }
 

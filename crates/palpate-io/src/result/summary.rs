@@ -3,7 +3,9 @@
 use palpate::Reconstruction;
 use palpate::compare::TruthError;
 use palpate::number_or_null;
-use palpate::reconstruct::{CalibrationEstimate, ConstantEstimate, Doubt, FoundSymmetry, Jump, Verdict};
+use palpate::reconstruct::{
+    CalibrationEstimate, ConstantEstimate, Doubt, FoundSymmetry, FrictionEstimate, Jump, Verdict,
+};
 use palpate::shape::Symmetry;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -52,6 +54,12 @@ pub struct Summary {
     /// The constants of the rig as the log has them, by name; empty where the rig is exact.
     #[serde(default)]
     pub calibration: BTreeMap<String, ConstantSummary>,
+    /// What forces the result rests on: `frictionless` or `coulomb`.
+    #[serde(default = "frictionless")]
+    pub forces: String,
+    /// Coefficients of friction; `None` without.
+    #[serde(default)]
+    pub friction: Option<FrictionSummary>,
     /// Number of samples of the log.
     pub samples: usize,
     /// Number of harmonics of the support function.
@@ -70,6 +78,38 @@ pub struct Summary {
     /// How far the result is from the truth, where that is known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub truth: Option<TruthSummary>,
+}
+
+/// Coefficients of friction of both palms.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FrictionSummary {
+    /// Of palm 1.
+    pub mu1: CoefficientSummary,
+    /// Of palm 2.
+    pub mu2: CoefficientSummary,
+}
+
+/// A number with its standard deviation.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CoefficientSummary {
+    /// What was found.
+    #[serde(with = "number_or_null")]
+    pub value: f64,
+    /// Its standard deviation.
+    #[serde(with = "number_or_null")]
+    pub sd: f64,
+}
+
+fn frictionless() -> String {
+    "frictionless".to_owned()
+}
+
+impl From<&FrictionEstimate> for FrictionSummary {
+    fn from(friction: &FrictionEstimate) -> Self {
+        let of =
+            |palm: usize| CoefficientSummary { value: friction.coefficients[palm], sd: friction.coefficient_sds[palm] };
+        Self { mu1: of(0), mu2: of(1) }
+    }
 }
 
 /// A calibration constant of the rig; its unit is that of its name.
@@ -214,6 +254,8 @@ impl Summary {
             size_sd: reconstruction.calibration.as_ref().map_or(0.0, |calibration| calibration.size_sd),
             offset_sd_m: reconstruction.calibration.as_ref().map_or(0.0, |calibration| calibration.offset_sd_m),
             calibration: reconstruction.calibration.iter().flat_map(constants).collect(),
+            forces: reconstruction.friction.map_or_else(frictionless, |_| "coulomb".to_owned()),
+            friction: reconstruction.friction.as_ref().map(FrictionSummary::from),
             samples: reconstruction.motion.len(),
             harmonics: reconstruction.shape.harmonics_m().len(),
             seconds,

@@ -3,6 +3,7 @@
 pub(crate) mod calibrate;
 pub(crate) mod calibration;
 pub(crate) mod doubt;
+pub(crate) mod friction;
 pub(crate) mod information;
 pub(crate) mod jump;
 pub(crate) mod reconstruct;

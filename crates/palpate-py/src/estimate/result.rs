@@ -14,6 +14,7 @@ use pyo3::types::PyDict;
 
 use crate::estimate::calibration;
 use crate::estimate::doubt::DoubtData;
+use crate::estimate::friction;
 use crate::estimate::jump::JumpData;
 use crate::estimate::symmetry::SymmetryData;
 use crate::interop::arrays::{self, Table};
@@ -255,6 +256,15 @@ impl ResultData {
         self.found.calibration.as_ref().map(|calibration| calibration::by_name(py, &calibration.constants)).transpose()
     }
 
+    /// dict of str to float, or None: coefficients of friction of both palms, where friction explains the log.
+    ///
+    /// They are `mu1` and `mu2`, with `mu1_sd` and `mu2_sd`. The centre of mass is then that of Coulomb's law. None where the object slid
+    /// without friction, or for a result that was read from a folder.
+    #[getter]
+    fn friction<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
+        self.found.friction.as_ref().map(|found| friction::by_name(py, found)).transpose()
+    }
+
     /// float: relative standard deviation of the size, which no log tells.
     ///
     /// It comes from what the scales of both pads have in common; 0 without a `calibration`. `r_sd` is for the scales as stated.
@@ -493,7 +503,7 @@ impl ResultData {
         let motion: Vec<[f64; 11]> = found.motion.iter().map(motion_row).collect();
         let tables = (arrays::table(py, &outline), arrays::table(py, &motion));
         let calibration = found.calibration.as_ref().map(calibration::text).transpose()?;
-        let shape = (self.shape(), calibration);
+        let shape = (self.shape(), calibration, found.friction.as_ref().map(friction::row_of));
         let arguments = (verdict, numbers, shape, tables, self.jumps(), self.others(py), &self.log);
         pickled::by_method::<Self>(py, "_made", arguments)
     }
@@ -504,13 +514,13 @@ impl ResultData {
         py: Python<'_>,
         verdict: (Vec<PyRef<DoubtData>>, usize, PyRef<SymmetryData>),
         numbers: [f64; 5],
-        shape: (PyRef<Shape>, Option<String>),
+        shape: (PyRef<Shape>, Option<String>, Option<Vec<f64>>),
         tables: (Table, Table),
         jumps: Vec<PyRef<JumpData>>,
         others: Vec<PyRef<Self>>,
         log: Option<Py<LogData>>,
     ) -> PyResult<Self> {
-        let ((doubts, alternatives, symmetry), (shape, calibration)) = (verdict, shape);
+        let ((doubts, alternatives, symmetry), (shape, calibration, friction)) = (verdict, shape);
         let [chi2_per_dof, coverage, sensor_sd_m, balance_sd_m, seconds] = numbers;
         let found = Reconstruction {
             findings: None,
@@ -527,6 +537,7 @@ impl ResultData {
             sensor_sd_m,
             balance_sd_m,
             calibration: calibration.as_deref().map(calibration::of_text).transpose()?,
+            friction: friction.as_deref().and_then(friction::of_row),
         };
         Ok(Self::of(py, found, log, seconds))
     }
@@ -572,6 +583,7 @@ fn loaded(py: Python<'_>, folder: &std::path::Path) -> PyResult<(Reconstruction,
         sensor_sd_m: summary.sensor_sd_m,
         balance_sd_m: summary.balance_sd_m,
         calibration: calibration::of_summary(&summary),
+        friction: None,
     };
     Ok((found, summary))
 }

@@ -143,6 +143,7 @@ mod tests {
             sensor_sd_m: f64::NAN,
             balance_sd_m: f64::NAN,
             calibration: None,
+            friction: None,
         };
         let vision = VisionSystem {
             noise_sd_m: 0.0,

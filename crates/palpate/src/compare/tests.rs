@@ -51,6 +51,7 @@ fn found(shape: &SupportFunction, psi: &[f64], felt: impl Fn(f64) -> bool) -> Re
         sensor_sd_m: 0.0,
         balance_sd_m: 0.0,
         calibration: None,
+        friction: None,
     }
 }
 

@@ -14,6 +14,7 @@ pub(crate) mod calibration;
 pub(crate) mod closed_form;
 pub(crate) mod coverage;
 pub(crate) mod evidence;
+pub(crate) mod friction;
 pub(crate) mod jumps;
 pub(crate) mod measurements;
 pub(crate) mod model;

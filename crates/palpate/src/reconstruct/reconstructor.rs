@@ -7,6 +7,7 @@ use super::options::method::Method;
 use super::options::{Progress, ReconstructOptions};
 use super::paper::initial_conditions as integral;
 use super::refine::job::Job;
+use super::result::friction::{FrictionEstimate, friction};
 use super::result::reconstruction::Reconstruction;
 use super::search::schedule::{self, Found, Readings};
 use super::search::segments::segments;
@@ -169,10 +170,15 @@ impl<'a> Reconstructor<'a> {
         let mut explanations = 0;
         let mut explored = Explored::default();
         let mut failure = None;
+        let mut by_friction = None;
         schedule::search(
             &Readings { thorough, ..job.readings() },
             &|found| job.corrected(found),
             &|share| self.tell("searching for arrangements", 0.9 * share),
+            &mut || {
+                by_friction = job.explained_by_friction();
+                by_friction.is_some()
+            },
             &mut |found| {
                 if explored.contains(&found, 0) {
                     return false;
@@ -189,8 +195,16 @@ impl<'a> Reconstructor<'a> {
                 explored.is_enough() || best.as_ref().is_some_and(|candidate| candidate.is_enough(explanations))
             },
         );
+        if let Some((found, with_friction)) = by_friction {
+            // Little friction spoils the balance, and with it the centre of mass, but no more.
+            best = job.judge(&found, &mut explored).ok().filter(|candidate| candidate.result.is_certified());
+            if best.is_none() {
+                self.tell("done", 1.0);
+                return Ok(with_friction);
+            }
+        }
         self.tell("done", 1.0);
-        best.map(|candidate| explored.against_others(candidate)).ok_or_else(|| {
+        best.map(|candidate| with_center_by_friction(log, explored.against_others(candidate))).ok_or_else(|| {
             failure.unwrap_or_else(|| ReconstructError::NoStart {
                 advice: "check the units and signs of the palm angles and contact positions".to_owned(),
             })
@@ -243,6 +257,17 @@ impl<'a> Reconstructor<'a> {
         };
         let solved = job.solve(&found, 0)?;
         job.assemble(solved)
+    }
+}
+
+/// Where only the balance is missed, and friction explains that, the centre of mass that goes with it.
+fn with_center_by_friction(log: &Log, found: Reconstruction) -> Reconstruction {
+    if !found.is_certified() || found.is_com_certified() {
+        return found;
+    }
+    match friction(log, &found).filter(FrictionEstimate::explains) {
+        Some(friction) => found.with_friction(friction),
+        None => found,
     }
 }
 

@@ -3,6 +3,7 @@
 
 use crate::estimate::association::predictive::PredictiveShape;
 use crate::estimate::closed_form::{RATE_SD, feasible_heights, integrate, relative_height};
+use crate::estimate::friction::rolling::rolling_motion;
 use crate::estimate::measurements::{Instant, Measurements};
 use std::f64::consts::TAU;
 
@@ -17,23 +18,24 @@ const SPARSEST: usize = 5;
 const SPARSE: usize = 12;
 
 /// Motions of `run`, the likeliest first: as many as the second of `most`, of as many as the first after the first round. `noise_m` is the
-/// standard deviation of a contact position; `is_same` says of the orientations at a few instants whether they are one motion.
+/// standard deviation of a contact position; where the object `may_roll`, it is tried whether it rolls on either palm; `is_same` says of the orientations at a few instants whether they are one motion.
 pub(crate) fn likely_motions(
     run: &Measurements,
     (size_m, noise_m): (f64, f64),
+    may_roll: bool,
     predictive: &PredictiveShape,
     most: [usize; 2],
     is_same: impl Fn(&[f64], &[f64]) -> bool,
 ) -> Vec<Vec<f64>> {
     let relative = relative_height(run);
     let Some((low, high)) = feasible_heights(run, &relative, size_m) else { return Vec::new() };
-    let paths: Vec<Vec<f64>> = (0..HEIGHTS)
-        .map(|height| {
-            let h0 = low + (high - low) * (height as f64 + 0.5) / HEIGHTS as f64;
-            integrate(run, &relative, h0, noise_m, RATE_SD).psi
-        })
-        .collect();
-    let mut trials: Vec<(usize, f64)> = (0..HEIGHTS * ORIENTATIONS)
+    let balanced = (0..HEIGHTS).map(|height| {
+        let h0 = low + (high - low) * (height as f64 + 0.5) / HEIGHTS as f64;
+        integrate(run, &relative, h0, noise_m, RATE_SD).psi
+    });
+    let rolling = may_roll.then(|| [0, 1].map(|palm| rolling_motion(run, palm)));
+    let paths: Vec<Vec<f64>> = balanced.chain(rolling.into_iter().flatten()).collect();
+    let mut trials: Vec<(usize, f64)> = (0..paths.len() * ORIENTATIONS)
         .map(|trial| (trial / ORIENTATIONS, TAU * (trial % ORIENTATIONS) as f64 / ORIENTATIONS as f64))
         .collect();
     for (instants, rounds, most) in [(SPARSEST, 1, most[0]), (SPARSE, 2, most[1])] {

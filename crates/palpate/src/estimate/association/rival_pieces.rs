@@ -103,7 +103,7 @@ fn rivals(measurements: &Measurements, fit: &Fit, piece: Range<usize>) -> Vec<Ri
         return Vec::new();
     };
     let is_same = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| near(*a, *b, period));
-    let trials = likely_motions(&alone, (fit.prior.size_m, sd_m), &loose, [SEMIFINALISTS, FINALISTS], is_same);
+    let trials = likely_motions(&alone, (fit.prior.size_m, sd_m), false, &loose, [SEMIFINALISTS, FINALISTS], is_same);
     let weighed = |mut psi: Vec<f64>| {
         let _ = loose.misfit_of_motion(&alone.instants, &mut psi, POLISHING);
         let fitted = sharp.misfit_of_motion(&alone.instants, &mut psi, POLISHING);

@@ -12,6 +12,8 @@ pub(crate) struct Prior {
     pub size_m: f64,
     /// c above, metres.
     pub scale_m: f64,
+    /// Standard deviation of the first harmonic, which is the place of the origin, metres.
+    pub origin_sd_m: f64,
     /// Harmonics that it excludes have the standard deviation [`EXCLUDED_SD`]; a mirror maps θ to −θ.
     pub symmetry: Symmetry,
 }
@@ -26,7 +28,7 @@ const EXCLUDED_SD: f64 = 1e-9;
 impl Prior {
     /// Without symmetry.
     pub const fn new(size_m: f64, scale_m: f64) -> Self {
-        Self { size_m, scale_m, symmetry: Symmetry::NONE }
+        Self { size_m, scale_m, origin_sd_m: size_m, symmetry: Symmetry::NONE }
     }
 
     /// Whether the symmetry leaves a_k and b_k free.
@@ -39,7 +41,7 @@ impl Prior {
     pub fn standard_deviations(&self, order: usize) -> Vec<f64> {
         let harmonic = |k: usize, free: bool| match (free, k) {
             (false, _) => EXCLUDED_SD * self.size_m,
-            (true, 1) => self.size_m,
+            (true, 1) => self.origin_sd_m,
             (true, _) => self.scale_m / (k * k) as f64,
         };
         let mut sd = vec![RADIUS_SD * self.size_m];

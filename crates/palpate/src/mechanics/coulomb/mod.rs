@@ -9,6 +9,6 @@ mod mode;
 mod motion;
 mod slip;
 
-pub(crate) use cone::normal_forces;
+pub(crate) use cone::{Ratios, moment, moment_by_psi, normal_forces, opening};
 pub use mode::ContactMode;
 pub(crate) use motion::FrictionPursuit;

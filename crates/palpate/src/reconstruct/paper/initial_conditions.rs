@@ -311,6 +311,7 @@ impl<'a> Job<'a> {
             sensor_sd_m: self.expected_m,
             balance_sd_m: (balance.iter().sum::<f64>() / balance.len().max(1) as f64).sqrt(),
             calibration: None,
+            friction: None,
         })
     }
 

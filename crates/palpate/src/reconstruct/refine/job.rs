@@ -300,7 +300,7 @@ impl<'a> Job<'a> {
     }
 
     /// The noise of a sample, as a multiple of that of a mean on the thinned log.
-    fn averaged(&self, medium: &Measurements) -> f64 {
+    pub(super) fn averaged(&self, medium: &Measurements) -> f64 {
         (self.measurements.len() as f64 / medium.len() as f64).sqrt()
     }
 
@@ -468,12 +468,12 @@ impl<'a> Job<'a> {
     }
 
     /// The standard deviations that a fit to the thinned log may estimate.
-    fn variance_components(&self) -> VarianceComponents {
+    pub(super) fn variance_components(&self) -> VarianceComponents {
         VarianceComponents { sensor: true, floor_m: SENSOR_FLOOR * self.prior.size_m }
     }
 
     /// The same for all samples.
-    fn variance_components_of_all(&self) -> VarianceComponents {
+    pub(super) fn variance_components_of_all(&self) -> VarianceComponents {
         VarianceComponents { sensor: self.stated_m.is_none(), ..self.variance_components() }
     }
 

@@ -2,5 +2,6 @@
 
 pub(crate) mod calibration;
 pub(crate) mod diagnostics;
+pub(crate) mod friction;
 mod prune;
 pub(crate) mod reconstruction;

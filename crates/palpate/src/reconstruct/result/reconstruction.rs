@@ -3,6 +3,7 @@
 use crate::estimate::coverage::{LONGEST_SLIDE, nodes_between};
 use crate::mechanics::Jump;
 use crate::reconstruct::result::calibration::CalibrationEstimate;
+use crate::reconstruct::result::friction::FrictionEstimate;
 use crate::reconstruct::verdict::certificate::Findings;
 use crate::reconstruct::verdict::doubt::Verdict;
 use crate::shape::{SupportFunction, Symmetry};
@@ -51,6 +52,10 @@ pub struct Reconstruction {
     /// What the log told of the rig; `None` where every constant of it is exact.
     #[cfg_attr(feature = "serde", serde(default))]
     pub calibration: Option<CalibrationEstimate>,
+    /// Coefficients of friction, where friction explains what balance without it does not; the centre of mass is then that of
+    /// Coulomb's law.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub friction: Option<FrictionEstimate>,
 }
 
 impl Reconstruction {

@@ -15,6 +15,7 @@ use crate::estimate::association::motion_grid::{first_distinct, likely_motions};
 use crate::estimate::association::predictive::PredictiveShape;
 use crate::estimate::closed_form::{integrate, relative_height};
 use crate::estimate::evidence::laplace::log_evidence;
+use crate::estimate::friction::rolling::rolling_motion;
 use crate::estimate::measurements::{Instant, Measurements};
 use crate::estimate::model::contact::{contacts, residuals};
 use crate::estimate::model::layout::Layout;
@@ -63,6 +64,9 @@ const LEAST_NOISE_MISFIT: f64 = 0.5;
 /// the exact problem; and sharp, at which arrangements are judged.
 const LOOSE: f64 = 0.01;
 const SHARP: f64 = 0.003;
+
+/// Standard deviation of the balance, over that of the contacts, at which it says nothing.
+const CONTACT_ALONE: f64 = 1e4;
 
 /// Instants of a placed window that are followed again with the window beside it, so that the rotation carries over.
 const OVERLAP: usize = 6;
@@ -129,6 +133,16 @@ pub(crate) struct Tolerance {
 }
 
 impl Tolerance {
+    /// For a search by contact alone, whatever the forces are.
+    pub fn of_contact_alone(self) -> Self {
+        Self { balance: [CONTACT_ALONE; 2], ..self }
+    }
+
+    /// Whether the balance says nothing, so that objects may roll.
+    pub fn is_of_contact_alone(&self) -> bool {
+        self.balance == [CONTACT_ALONE; 2]
+    }
+
     /// At a share of the size, never below the scatter.
     fn at(&self, share: f64, balance: f64) -> Noise {
         let sd = (share * self.size_m).max(self.scatter_m);
@@ -385,10 +399,12 @@ impl<'a> BeamSearch<'a> {
         let h0 = height - relative[anchor];
         let noise = self.tolerance.loose();
         let smoother = Smoother::with_belief(&target.thin, self.order, noise, self.prior, belief);
-        RATE_SDS
+        let balanced = RATE_SDS.map(|rate_sd| integrate(&run, &relative, h0, noise.sensor_m, rate_sd).psi);
+        let rolling = self.tolerance.is_of_contact_alone().then(|| [0, 1].map(|palm| rolling_motion(&run, palm)));
+        balanced
             .into_iter()
-            .map(|rate_sd| {
-                let path = integrate(&run, &relative, h0, noise.sensor_m, rate_sd).psi;
+            .chain(rolling.into_iter().flatten())
+            .map(|path| {
                 let turn = hypothesis.psi[placed] - path[anchor];
                 let psi = path[keep.clone()].iter().map(|psi| psi + turn).collect();
                 smoother.run(hypothesis.coefficients.clone(), psi, PLACING)
@@ -404,7 +420,8 @@ impl<'a> BeamSearch<'a> {
         let predictive = PredictiveShape::new(&hypothesis.coefficients, &covariance, noise);
         let scales = (self.prior.size_m, noise.sensor_m);
         let most = [SEMIFINALISTS, FINALISTS];
-        let trials = likely_motions(&target.thin, scales, &predictive, most, differ_by_less_than(SAME_TRIAL));
+        let rolls = self.tolerance.is_of_contact_alone();
+        let trials = likely_motions(&target.thin, scales, rolls, &predictive, most, differ_by_less_than(SAME_TRIAL));
         let whole = Smoother::with_belief(&target.thin, self.order, noise, self.prior, belief);
         let mut placements: Vec<Estimate> = trials
             .into_iter()

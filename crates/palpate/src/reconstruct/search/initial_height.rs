@@ -1,7 +1,9 @@
 //! Starts for the smoother from the log alone: a search over the height h0 of the centre of mass at the first sample, the one
-//! unknown that the closed forms leave ([`super::closed_form`]).
+//! unknown that the closed forms leave (`estimate/closed_form.rs`), and the closed forms of rolling, which leave none
+//! (`estimate/friction/rolling.rs`).
 
 use crate::estimate::closed_form::{RATE_SD, feasible_heights, integrate, relative_height};
+use crate::estimate::friction::rolling::rolling_motion;
 use crate::estimate::measurements::Measurements;
 use crate::estimate::model::noise::Noise;
 use crate::estimate::model::prior::Prior;
@@ -13,6 +15,16 @@ const HEIGHTS: usize = 160;
 
 /// Effort of the smoother at each trial height: trials are only ranked, and refined later.
 const TRIAL: StoppingCriteria = StoppingCriteria { iterations: 8, tolerance: 1e-3 };
+
+/// Candidates of an object that rolls on one palm all the time.
+pub(crate) fn from_rolling(thin: &Measurements, noise: Noise, prior: Prior, order: usize) -> Vec<Estimate> {
+    // Between the palms a disc touches both at r/tan(φ₂/2).
+    let radii = thin.instants.iter().map(|at| 0.5 * (at.s1 + at.s2) * (0.5 * at.phi2).tan());
+    let mean_r_m = radii.sum::<f64>() / thin.len().max(1) as f64;
+    let smoother = Smoother::new(thin, order, noise, prior);
+    let rolls = [0, 1].map(|palm| smoother.run(vec![mean_r_m], rolling_motion(thin, palm), TRIAL));
+    rolls.into_iter().filter(|estimate| estimate.cost.is_finite()).collect()
+}
 
 /// Candidates from the search over h0, best first: the local minima of the cost along h0, on a thinned log.
 pub(crate) fn from_initial_heights(thin: &Measurements, noise: Noise, prior: Prior, order: usize) -> Vec<Estimate> {

@@ -22,6 +22,9 @@ const SAMPLES: usize = 250;
 /// (friction, fast palms), large.
 const BALANCES: [[f64; 2]; 3] = [[1.0, 1.0], [1.0, 0.3], [15.0, 15.0]];
 
+/// The first of them that does not believe in the balance.
+const SPOILT: usize = 2;
+
 /// Cost per instant of the part of a log that is not arranged: well above [`EXPLAINED`].
 const MISSING: f64 = 10.0;
 
@@ -71,16 +74,21 @@ pub(crate) struct Found {
 }
 
 /// Passes each arrangement of the log that the search finds to `accept` until that returns true, most promising first; for each trust in the
-/// balance those that explain the log, then the best of a part. `tell` is given the share of the work done.
+/// balance those that explain the log, then the best of a part. `tell` is given the share of the work done; before
+/// the balance is no longer believed in, `otherwise` is asked whether the log is explained in another way.
 pub(crate) fn search(
     readings: &Readings,
     calibrate: &Calibrate,
     tell: &dyn Fn(f64),
+    otherwise: &mut dyn FnMut() -> bool,
     accept: &mut dyn FnMut(Found) -> bool,
 ) {
     let Readings { calibration, measurements, scatter_m, tolerance_m, prior, thorough } = *readings;
     let windows = windows(measurements, &segments(measurements, scatter_m), scatter_m, SAMPLES);
     for (number, balance) in BALANCES.into_iter().enumerate() {
+        if number == SPOILT && otherwise() {
+            return;
+        }
         let tolerance = Tolerance { scatter_m: tolerance_m, size_m: prior.size_m, balance };
         let (measurements, windows) = (Cow::Borrowed(measurements), windows.clone());
         let problem = Problem { calibration, measurements, windows, tolerance, prior };
@@ -109,6 +117,27 @@ pub(crate) fn search(
         if any_explained && number > 0 {
             return;
         }
+    }
+}
+
+/// The same by contact alone, whatever the forces are: for objects that roll and slide with friction. Passes arrangements of the whole log to
+/// `accept` until that returns true.
+pub(crate) fn search_by_contact(readings: &Readings, calibrate: &Calibrate, accept: &mut dyn FnMut(Found) -> bool) {
+    let Readings { calibration, measurements, scatter_m, tolerance_m, prior, thorough } = *readings;
+    let windows = windows(measurements, &segments(measurements, scatter_m), scatter_m, SAMPLES);
+    let tolerance = Tolerance { scatter_m: tolerance_m, size_m: prior.size_m, balance: BALANCES[0] }.of_contact_alone();
+    let problem = Problem { calibration, measurements: Cow::Borrowed(measurements), windows, tolerance, prior };
+    let mut partial: Vec<(usize, Found)> = Vec::new();
+    let enough = arrange(&problem, thorough, calibrate, &|_| (), &mut |arranged| match arranged {
+        Arrangement::Whole(found) => accept(found),
+        Arrangement::Partial(explained, found) => {
+            partial.push((explained, found));
+            false
+        }
+    });
+    if !enough {
+        partial.sort_by_key(|(explained, _)| std::cmp::Reverse(*explained));
+        let _ = partial.into_iter().take(PARTS[0]).any(|(_, found)| accept(found));
     }
 }
 

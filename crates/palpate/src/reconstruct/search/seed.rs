@@ -1,7 +1,7 @@
 //! Seeds: candidates over a run of windows from the search over h0, refined at decreasing noise, with which the beam search
 //! begins (`docs/theory.md`, the search).
 
-use super::initial_height::from_initial_heights;
+use super::initial_height::{from_initial_heights, from_rolling};
 use crate::estimate::measurements::Measurements;
 use crate::estimate::model::prior::Prior;
 use crate::estimate::solver::gauss_newton::{Estimate, Smoother, StoppingCriteria};
@@ -44,6 +44,9 @@ impl Seed {
         let thin = joined(&windows[span.clone()]);
         let mut candidates = from_initial_heights(&thin, tolerance.loose(), prior, ORDERS[0]);
         candidates.truncate(CANDIDATES);
+        if tolerance.is_of_contact_alone() {
+            candidates.extend(from_rolling(&thin, tolerance.loose(), prior, ORDERS[0]));
+        }
         let (misfit, candidates) = refined(&thin, &candidates, ORDERS[0], tolerance, prior)?;
         Some(Self { span, candidates, order: ORDERS[0], misfit })
     }

@@ -23,6 +23,7 @@ fn candidate(explained: bool, log_posterior: f64, chi2_per_dof: f64, physical: &
         sensor_sd_m: 1e-6,
         balance_sd_m: 1e-7,
         calibration: None,
+        friction: None,
     };
     Candidate { result, log_posterior }
 }

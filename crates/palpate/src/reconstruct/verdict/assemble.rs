@@ -209,6 +209,7 @@ pub(crate) fn assemble(
         sensor_sd_m: fit.noise.sensor_m,
         balance_sd_m: fit.noise.balance_m,
         calibration: calibration.map(|(posterior, found, rig)| calibration_estimate(posterior, inflation, found, &rig)),
+        friction: None,
     };
     Some(Candidate { result, log_posterior })
 }

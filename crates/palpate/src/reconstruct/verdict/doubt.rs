@@ -121,6 +121,13 @@ pub enum Doubt {
         #[cfg_attr(feature = "serde", serde(with = "crate::number_or_null"))]
         sds: f64,
     },
+    /// Friction explains the log. Such results are right more often than not, but nothing certifies them.
+    Friction {
+        /// Coefficients of friction of both palms.
+        coefficients: [f64; 2],
+        /// Their standard deviations.
+        sds: [f64; 2],
+    },
     /// The log is explained if a mistake in how it is written is undone.
     Mistaken {
         /// Which.
@@ -256,6 +263,11 @@ impl fmt::Display for Doubt {
             Self::UnsettledRig { sds } => write!(
                 f,
                 "the constants of the rig did not come to an optimum (they still move by {sds:.1} standard deviations): state them better"
+            ),
+            Self::Friction { coefficients: [first, second], sds: [first_sd, second_sd] } => write!(
+                f,
+                "friction: coefficients of {first:.3} ± {first_sd:.3} on palm 1 and {second:.3} ± {second_sd:.3} on palm 2 explain the log; form, motion \
+                 and centre of mass are the best guess with them, which nothing certifies"
             ),
             Self::Mistaken { mistake } => write!(f, "the log is explained if it is read otherwise; {mistake}"),
             Self::Alternatives { objects } => write!(

@@ -1,0 +1,114 @@
+//! Refinement by contact alone, for objects on which friction acts (`docs/theory.md`, friction): form and motion from the contacts, whatever the
+//! forces are; then centre of mass and friction from what the forces within the friction cones ask of them.
+
+use super::calibrated::Solved;
+use super::job::{Job, Refined};
+use super::resample::{carry_over, thinned_in_ranges};
+use crate::estimate::evidence::fit::{ROUNDS, fit};
+use crate::estimate::evidence::order::choose_order;
+use crate::estimate::measurements::Measurements;
+use crate::estimate::model::layout::Layout;
+use crate::estimate::model::noise::Noise;
+use crate::estimate::solver::gauss_newton::Estimate;
+use crate::reconstruct::options::error::ReconstructError;
+use crate::reconstruct::result::friction::{FrictionEstimate, friction};
+use crate::reconstruct::result::reconstruction::{FoundSymmetry, Reconstruction};
+use crate::reconstruct::search::schedule::{Found, Readings, search_by_contact};
+use crate::reconstruct::verdict::assemble::Candidate;
+use crate::reconstruct::verdict::doubt::{Doubt, Verdict};
+
+/// Samples that the choice of the number of harmonics works on.
+const ORDER_SAMPLES: usize = 450;
+
+/// Least standard deviation of the contacts that a first fit believes in, as a share of the size.
+const LEAST_FIRST_SD: f64 = 1e-3;
+
+/// Standard deviation of the origin of the form, as a share of the size: contact does not tell it, so it is held where it is.
+const ORIGIN_SD: f64 = 1e-6;
+
+/// The doubts of a result by contact alone, without those that rest on balance without friction. `None` where the contacts contradict it.
+fn doubts_with_friction(verdict: &Verdict, friction: &FrictionEstimate) -> Option<Vec<Doubt>> {
+    let rests_on_balance = |doubt: &&Doubt| {
+        matches!(
+            doubt,
+            Doubt::UnphysicalJumps { .. }
+                | Doubt::UnstablePoses { .. }
+                | Doubt::JumpReversals { .. }
+                | Doubt::Unbalanced { .. }
+                | Doubt::UnsettledRig { .. }
+        )
+    };
+    let others: Vec<Doubt> = verdict.doubts.iter().filter(|doubt| !rests_on_balance(doubt)).cloned().collect();
+    if others.iter().any(Doubt::is_contradiction) {
+        return None;
+    }
+    let of_friction = Doubt::Friction { coefficients: friction.coefficients, sds: friction.coefficient_sds };
+    Some(std::iter::once(of_friction).chain(others).collect())
+}
+
+impl Job<'_> {
+    /// The same with the balance left out.
+    fn without_balance(&self) -> Self {
+        let mut job = self.clone();
+        job.measurements.instants.iter_mut().for_each(|instant| instant.balance_weight = 0.0);
+        job
+    }
+
+    /// The result of a search by contact alone, where friction explains what the forces then ask, and the arrangement that led there.
+    pub fn explained_by_friction(&self) -> Option<(Found, Reconstruction)> {
+        let job = self.without_balance();
+        let mut explained = None;
+        // What calibrates a rig rests on balance without friction.
+        search_by_contact(&Readings { thorough: false, ..job.readings() }, &|_| None, &mut |found| {
+            let refined = job.refined_by_contact(&found, 0).ok();
+            let result = refined.and_then(|Candidate { result, .. }| {
+                let friction = friction(self.raw, &result).filter(FrictionEstimate::explains)?;
+                let doubts = doubts_with_friction(&result.verdict, &friction)?;
+                Some(Reconstruction { verdict: Verdict::new(doubts), ..result.with_friction(friction) })
+            });
+            explained = result.map(|result| (found, result));
+            explained.is_some()
+        });
+        explained
+    }
+
+    /// One arrangement of such a search at its optimum over all samples.
+    fn refined_by_contact(&self, found: &Found, arrangement: usize) -> Result<Candidate, ReconstructError> {
+        let start = found.estimates.get(arrangement).ok_or(ReconstructError::NotSolvable)?;
+        let medium = thinned_in_ranges(&self.measurements, &found.ranges, self.scatter_m, ORDER_SAMPLES);
+        let psi = carry_over(&found.thin, &start.psi, &start.coefficients, &medium, &found.ranges);
+        let start = Estimate { coefficients: start.coefficients.clone(), psi, cost: f64::INFINITY };
+        let sd = self.scatter_m.max(LEAST_FIRST_SD * self.prior.size_m);
+        let noise = Noise { sensor_m: sd, balance_m: sd };
+        let components = self.variance_components();
+        let order = Layout::of_coefficients(&start.coefficients).order;
+        let rough =
+            fit(&medium, order, start, noise, self.prior, components, ROUNDS).ok_or(ReconstructError::NotSolvable)?.fit;
+        let coarse = choose_order(&medium, rough.estimate, rough.noise, rough.prior, components)
+            .ok_or(ReconstructError::NotSolvable)?
+            .fit;
+        let all: &Measurements = &self.measurements;
+        let coefficients = coarse.estimate.coefficients.clone();
+        let psi = carry_over(&medium, &coarse.estimate.psi, &coefficients, all, &found.ranges);
+        let estimate = Estimate { coefficients, psi, cost: f64::INFINITY };
+        let averaged = self.averaged(&medium);
+        let sensor_m = self.stated_m.unwrap_or(averaged * coarse.noise.sensor_m);
+        let noise = Noise { sensor_m, balance_m: sensor_m };
+        let fitted = fit(all, coarse.order, estimate, noise, coarse.prior, self.variance_components_of_all(), ROUNDS)
+            .ok_or(ReconstructError::NotSolvable)?;
+        let mut fine = fitted.fit;
+        fine.prior.origin_sd_m = ORIGIN_SD * self.prior.size_m;
+        let refined = Refined {
+            coarse,
+            log_posterior: fine.log_evidence,
+            fine,
+            measurements: fitted.weighted,
+            ambiguity_rad: vec![0.0; self.measurements.len()],
+            symmetry: FoundSymmetry::default(),
+            settled: true,
+            rivals: Vec::new(),
+            as_likely: Vec::new(),
+        };
+        self.assemble(Solved { job: None, refined, as_likely: Vec::new() })
+    }
+}
