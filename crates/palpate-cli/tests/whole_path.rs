@@ -100,7 +100,12 @@ fn a_log_with_friction_is_not_certified_and_the_summary_says_why() {
     assert!(ran.stdout.starts_with("NOT certified\n  - "), "{}", ran.stdout);
     assert_eq!(summary["certified"], false);
     assert_eq!(summary["com_certified"], false);
-    assert!(summary["reason"].as_str().is_some_and(|reason| !reason.is_empty()), "{summary}");
+    assert_eq!(summary["forces"], "coulomb");
+    for palm in ["mu1", "mu2"] {
+        let coefficient = summary["friction"][palm]["value"].as_f64().expect("a number");
+        assert!((coefficient - 0.1).abs() < 0.01, "{summary}");
+    }
+    assert!(ran.stdout.contains("with friction 0.1"), "{}", ran.stdout);
 }
 
 #[test]

@@ -220,6 +220,8 @@ fn the_summary_has_the_promised_keys_and_no_number_that_json_lacks() {
   "size_sd": 0.0,
   "offset_sd_m": 0.0,
   "calibration": {},
+  "forces": "frictionless",
+  "friction": null,
   "samples": 5,
   "harmonics": 2,
   "seconds": 1.5,

@@ -164,7 +164,7 @@ fn palms_that_do_not_move() {
 
 #[test]
 fn palms_that_do_not_move_under_noise() {
-    let results: Vec<_> = [(0.7, 1.5), (0.3, 2.0), (1.0, 1.0), (0.5, 1.3), (0.9, 1.8)]
+    let results: Vec<_> = [(0.7, 1.5), (0.3, 2.0), (1.0, 1.0)]
         .map(|(phi1_rad, phi2_rad)| solve(&still(PalmPair::hinged(phi1_rad, phi2_rad), NOISE_M).log))
         .into();
     results.iter().for_each(assert_refused);
@@ -179,26 +179,26 @@ fn still(palms: PalmPair, noise_m: f64) -> Simulation {
 #[test]
 fn swapped_palms() {
     // s1 and s2 in each other's place: no object feels like that.
-    let run = turned(&egg(), 600, noisy(NOISE_M));
+    let run = turned(&egg(), 300, noisy(NOISE_M));
     let log = changed(&run.log, |sample| std::mem::swap(&mut sample.s1_m, &mut sample.s2_m));
     assert_refused(&solve(&log));
 }
 
 #[test]
 fn the_wrong_sign_of_phi2() {
-    let run = turned(&egg(), 600, noisy(NOISE_M));
+    let run = turned(&egg(), 300, noisy(NOISE_M));
     assert_refused(&solve(&changed(&run.log, |sample| sample.palms.phi2_rad = -sample.palms.phi2_rad)));
 }
 
 #[test]
 fn the_wrong_sign_of_phi1() {
-    let run = turned(&egg(), 600, noisy(NOISE_M));
+    let run = turned(&egg(), 300, noisy(NOISE_M));
     assert_refused(&solve(&changed(&run.log, |sample| sample.palms.phi1_rad = -sample.palms.phi1_rad)));
 }
 
 #[test]
 fn palm_angles_in_degrees_taken_as_radians() {
-    let run = turned(&egg(), 600, noisy(NOISE_M));
+    let run = turned(&egg(), 300, noisy(NOISE_M));
     let log = changed(&run.log, |sample| {
         sample.palms.phi1_rad = sample.palms.phi1_rad.to_degrees();
         sample.palms.phi2_rad = sample.palms.phi2_rad.to_degrees();
@@ -225,7 +225,7 @@ fn millimetres_taken_as_metres() {
 
 #[test]
 fn one_palm_in_the_wrong_unit() {
-    let run = turned(&egg(), 600, noisy(NOISE_M));
+    let run = turned(&egg(), 300, noisy(NOISE_M));
     assert_refused(&solve(&changed(&run.log, |sample| sample.s1_m = sample.s1_m.map(|s| 1e3 * s))));
     assert_refused(&solve(&changed(&run.log, |sample| sample.s2_m = sample.s2_m.map(|s| 1e-3 * s))));
 }

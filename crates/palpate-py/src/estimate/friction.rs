@@ -34,3 +34,23 @@ pub fn of_row(row: &[f64]) -> Option<FrictionEstimate> {
         rolls: [on1 as usize, on2 as usize],
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_row_says_all_of_it() {
+        let friction = FrictionEstimate {
+            coefficients: [0.1, 0.2],
+            coefficient_sds: [0.01, 0.02],
+            center_m: [1e-3, 2e-3],
+            center_sd_m: [1e-4, 2e-4],
+            misfit: 0.9,
+            slides: 12,
+            rolls: [3, 4],
+        };
+        assert_eq!(of_row(&row_of(&friction)), Some(friction));
+        assert_eq!(of_row(&[0.1]), None);
+    }
+}

@@ -11,7 +11,7 @@ use crate::estimate::model::layout::Layout;
 use crate::estimate::model::noise::Noise;
 use crate::estimate::solver::gauss_newton::Estimate;
 use crate::reconstruct::options::error::ReconstructError;
-use crate::reconstruct::result::friction::{FrictionEstimate, friction};
+use crate::reconstruct::result::friction::{FrictionEstimate, friction, is_hinged};
 use crate::reconstruct::result::reconstruction::{FoundSymmetry, Reconstruction};
 use crate::reconstruct::search::schedule::{Found, Readings, search_by_contact};
 use crate::reconstruct::verdict::assemble::Candidate;
@@ -56,6 +56,9 @@ impl Job<'_> {
 
     /// The result of a search by contact alone, where friction explains what the forces then ask, and the arrangement that led there.
     pub fn explained_by_friction(&self) -> Option<(Found, Reconstruction)> {
+        if !is_hinged(self.raw) {
+            return None;
+        }
         let job = self.without_balance();
         let mut explained = None;
         // What calibrates a rig rests on balance without friction.

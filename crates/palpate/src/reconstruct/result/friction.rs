@@ -65,11 +65,20 @@ impl Reconstruction {
     }
 }
 
-/// Friction and centre of mass behind a result of `log`; `None` where the motion does not tell sticking from sliding.
+/// Whether both palms turn about one hinge that stays: the closed forms of rolling hold for no others.
+pub(crate) fn is_hinged(log: &Log) -> bool {
+    let hinge = log.samples.first().map(|sample| sample.palms.base1_m);
+    log.samples
+        .iter()
+        .all(|sample| [sample.palms.base1_m, sample.palms.base2_m].iter().all(|base| Some(*base) == hinge))
+}
+
+/// Friction and centre of mass behind a result of `log`; `None` where the motion does not tell sticking from sliding, or the palms have no
+/// common hinge.
 pub fn friction(log: &Log, result: &Reconstruction) -> Option<FrictionEstimate> {
     let corrected = result.calibration.as_ref().map(|of_rig| of_rig.calibration.corrected(log));
     let measurements = Measurements::new(corrected.as_ref().unwrap_or(log), None);
-    if measurements.len() != result.motion.len() || measurements.len() < 2 {
+    if measurements.len() != result.motion.len() || measurements.len() < 2 || !is_hinged(log) {
         return None;
     }
     let psi: Vec<f64> = result.motion.iter().map(|pose| pose.psi_rad).collect();
@@ -137,7 +146,7 @@ mod tests {
         let shape = SupportFunction::new(0.03, vec![[2e-3, -1e-3], [1.8e-3, 6e-4], [-5e-4, 7e-4]]);
         let at = |index: u32| {
             let t = 0.05 * f64::from(index);
-            (t, PalmPair::hinged(0.9 + 0.3 * (0.7 * t).sin(), 1.35 + 0.45 * (0.9 * t + 0.5).sin()))
+            (t, PalmPair::hinged(0.9 + 0.3 * (0.7 * t).sin(), 1.2 + 0.4 * (0.9 * t + 0.5).sin()))
         };
         let motion: Vec<(f64, PalmPair)> = (0..800).map(at).collect();
         let touchpad = Touchpad { noise_sd_m: 3e-5, ..Touchpad::ideal() };
