@@ -1,8 +1,9 @@
 """Palms with friction: what is simulated, and what a result says of it."""
 
 import numpy as np
-import palpate
 import pytest
+
+import palpate
 
 
 def motion() -> np.ndarray:
@@ -14,12 +15,12 @@ def test_an_object_rolls_on_the_palm_that_holds_it() -> None:
     egg = palpate.SupportFunction.named("egg")
     _, slides = palpate.simulate(egg, motion())
     log, rolls = palpate.simulate(egg, motion(), friction=(0.5, 0.0))
-    assert np.abs(slides.psi - rolls.psi).max() > 0.05
+    assert np.abs(slides.psi_rad - rolls.psi_rad).max() > 0.05
     # Rolling on palm 1 needs no shape.
     s1, s2, phi1, phi2 = log.s1_m, log.s2_m, log.phi1_rad, log.phi2_rad
     rate = s2 / (s2 - s1 * np.cos(phi2))
     steps = np.diff(phi1) + 0.5 * (rate[1:] + rate[:-1]) * np.diff(phi2)
-    assert np.allclose(np.diff(rolls.psi), steps, atol=2e-5)
+    assert np.allclose(np.diff(rolls.psi_rad), steps, atol=2e-5)
 
 
 def test_one_number_is_for_both_palms() -> None:
