@@ -6,8 +6,9 @@
 //! 2. [`model`]: residuals and their derivatives, noise, prior;
 //! 3. [`solver`]: maximum likelihood over all samples, every orientation eliminated exactly, and the posterior at the optimum;
 //! 4. [`calibration`]: the constants of the rig as unknowns that all samples share;
-//! 5. [`evidence`]: number of harmonics, noise and scale of the prior by the evidence;
-//! 6. [`association`]: which of its possible poses each sample has, and how ambiguous that is.
+//! 5. [`friction`]: rolling, and centre of mass and friction from form and motion;
+//! 6. [`evidence`]: number of harmonics, noise and scale of the prior by the evidence;
+//! 7. [`association`]: which of its possible poses each sample has, and how ambiguous that is.
 
 pub(crate) mod association;
 pub(crate) mod calibration;

@@ -12,6 +12,7 @@ use crate::estimate::model::contact::contacts;
 use crate::mechanics::coulomb::{Ratios, moment, moment_by_psi, opening};
 use crate::palms::Contacts;
 use nalgebra::{Matrix4, Vector4};
+use std::ops::Range;
 
 /// Centre of mass and friction.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,8 +49,8 @@ const FORM_ALLOWANCE: f64 = 1e-3;
 const ROUNDS: usize = 60;
 const ENOUGH: f64 = 1e-4;
 
-/// Samples whose residuals have errors in common: those of a form are the same all over a feature of the boundary.
-const CORRELATED: usize = 20;
+/// Parts of the log that are left out in turn, for error bars: errors of the form and of a regime are common to many samples.
+const PARTS: usize = 16;
 
 /// One sample.
 struct Strip {
@@ -137,15 +138,14 @@ pub(crate) fn center_and_friction(
         .collect();
     let runs = runs(regimes);
     let slides = regimes.iter().filter(|regime| regime.place == Place::Between).count();
-    let problem = Problem { strips: &strips, runs, size_m };
+    let problem = Problem { strips: &strips, runs, size_m, left_out: 0..0 };
     let start = |friction: f64| problem.fitted(Vector4::new(0.0, 0.0, friction, friction));
     let (_, best) = STARTS.iter().filter_map(|friction| start(*friction)).min_by(|a, b| a.0.total_cmp(&b.0))?;
     let normal = problem.normal(&best);
     let inverse = normal.information.try_inverse()?;
-    let inflation = ((inverse * normal.scatter).trace() / 4.0).max(1.0);
     let misfit = (normal.squares / normal.rows.max(1) as f64).sqrt();
     let [x, y, first, second] = best.into();
-    let covariance = inverse * inflation;
+    let covariance = inverse + problem.scatter_of_parts(&best)?;
     Some(Friction { center_m: [x, y], coefficients: [first, second], covariance, misfit, slides, runs })
 }
 
@@ -174,6 +174,8 @@ struct Problem<'a> {
     strips: &'a [Strip],
     runs: [usize; 2],
     size_m: f64,
+    /// Strips that do not count.
+    left_out: Range<usize>,
 }
 
 /// The normal equations at some unknowns.
@@ -181,8 +183,6 @@ struct Normal {
     cost: f64,
     gradient: Vector4<f64>,
     information: Matrix4<f64>,
-    /// Sum of the squared gradients of blocks of samples.
-    scatter: Matrix4<f64>,
     squares: f64,
     rows: usize,
 }
@@ -197,7 +197,6 @@ impl Problem<'_> {
             cost: 0.5 * off.component_mul(&off).dot(&prior),
             gradient: prior.component_mul(&off),
             information: Matrix4::from_diagonal(&prior),
-            scatter: Matrix4::from_diagonal(&prior),
             squares: 0.0,
             rows: 0,
         };
@@ -206,23 +205,33 @@ impl Problem<'_> {
             normal.cost += runs * (2.0 * friction).ln();
             normal.gradient[2 + palm] += runs / friction;
         }
-        for block in self.strips.chunks(CORRELATED) {
-            let mut of_block = Vector4::zeros();
-            for (residual, slope) in block.iter().filter_map(|strip| strip.row(unknowns, FORM_ALLOWANCE * self.size_m))
-            {
-                // Soft L1: quadratic near zero, linear far out.
-                let root = (1.0 + residual * residual).sqrt();
-                normal.cost += root - 1.0;
-                let weight = 1.0 / root;
-                of_block += weight * residual * slope;
-                normal.information += weight * slope * slope.transpose();
-                normal.squares += weight * residual * residual;
-                normal.rows += 1;
-            }
-            normal.gradient += of_block;
-            normal.scatter += of_block * of_block.transpose();
+        let allowance_m = FORM_ALLOWANCE * self.size_m;
+        let strips = self.strips.iter().enumerate().filter(|(place, _)| !self.left_out.contains(place));
+        for (residual, slope) in strips.filter_map(|(_, strip)| strip.row(unknowns, allowance_m)) {
+            // Soft L1: quadratic near zero, linear far out.
+            let root = (1.0 + residual * residual).sqrt();
+            normal.cost += root - 1.0;
+            let weight = 1.0 / root;
+            normal.gradient += weight * residual * slope;
+            normal.information += weight * slope * slope.transpose();
+            normal.squares += weight * residual * residual;
+            normal.rows += 1;
         }
         normal
+    }
+
+    /// Covariance of the optimum by leaving out one part of the log after the other (the jackknife).
+    fn scatter_of_parts(&self, best: &Vector4<f64>) -> Option<Matrix4<f64>> {
+        let without = |part: usize| {
+            let edge = |part: usize| self.strips.len() * part / PARTS;
+            let left_out = edge(part)..edge(part + 1);
+            Some(Self { left_out, ..*self }.fitted(*best)?.1)
+        };
+        let optima: Vec<Vector4<f64>> = (0..PARTS).map(without).collect::<Option<_>>()?;
+        let mean = optima.iter().sum::<Vector4<f64>>() / PARTS as f64;
+        let squares = |sum: Matrix4<f64>, optimum: &Vector4<f64>| sum + (optimum - mean) * (optimum - mean).transpose();
+        let count = PARTS as f64;
+        Some(optima.iter().fold(Matrix4::zeros(), squares) * ((count - 1.0) / count))
     }
 
     /// The optimum next to some unknowns, with its cost (Levenberg-Marquardt).

@@ -2,7 +2,7 @@
 //! forces are; then centre of mass and friction from what the forces within the friction cones ask of them.
 
 use super::calibrated::Solved;
-use super::job::{Job, Refined};
+use super::job::{Job, LEAST_FIRST_SD, ORDER_SAMPLES, Refined};
 use super::resample::{carry_over, thinned_in_ranges};
 use crate::estimate::evidence::fit::{ROUNDS, fit};
 use crate::estimate::evidence::order::choose_order;
@@ -16,12 +16,6 @@ use crate::reconstruct::result::reconstruction::{FoundSymmetry, Reconstruction};
 use crate::reconstruct::search::schedule::{Found, Readings, search_by_contact};
 use crate::reconstruct::verdict::assemble::Candidate;
 use crate::reconstruct::verdict::doubt::{Doubt, Verdict};
-
-/// Samples that the choice of the number of harmonics works on.
-const ORDER_SAMPLES: usize = 450;
-
-/// Least standard deviation of the contacts that a first fit believes in, as a share of the size.
-const LEAST_FIRST_SD: f64 = 1e-3;
 
 /// Standard deviation of the origin of the form, as a share of the size: contact does not tell it, so it is held where it is.
 const ORIGIN_SD: f64 = 1e-6;

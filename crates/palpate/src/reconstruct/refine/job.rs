@@ -90,14 +90,14 @@ const MOST_SET_ASIDE: usize = 240;
 const END: usize = 60;
 
 /// Samples that the choice of the number of harmonics works on: enough for 48 harmonics, a fraction of the work of the whole log.
-const ORDER_SAMPLES: usize = 450;
+pub(super) const ORDER_SAMPLES: usize = 450;
 
 /// Scale c of the prior of the harmonics that a fit begins with, as a share of the size of the object.
 const PRIOR_SCALE: f64 = 0.5;
 
 /// Least standard deviation of the contacts that a first fit believes in, as a share of the size: it keeps the fit of an exact
 /// log well conditioned.
-const LEAST_FIRST_SD: f64 = 1e-3;
+pub(super) const LEAST_FIRST_SD: f64 = 1e-3;
 
 /// Least sensor noise that may be estimated, as a share of the size: far below any sensor.
 const SENSOR_FLOOR: f64 = 1e-6;
