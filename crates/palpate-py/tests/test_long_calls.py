@@ -17,7 +17,7 @@ import palpate
 from palpate import _progress
 
 ENDLESS = """
-    import os, signal, threading
+    import os, signal, threading, time
     import numpy as np
     import palpate
 
@@ -31,6 +31,8 @@ ENDLESS = """
 
     def interrupt():
         begun.wait()
+        # While numpy asks for the numbers it may take what is raised for a reason to ask in another way.
+        time.sleep(1.0)
         print("begun", flush=True)
         os.kill(os.getpid(), signal.SIGINT)
 
