@@ -17,10 +17,12 @@ import palpate
 from palpate import _progress
 
 ENDLESS = """
-    import os, signal, threading, time
+    import os, signal, threading
     import numpy as np
     import palpate
 
+    # A shell ignores Ctrl-C for what it runs in the background, and Python then leaves it ignored.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     begun = threading.Event()
 
     class Motion:
@@ -31,8 +33,6 @@ ENDLESS = """
 
     def interrupt():
         begun.wait()
-        # While numpy asks for the numbers it may take what is raised for a reason to ask in another way.
-        time.sleep(1.0)
         print("begun", flush=True)
         os.kill(os.getpid(), signal.SIGINT)
 
