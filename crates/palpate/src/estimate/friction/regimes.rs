@@ -16,11 +16,15 @@ pub(crate) struct Regime {
 /// Where the rate of the object lies between those of rolling.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Place {
-    /// Below both, or so near to the smaller that it may be there.
+    /// Below both: the object slides on both palms.
     Below,
+    /// At the smaller, or so near that it may be there.
     First,
+    /// Between them: it slides on both palms.
     Between,
+    /// At the larger, or so near that it may be there.
     Second,
+    /// Above both: it slides on both palms.
     Above,
     /// The motion does not say.
     Anywhere,

@@ -9,7 +9,7 @@
 use super::regimes::{Place, Regime};
 use crate::estimate::measurements::{Instant, Measurements};
 use crate::estimate::model::contact::contacts;
-use crate::mechanics::coulomb::{Ratios, moment, moment_by_psi, opening};
+use crate::mechanics::coulomb::{Ratios, at_the_edges, moment, moment_by_psi, opening, slip_signs};
 use crate::palms::Contacts;
 use nalgebra::{Matrix4, Vector4};
 use std::ops::Range;
@@ -67,15 +67,12 @@ struct Strip {
 type Row = (f64, Vector4<f64>);
 
 impl Strip {
-    fn new(instant: &Instant, coefficients: &[f64], psi: f64, psi_sd: f64, regime: &Regime) -> Vec<Self> {
+    fn new(instant: &Instant, coefficients: &[f64], psi: f64, psi_sd: f64, regime: &Regime) -> Option<Self> {
         let at = contacts(instant, coefficients, psi);
         let [s1, s2] = instant.palms.positions(at.r, at.d);
         // u_k grows with ψ' by (s₂ − s₁ cos φ₂)/sin φ₂ and its mirror image.
-        let above = [(s2 - s1 * instant.palms.cos2).signum(), (s1 - s2 * instant.palms.cos2).signum()];
-        let below = above.map(|sign| -sign);
-        let Some(order) = regime.order else { return Vec::new() };
-        let mut between = above;
-        between[order[1]] = below[order[1]];
+        let by_psi_rate = [s2 - s1 * instant.palms.cos2, s1 - s2 * instant.palms.cos2];
+        let [below, between, above] = slip_signs(by_psi_rate, regime.order?);
         let ends = match regime.place {
             Place::Below => [below; 2],
             Place::First => [below, between],
@@ -84,7 +81,7 @@ impl Strip {
             Place::Above => [above; 2],
             Place::Anywhere => [below, above],
         };
-        vec![Self { instant: *instant, at, direction: [psi.cos(), psi.sin()], ends, psi_sd }]
+        Some(Self { instant: *instant, at, direction: [psi.cos(), psi.sin()], ends, psi_sd })
     }
 
     /// W − D (c_x cos ψ − c_y sin ψ).
@@ -96,7 +93,7 @@ impl Strip {
     /// What the sample misses, where it misses something.
     fn row(&self, unknowns: &Vector4<f64>, allowance_m: f64) -> Option<Row> {
         let center = [unknowns[0], unknowns[1]];
-        let tau = |signs: [f64; 2]| [-unknowns[2] * signs[0], -unknowns[3] * signs[1]];
+        let tau = |signs: [f64; 2]| at_the_edges([unknowns[2], unknowns[3]], signs);
         let values = self.ends.map(|signs| self.moment(center, tau(signs)));
         let nearest = usize::from(values[1].abs() < values[0].abs());
         if self.ends[0] != self.ends[1] && values[0] * values[1] < 0.0 {
@@ -134,7 +131,7 @@ pub(crate) fn center_and_friction(
     let samples = measurements.instants.iter().zip(psi).zip(psi_sd.iter().zip(regimes));
     let strips: Vec<Strip> = samples
         .filter(|((instant, _), _)| instant.both_seen())
-        .flat_map(|((instant, psi), (sd, regime))| Strip::new(instant, coefficients, *psi, *sd, regime))
+        .filter_map(|((instant, psi), (sd, regime))| Strip::new(instant, coefficients, *psi, *sd, regime))
         .collect();
     let runs = runs(regimes);
     let slides = regimes.iter().filter(|regime| regime.place == Place::Between).count();

@@ -18,6 +18,11 @@ use crate::palms::{ContactRow, Contacts, PalmAngles};
 /// Tangential over normal force at both contacts.
 pub(crate) type Ratios<N = f64> = [N; 2];
 
+/// Ratios at the edges of the cones: against slips with these signs.
+pub(crate) fn at_the_edges(friction: [f64; 2], signs: [f64; 2]) -> Ratios {
+    [-friction[0] * signs[0], -friction[1] * signs[1]]
+}
+
 /// N₁ D and N₂ D over the weight.
 #[inline(always)]
 pub(crate) fn levers<N: Number>(palms: &PalmAngles<N>, [tau1, tau2]: Ratios<N>) -> [N; 2] {

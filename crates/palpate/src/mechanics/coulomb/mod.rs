@@ -9,6 +9,7 @@ mod mode;
 mod motion;
 mod slip;
 
-pub(crate) use cone::{Ratios, moment, moment_by_psi, normal_forces, opening};
+pub(crate) use cone::{Ratios, at_the_edges, moment, moment_by_psi, normal_forces, opening};
 pub use mode::ContactMode;
 pub(crate) use motion::FrictionPursuit;
+pub(crate) use slip::slip_signs;

@@ -11,9 +11,9 @@
 //! A mode is followed until what it asks is no longer true; that place is located to [`SMALLEST_STEP_RAD`] of palm rotation. Rolling is
 //! integrated by the classical Runge-Kutta method, sliding solved for by Newton's.
 
-use super::cone::{Ratios, balancing_ratio, moment, moment_by_palms, moment_by_psi};
+use super::cone::{Ratios, at_the_edges, balancing_ratio, moment, moment_by_palms, moment_by_psi};
 use super::mode::ContactMode;
-use super::slip::{PalmRates, Slip};
+use super::slip::{PalmRates, Slip, slip_signs};
 use crate::mechanics::frictionless::EnergyLandscape;
 use crate::mechanics::jump::Jump;
 use crate::palms::{Contacts, PalmAngles, PalmPair};
@@ -110,10 +110,7 @@ impl Instant {
         let slip = Slip::new(palms, &angles, &at, &rates);
         let rolling = [slip.rolling_rate(0), slip.rolling_rate(1)];
         let order = if rolling[0] <= rolling[1] { [0, 1] } else { [1, 0] };
-        let above = slip.by_psi_rate.map(f64::signum);
-        let mut between = above;
-        between[order[1]] = -above[order[1]];
-        let signs = [above.map(|sign| -sign), between, above];
+        let signs = slip_signs(slip.by_psi_rate, order);
         let moments_m = signs.map(|signs| moment(&angles, &at, at_the_edges(friction, signs)));
         Self { angles, at, rates, slip, order, rolling: order.map(|k| rolling[k]), signs, moments_m }
     }
@@ -132,8 +129,8 @@ impl Instant {
         (by_palm1 * w1 + by_palm2 * w2, moment_by_psi(&self.angles, &self.at, tau))
     }
 
-    /// The rate at which the object slides along W = 0 of a level, where it may: stable, and with the slips of that level.
-    fn sliding_rate(&self, friction: [f64; 2], level: usize) -> Option<f64> {
+    /// Whether the object may slide along W = 0 of a level: stably, and with the slips of that level.
+    fn may_slide(&self, friction: [f64; 2], level: usize) -> bool {
         let (by_palms, by_psi) = self.slopes(friction, self.signs[level]);
         let rate = -by_palms / by_psi;
         let [first, second] = self.rolling;
@@ -142,13 +139,8 @@ impl Instant {
             1 => first <= rate && rate <= second,
             _ => second <= rate,
         };
-        (by_psi < 0.0 && has_its_slips).then_some(rate)
+        by_psi < 0.0 && has_its_slips
     }
-}
-
-/// Ratios at the edges of the cones: against the slips.
-fn at_the_edges(friction: [f64; 2], signs: [f64; 2]) -> Ratios {
-    [-friction[0] * signs[0], -friction[1] * signs[1]]
 }
 
 impl<'a> FrictionPursuit<'a> {
@@ -249,9 +241,8 @@ impl<'a> FrictionPursuit<'a> {
             let rate = instant.rolling[place];
             rate.is_finite() && sign(place, rate) >= 0.0 && sign(place + 1, rate) <= 0.0
         };
-        let slides = |level: usize| {
-            instant.moments_m[level].abs() <= nothing_m && instant.sliding_rate(self.friction, level).is_some()
-        };
+        let slides =
+            |level: usize| instant.moments_m[level].abs() <= nothing_m && instant.may_slide(self.friction, level);
         let motions = [
             (rolls(0), Motion::Roll(instant.order[0])),
             (rolls(1), Motion::Roll(instant.order[1])),
@@ -317,7 +308,7 @@ impl<'a> FrictionPursuit<'a> {
                 let end = instant(next, psi);
                 let level = end.signs.iter().position(|of_level| *of_level == signs)?;
                 let is_it = (psi - predicted).abs() <= OTHER_BRANCH * (rate * step).abs() + 10.0 * NOTHING;
-                let lasts = end.moments_m[level].abs() <= nothing_m && end.sliding_rate(self.friction, level).is_some();
+                let lasts = end.moments_m[level].abs() <= nothing_m && end.may_slide(self.friction, level);
                 (is_it && lasts).then_some(psi)
             }
         }

@@ -64,6 +64,15 @@ impl Slip {
     }
 }
 
+/// Signs of the slips of both contacts where ψ' is below, between and above the two rates of rolling. `by_psi_rate` is how the slips grow with
+/// it (its sign counts), `order` the palm that is rolled on at the smaller rate and that at the larger.
+pub(crate) fn slip_signs(by_psi_rate: [f64; 2], order: [usize; 2]) -> [[f64; 2]; 3] {
+    let above = by_psi_rate.map(f64::signum);
+    let mut between = above;
+    between[order[1]] = -above[order[1]];
+    [above.map(|sign| -sign), between, above]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

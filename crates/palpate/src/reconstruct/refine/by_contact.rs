@@ -57,7 +57,7 @@ impl Job<'_> {
         let mut explained = None;
         // What calibrates a rig rests on balance without friction.
         search_by_contact(&Readings { thorough: false, ..job.readings() }, &|_| None, &mut |found| {
-            let refined = job.refined_by_contact(&found, 0).ok();
+            let refined = job.refined_by_contact(&found).ok();
             let result = refined.and_then(|Candidate { result, .. }| {
                 let friction = friction(self.raw, &result).filter(FrictionEstimate::explains)?;
                 let doubts = doubts_with_friction(&result.verdict, &friction)?;
@@ -69,9 +69,9 @@ impl Job<'_> {
         explained
     }
 
-    /// One arrangement of such a search at its optimum over all samples.
-    fn refined_by_contact(&self, found: &Found, arrangement: usize) -> Result<Candidate, ReconstructError> {
-        let start = found.estimates.get(arrangement).ok_or(ReconstructError::NotSolvable)?;
+    /// The best arrangement of such a search at its optimum over all samples.
+    fn refined_by_contact(&self, found: &Found) -> Result<Candidate, ReconstructError> {
+        let start = found.estimates.first().ok_or(ReconstructError::NotSolvable)?;
         let medium = thinned_in_ranges(&self.measurements, &found.ranges, self.scatter_m, ORDER_SAMPLES);
         let psi = carry_over(&found.thin, &start.psi, &start.coefficients, &medium, &found.ranges);
         let start = Estimate { coefficients: start.coefficients.clone(), psi, cost: f64::INFINITY };

@@ -121,7 +121,7 @@ pub enum Doubt {
         #[cfg_attr(feature = "serde", serde(with = "crate::number_or_null"))]
         sds: f64,
     },
-    /// Friction explains the log. Such results are right more often than not, but nothing certifies them.
+    /// Friction explains the log. Nothing certifies such a result.
     Friction {
         /// Coefficients of friction of both palms.
         coefficients: [f64; 2],
