@@ -251,6 +251,15 @@ pub fn told(summary: &Summary, out: &Path) -> String {
         let [first, second] = [mu1, mu2].map(|mu| format!("{:.3} ± {:.3}", mu.value, mu.sd));
         lines.push(format!("  slides  with friction {first} on palm 1 and {second} on palm 2"));
     }
+    if let Some((radius, damping)) = summary.gyration_radius_m.zip(summary.damping_per_s) {
+        lines.push(format!(
+            "  turns   with a radius of gyration of {} ± {} mm and a damping of {} ± {} per second",
+            three_digits(1e3 * radius.value),
+            three_digits(1e3 * radius.sd),
+            three_digits(damping.value),
+            three_digits(damping.sd)
+        ));
+    }
     for (index, told) in rig_told(summary).into_iter().enumerate() {
         lines.push(format!("  {:<7} {told}", if index == 0 { "rig" } else { "" }));
     }

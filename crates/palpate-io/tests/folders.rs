@@ -62,6 +62,7 @@ fn reconstruction() -> Reconstruction {
         balance_sd_m: 2e-5,
         calibration: None,
         friction: None,
+        inertia: None,
     }
 }
 
@@ -222,6 +223,8 @@ fn the_summary_has_the_promised_keys_and_no_number_that_json_lacks() {
   "calibration": {},
   "forces": "frictionless",
   "friction": null,
+  "gyration_radius_m": null,
+  "damping_per_s": null,
   "samples": 5,
   "harmonics": 2,
   "seconds": 1.5,

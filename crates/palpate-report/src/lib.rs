@@ -10,7 +10,7 @@
 //! #     shape: SupportFunction::new(0.03, vec![]), outline: vec![], motion: vec![],
 //! #     findings: None, verdict: Verdict::new(vec![Doubt::LittleFelt { coverage: 0.0 }]), chi2_per_dof: f64::NAN, jumps: vec![],
 //! #     coverage: 0.0, alternatives: 1, others: vec![], sensor_sd_m: f64::NAN, balance_sd_m: f64::NAN,
-//! #     symmetry: Default::default(), calibration: None, friction: None };
+//! #     symmetry: Default::default(), calibration: None, friction: None, inertia: None };
 //! let html = page(&ReportInput {
 //!     title: "An empty palm",
 //!     log: &log,

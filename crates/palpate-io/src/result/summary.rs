@@ -54,12 +54,18 @@ pub struct Summary {
     /// The constants of the rig as the log has them, by name; empty where the rig is exact.
     #[serde(default)]
     pub calibration: BTreeMap<String, ConstantSummary>,
-    /// What forces the result rests on: `frictionless` or `coulomb`.
+    /// What forces the result rests on: `frictionless`, `coulomb` or `inertial`.
     #[serde(default = "frictionless")]
     pub forces: String,
     /// Coefficients of friction; `None` without.
     #[serde(default)]
     pub friction: Option<FrictionSummary>,
+    /// Radius of gyration about the centre of mass, metres; `None` where the inertia of the object does not count.
+    #[serde(default)]
+    pub gyration_radius_m: Option<CoefficientSummary>,
+    /// Drag on the rotation over the moment of inertia, 1/s; likewise.
+    #[serde(default)]
+    pub damping_per_s: Option<CoefficientSummary>,
     /// Number of samples of the log.
     pub samples: usize,
     /// Number of harmonics of the support function.
@@ -102,6 +108,15 @@ pub struct CoefficientSummary {
 
 fn frictionless() -> String {
     "frictionless".to_owned()
+}
+
+/// What forces a result rests on.
+fn forces_of(reconstruction: &Reconstruction) -> String {
+    match (reconstruction.friction, reconstruction.inertia) {
+        (_, Some(_)) => "inertial".to_owned(),
+        (Some(_), None) => "coulomb".to_owned(),
+        (None, None) => frictionless(),
+    }
 }
 
 impl From<&FrictionEstimate> for FrictionSummary {
@@ -254,8 +269,14 @@ impl Summary {
             size_sd: reconstruction.calibration.as_ref().map_or(0.0, |calibration| calibration.size_sd),
             offset_sd_m: reconstruction.calibration.as_ref().map_or(0.0, |calibration| calibration.offset_sd_m),
             calibration: reconstruction.calibration.iter().flat_map(constants).collect(),
-            forces: reconstruction.friction.map_or_else(frictionless, |_| "coulomb".to_owned()),
+            forces: forces_of(reconstruction),
             friction: reconstruction.friction.as_ref().map(FrictionSummary::from),
+            gyration_radius_m: reconstruction
+                .inertia
+                .map(|found| CoefficientSummary { value: found.gyration_radius_m, sd: found.gyration_radius_sd_m }),
+            damping_per_s: reconstruction
+                .inertia
+                .map(|found| CoefficientSummary { value: found.damping_per_s, sd: found.damping_sd_per_s }),
             samples: reconstruction.motion.len(),
             harmonics: reconstruction.shape.harmonics_m().len(),
             seconds,

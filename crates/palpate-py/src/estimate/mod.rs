@@ -4,6 +4,7 @@ pub(crate) mod calibrate;
 pub(crate) mod calibration;
 pub(crate) mod doubt;
 pub(crate) mod friction;
+pub(crate) mod inertia;
 pub(crate) mod information;
 pub(crate) mod jump;
 pub(crate) mod reconstruct;

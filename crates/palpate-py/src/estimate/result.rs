@@ -15,6 +15,7 @@ use pyo3::types::PyDict;
 use crate::estimate::calibration;
 use crate::estimate::doubt::DoubtData;
 use crate::estimate::friction;
+use crate::estimate::inertia;
 use crate::estimate::jump::JumpData;
 use crate::estimate::symmetry::SymmetryData;
 use crate::interop::arrays::{self, Table};
@@ -24,6 +25,9 @@ use crate::interop::svg;
 use crate::measured::log::{LogData, escaped};
 use crate::measured::truth::TrueData;
 use crate::object::shape::Shape;
+
+/// Friction and inertia of a pickled result.
+type Forces = (Option<Vec<f64>>, Option<[f64; 6]>);
 
 /// Shape, motion and centre of mass of the object behind a log, with error bars and a verdict.
 ///
@@ -265,6 +269,16 @@ impl ResultData {
         self.found.friction.as_ref().map(|found| friction::by_name(py, found)).transpose()
     }
 
+    /// dict of str to float, or None: how the object resists being turned, where palms are so fast that it counts.
+    ///
+    /// `gyration_radius_m` (about the centre of mass) with `gyration_radius_sd_m`, and `uniform_gyration_radius_m`, that of an even mass;
+    /// `damping_per_s` with `damping_sd_per_s`, the drag on the rotation over the moment of inertia; `static_balance_sd_m`, by how much balance
+    /// alone is missed. None where balance holds, or for a result that was read from a folder.
+    #[getter]
+    fn inertia<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
+        self.found.inertia.as_ref().map(|found| inertia::by_name(py, found)).transpose()
+    }
+
     /// float: relative standard deviation of the size, which no log tells.
     ///
     /// It comes from what the scales of both pads have in common; 0 without a `calibration`. `r_sd` is for the scales as stated.
@@ -503,7 +517,8 @@ impl ResultData {
         let motion: Vec<[f64; 11]> = found.motion.iter().map(motion_row).collect();
         let tables = (arrays::table(py, &outline), arrays::table(py, &motion));
         let calibration = found.calibration.as_ref().map(calibration::text).transpose()?;
-        let shape = (self.shape(), calibration, found.friction.as_ref().map(friction::row_of));
+        let forces = (found.friction.as_ref().map(friction::row_of), found.inertia.as_ref().map(inertia::row_of));
+        let shape = (self.shape(), calibration, forces);
         let arguments = (verdict, numbers, shape, tables, self.jumps(), self.others(py), &self.log);
         pickled::by_method::<Self>(py, "_made", arguments)
     }
@@ -514,13 +529,13 @@ impl ResultData {
         py: Python<'_>,
         verdict: (Vec<PyRef<DoubtData>>, usize, PyRef<SymmetryData>),
         numbers: [f64; 5],
-        shape: (PyRef<Shape>, Option<String>, Option<Vec<f64>>),
+        shape: (PyRef<Shape>, Option<String>, Forces),
         tables: (Table, Table),
         jumps: Vec<PyRef<JumpData>>,
         others: Vec<PyRef<Self>>,
         log: Option<Py<LogData>>,
     ) -> PyResult<Self> {
-        let ((doubts, alternatives, symmetry), (shape, calibration, friction)) = (verdict, shape);
+        let ((doubts, alternatives, symmetry), (shape, calibration, (friction, inertia))) = (verdict, shape);
         let [chi2_per_dof, coverage, sensor_sd_m, balance_sd_m, seconds] = numbers;
         let found = Reconstruction {
             findings: None,
@@ -538,6 +553,7 @@ impl ResultData {
             balance_sd_m,
             calibration: calibration.as_deref().map(calibration::of_text).transpose()?,
             friction: friction.as_deref().and_then(friction::of_row),
+            inertia: inertia.map(inertia::of_row),
         };
         Ok(Self::of(py, found, log, seconds))
     }
@@ -584,6 +600,7 @@ fn loaded(py: Python<'_>, folder: &std::path::Path) -> PyResult<(Reconstruction,
         balance_sd_m: summary.balance_sd_m,
         calibration: calibration::of_summary(&summary),
         friction: None,
+        inertia: None,
     };
     Ok((found, summary))
 }

@@ -144,6 +144,7 @@ mod tests {
             balance_sd_m: f64::NAN,
             calibration: None,
             friction: None,
+            inertia: None,
         };
         let vision = VisionSystem {
             noise_sd_m: 0.0,

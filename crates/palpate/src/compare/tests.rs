@@ -52,6 +52,7 @@ fn found(shape: &SupportFunction, psi: &[f64], felt: impl Fn(f64) -> bool) -> Re
         balance_sd_m: 0.0,
         calibration: None,
         friction: None,
+        inertia: None,
     }
 }
 

@@ -273,16 +273,16 @@ impl CalibrationPosterior {
 }
 
 /// What the rows of one sample are made from: its corrected palms and positions.
-struct Rows<'a> {
-    calibration: &'a Calibration,
-    tolerances: &'a Tolerances,
-    palms: &'a PalmPair,
-    positions: [f64; 2],
+pub(crate) struct Rows<'a> {
+    pub calibration: &'a Calibration,
+    pub tolerances: &'a Tolerances,
+    pub palms: &'a PalmPair,
+    pub positions: [f64; 2],
 }
 
 impl Rows<'_> {
     /// Derivatives of s1, s2 and the balance by the constants: `forces` are those of the balance by both palms, `rate` that of φ₁ and φ₂.
-    fn by_constants(
+    pub fn by_constants(
         &self,
         shape: &SupportFunction,
         psi: f64,

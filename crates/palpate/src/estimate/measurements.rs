@@ -99,6 +99,14 @@ impl Measurements {
         self.instants.len()
     }
 
+    /// Number of contacts that were seen and count.
+    pub fn seen(&self) -> usize {
+        self.instants
+            .iter()
+            .map(|instant| usize::from(instant.weight1 > 0.0) + usize::from(instant.weight2 > 0.0))
+            .sum()
+    }
+
     /// Typical distance of the contacts from each other: the size of the object to within a factor of two, metres.
     pub fn size_m(&self) -> f64 {
         let mut chords: Vec<f64> = self

@@ -7,8 +7,9 @@
 //! 3. [`solver`]: maximum likelihood over all samples, every orientation eliminated exactly, and the posterior at the optimum;
 //! 4. [`calibration`]: the constants of the rig as unknowns that all samples share;
 //! 5. [`friction`]: rolling, and centre of mass and friction from form and motion;
-//! 6. [`evidence`]: number of harmonics, noise and scale of the prior by the evidence;
-//! 7. [`association`]: which of its possible poses each sample has, and how ambiguous that is.
+//! 6. [`inertia`]: shape, motion and inertia together, where palms are fast;
+//! 7. [`evidence`]: number of harmonics, noise and scale of the prior by the evidence;
+//! 8. [`association`]: which of its possible poses each sample has, and how ambiguous that is.
 
 pub(crate) mod association;
 pub(crate) mod calibration;
@@ -16,6 +17,7 @@ pub(crate) mod closed_form;
 pub(crate) mod coverage;
 pub(crate) mod evidence;
 pub(crate) mod friction;
+pub(crate) mod inertia;
 pub(crate) mod jumps;
 pub(crate) mod measurements;
 pub(crate) mod model;

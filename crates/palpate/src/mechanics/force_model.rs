@@ -13,10 +13,11 @@ use crate::shape::SupportFunction;
 
 /// Palms, contacts and motion at one instant: all that a model of the forces may read of it.
 #[derive(Clone, Copy, Debug)]
-#[expect(dead_code, reason = "a model at rest reads no rates; the first that does takes this away")]
 pub(crate) struct MotionState<N = f64> {
     pub palms: PalmAngles<N>,
     pub contacts: Contacts<N>,
+    /// How far each base point lies out on its palm from where the lines of the palms meet, metres: 0 for hinged palms.
+    pub base_shifts_m: [N; 2],
     /// Rates of the angles of palm 1 and palm 2 against the horizontal, rad/s.
     pub palm_rates: [N; 2],
     /// Their rates, rad/s².
@@ -34,6 +35,7 @@ impl<N: Number> MotionState<N> {
         Self {
             palms,
             contacts,
+            base_shifts_m: [N::ZERO; 2],
             palm_rates: [N::ZERO; 2],
             palm_accelerations: [N::ZERO; 2],
             psi_rate: N::ZERO,

@@ -2,12 +2,13 @@
 //!
 //! `force_model` says what the estimator asks of a model of the forces; a folder beside it is the physics of one. `frictionless`: slow palms
 //! without friction, between which the object rests at a minimum of its potential energy. `coulomb`: slow palms with friction, between which
-//! it rolls, slides and jumps.
+//! it rolls, slides and jumps. `inertial`: palms so fast that the object's own inertia counts.
 
 pub(crate) mod coulomb;
 pub(crate) mod force_model;
 pub(crate) mod frictionless;
 mod gravity;
+pub(crate) mod inertial;
 mod jump;
 pub(crate) mod passage;
 

@@ -13,6 +13,7 @@ use crate::reconstruct::refine::job::Job;
 use crate::reconstruct::result::reconstruction::Reconstruction;
 use crate::reconstruct::verdict::assemble::{Candidate, Expected, assemble};
 use crate::reconstruct::verdict::doubt::{Doubt, Verdict};
+use crate::reconstruct::verdict::uncertainty::OfBalance;
 use crate::shape::Symmetry;
 use rayon::prelude::*;
 
@@ -73,8 +74,11 @@ impl Job<'_> {
         let found = (&refined.ambiguity_rad[..], refined.symmetry);
         let posterior = job.calibration_posterior(&refined);
         let calibration = posterior.as_ref().map(|posterior| (posterior, job.calibration, job.options.rig));
-        assemble(&job.log, &refined.measurements, refined.fine, found, expected, calibration, &job.options.limits)
-            .ok_or(ReconstructError::NotSolvable)
+        let (measurements, fit) = (&refined.measurements, refined.fine.clone());
+        let uncertainty = OfBalance { measurements, fit: fit.clone(), calibration };
+        let candidate = assemble(&job.log, measurements, fit, found, expected, &uncertainty, &job.options.limits)
+            .ok_or(ReconstructError::NotSolvable)?;
+        Ok(job.with_inertia(&refined, &candidate).unwrap_or(candidate))
     }
 
     /// Refines the arrangements that explain the log about equally well. Only certified ones count; when there is just one, it is

@@ -168,6 +168,19 @@ impl SupportFunction {
         BoundaryPoint { x_m: x * scale, y_m: y * scale }
     }
 
+    /// Radius of gyration about the origin of an even mass over the area, metres: ¼ ∮ (r² + d²) r v dθ over the area is its square. The trapezoid
+    /// rule used is exact for a trigonometric polynomial.
+    pub fn uniform_gyration_radius_m(&self) -> f64 {
+        let nodes = 4 * self.harmonics_m.len() + 4;
+        let step = TAU / nodes as f64;
+        let of_node = |node: usize| {
+            let ContactSupport { r, d, v } = self.at(step * node as f64);
+            (r * r + d * d) * r * v
+        };
+        let integral: f64 = (0..nodes).map(of_node).sum();
+        (0.25 * step * integral / self.area_m2()).max(0.0).sqrt()
+    }
+
     /// Smallest radius of curvature over the whole circle, in metres: the object is convex exactly when it is not negative.
     pub fn min_curvature_radius_m(&self) -> f64 {
         // A grid fine enough to bracket every minimum, then Newton-free refinement by ternary search.

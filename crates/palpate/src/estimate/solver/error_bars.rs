@@ -87,29 +87,40 @@ impl ErrorBars {
             slope += by_coefficients.tr_mul(&by_constants);
             own += (covariance * by_constants).dot(&by_constants);
         }
-        let psi_variance = self.quadratic(&slope) + own;
-        let (theta1, theta2) = instant.contact_angles(psi);
-        let (basis1, basis2) = (self.layout.support_row(theta1), self.layout.support_row(theta2));
-        let at = contacts(instant, coefficients, psi);
-        let center_by_psi = instant.palms.center(at.d);
-        let mut variance = 0.0;
-        for (axis, (weight1, weight2)) in
-            [(instant.palms.cos12, instant.palms.cos1), (instant.palms.sin12, instant.palms.sin1)]
-                .into_iter()
-                .enumerate()
-        {
-            let by_psi = center_by_psi[axis];
-            // The projection leaves ψ and shape turned together, so the centre of mass may use either gauge.
-            let row = (&basis1 * weight1 + &basis2 * weight2) * instant.palms.inverse2 + &slope * by_psi;
-            variance += self.quadratic(&row) + by_psi * by_psi * own;
-        }
+        let (psi_variance, com_variance) =
+            pose_variances(self.layout, &self.covariance, (slope, own), (instant, coefficients, psi));
         let (psi_by_angle, com_by_angle) = angle_sensitivity(instant, fit, psi);
         let angle_variance = angle_sd * angle_sd;
         (
             (self.inflation * psi_variance + angle_variance * psi_by_angle).sqrt(),
-            (self.inflation * 0.5 * variance + angle_variance * 0.5 * com_by_angle).sqrt(),
+            (self.inflation * com_variance + angle_variance * 0.5 * com_by_angle).sqrt(),
         )
     }
+}
+
+/// Variances of ψ and of the centre of mass (mean of both coordinates) at one instant, from the covariance of the shared unknowns, the derivative
+/// of ψ by them and its variance when they are held.
+pub(crate) fn pose_variances(
+    layout: Layout,
+    covariance: &DMatrix<f64>,
+    (slope, own): (DVector<f64>, f64),
+    (instant, coefficients, psi): (&Instant, &[f64], f64),
+) -> (f64, f64) {
+    let quadratic = |row: &DVector<f64>| (covariance * row).dot(row).max(0.0);
+    let (theta1, theta2) = instant.contact_angles(psi);
+    let (basis1, basis2) = (layout.support_row(theta1), layout.support_row(theta2));
+    let at = contacts(instant, coefficients, psi);
+    let center_by_psi = instant.palms.center(at.d);
+    let mut variance = 0.0;
+    for (axis, (weight1, weight2)) in
+        [(instant.palms.cos12, instant.palms.cos1), (instant.palms.sin12, instant.palms.sin1)].into_iter().enumerate()
+    {
+        let by_psi = center_by_psi[axis];
+        // The projection leaves ψ and shape turned together, so the centre of mass may use either gauge.
+        let row = (&basis1 * weight1 + &basis2 * weight2) * instant.palms.inverse2 + &slope * by_psi;
+        variance += quadratic(&row) + by_psi * by_psi * own;
+    }
+    (quadratic(&slope) + own, 0.5 * variance)
 }
 
 /// Sensitivity of the pose of one sample to errors of the two palm angles, given the shape: sums of squares of the derivatives of

@@ -312,6 +312,7 @@ impl<'a> Job<'a> {
             balance_sd_m: (balance.iter().sum::<f64>() / balance.len().max(1) as f64).sqrt(),
             calibration: None,
             friction: None,
+            inertia: None,
         })
     }
 

@@ -3,5 +3,6 @@
 pub(crate) mod calibration;
 pub(crate) mod diagnostics;
 pub(crate) mod friction;
+pub(crate) mod inertia;
 mod prune;
 pub(crate) mod reconstruction;

@@ -4,6 +4,7 @@ use crate::estimate::coverage::{LONGEST_SLIDE, nodes_between};
 use crate::mechanics::Jump;
 use crate::reconstruct::result::calibration::CalibrationEstimate;
 use crate::reconstruct::result::friction::FrictionEstimate;
+use crate::reconstruct::result::inertia::InertiaEstimate;
 use crate::reconstruct::verdict::certificate::Findings;
 use crate::reconstruct::verdict::doubt::Verdict;
 use crate::shape::{SupportFunction, Symmetry};
@@ -56,6 +57,9 @@ pub struct Reconstruction {
     /// Coulomb's law.
     #[cfg_attr(feature = "serde", serde(default))]
     pub friction: Option<FrictionEstimate>,
+    /// How the object resists being turned, where its inertia explains what balance does not; jumps are then motions like any other.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub inertia: Option<InertiaEstimate>,
 }
 
 impl Reconstruction {

@@ -24,6 +24,7 @@ fn candidate(explained: bool, log_posterior: f64, chi2_per_dof: f64, physical: &
         balance_sd_m: 1e-7,
         calibration: None,
         friction: None,
+        inertia: None,
     };
     Candidate { result, log_posterior }
 }

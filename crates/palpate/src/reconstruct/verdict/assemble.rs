@@ -2,26 +2,22 @@
 //! (`docs/theory.md`, error bars).
 
 use super::certificate::Findings;
-use crate::estimate::calibration::{CalibrationPosterior, constants};
+use super::uncertainty::Uncertainty;
 use crate::estimate::coverage::{NODES, completed, contact_paths, touches};
-use crate::estimate::evidence::jump_prior::excess;
 use crate::estimate::jumps::{DetectedJump, detect_jumps, jump_reversals};
 use crate::estimate::measurements::{Instant, Measurements};
 use crate::estimate::model::balance_tolerance::unstable_samples;
 use crate::estimate::model::contact::residuals;
 use crate::estimate::model::layout::{Layout, rotate};
-use crate::estimate::model::noise_from_log::{angle_residual_m, angle_scatter_rad};
+use crate::estimate::model::noise_from_log::angle_residual_m;
 use crate::estimate::motion::unwrap;
-use crate::estimate::solver::error_bars::ErrorBars;
 use crate::estimate::solver::gauss_newton::Fit;
 use crate::log::{Log, Sample};
 use crate::math::statistics::{autocorrelation, correlation_time, typical_sd};
 use crate::mechanics::Jump;
 use crate::palms::PalmPair;
 use crate::reconstruct::options::limits::CertificateLimits;
-use crate::reconstruct::result::calibration::{CalibrationEstimate, ConstantEstimate};
 use crate::reconstruct::result::reconstruction::{FoundSymmetry, OutlinePoint, Pose, Reconstruction};
-use crate::sensor::{Calibration, Rig};
 use crate::shape::SupportFunction;
 use std::f64::consts::TAU;
 
@@ -66,18 +62,17 @@ fn hidden_from_neighbours(residuals_m: &[f64]) -> f64 {
 
 /// Assembles the result. `None` when the information matrix cannot be factored (the log does not determine the shape).
 /// `ambiguity_rad` is, for each sample, the distance of another pose that explains it about as well (radians, 0 where there is
-/// none); `found_symmetry` how the object is symmetric.
+/// none); `found_symmetry` how the object is symmetric. `uncertainty` is in the frame of the fit; with
+/// inertia the object may be on its way at any sample.
 pub(crate) fn assemble(
     log: &Log,
     measurements: &Measurements,
     mut fit: Fit,
     (ambiguity_rad, found_symmetry): (&[f64], FoundSymmetry),
     expected: Expected,
-    calibration: Option<(&CalibrationPosterior, Calibration, Rig)>,
+    uncertainty: &dyn Uncertainty,
     limits: &CertificateLimits,
 ) -> Option<Candidate> {
-    // A mirror holds in the frame of the fit, so that error bars are evaluated there.
-    let in_own_frame = fit.clone();
     let turned = fit.estimate.psi[0];
     turn_frame(&mut fit, turned);
     unwrap(&mut fit.estimate.psi);
@@ -105,13 +100,8 @@ pub(crate) fn assemble(
     let of_sensor2: Vec<f64> = residuals_m.iter().filter_map(|both| both.1).collect();
     let inflation = 0.5 * (correlation_time(&of_sensor1) + correlation_time(&of_sensor2));
     let felt_there: Vec<f64> = felt.iter().map(|theta| theta - turned).collect();
-    let error_bars = ErrorBars::new(
-        measurements,
-        &in_own_frame,
-        &felt_there,
-        inflation,
-        calibration.map(|(posterior, ..)| posterior.open_constants()),
-    )?;
+    let error_bars = uncertainty.error_bars(&felt_there, inflation)?;
+    let of_rig = uncertainty.of_rig(inflation);
 
     let own_frame = |jump: &DetectedJump| DetectedJump {
         psi_before: jump.psi_before + turned,
@@ -119,19 +109,17 @@ pub(crate) fn assemble(
         ..*jump
     };
     let in_own: Vec<DetectedJump> = jumps.iter().map(own_frame).collect();
-    let of_constants = calibration.map_or(0.0, |(posterior, ..)| posterior.log_evidence());
-    let of_jumps = excess(measurements, &in_own_frame.estimate, &error_bars.factor()?, &in_own);
-    let log_posterior = fit.log_evidence + of_constants - of_jumps;
+    let log_posterior =
+        fit.log_evidence + of_rig.as_ref().map_or(0.0, |rig| rig.log_evidence) - error_bars.deviance_of(&in_own)?;
 
     let outline = outline(&shape, &counts, |theta| error_bars.r_sd_m(theta - turned));
-    let angle_sd = angle_scatter_rad(measurements);
     let motion: Vec<Pose> = log
         .samples
         .iter()
         .enumerate()
         .map(|(index, sample)| {
             let instant = &measurements.instants[index];
-            let (psi_sd, com_sd) = error_bars.pose_sd(index, instant, &in_own_frame, angle_sd);
+            let (psi_sd, com_sd) = error_bars.pose_sd(index, instant);
             let pose = pose(sample, instant, &shape, coefficients, psi[index]);
             let psi_sd_rad = psi_sd.max(ambiguity_rad[index]);
             Pose { psi_sd_rad, com_sd_m: com_sd, piece: piece_of(index), ..pose }
@@ -152,6 +140,9 @@ pub(crate) fn assemble(
     let squares = unambiguous().map(|pose| pose.psi_sd_rad.powi(2));
     let mean_square = squares.sum::<f64>() / unambiguous().count().max(1) as f64;
     let slack_m = limits.stability_slack * coefficients[0].abs();
+    let inertia = uncertainty.inertia();
+    let at_rest = inertia.is_none();
+    let unphysical = || jumps.iter().filter(|jump| at_rest && !jump.physical);
     let findings = Findings {
         mean_radius_m: coefficients[0],
         concavity_m: shape.concavity_m(),
@@ -163,11 +154,15 @@ pub(crate) fn assemble(
         expected_sensor_m: expected_m,
         balance_m: fit.noise.balance_m,
         samples: log.samples.len(),
-        unphysical_jumps: jumps.iter().filter(|jump| !jump.physical).count(),
-        first_unphysical_jump: jumps.iter().find(|jump| !jump.physical).map(|jump| (times_s[jump.sample], jump.turn())),
-        jump_reversals: jump_reversals(&jumps),
-        shortest_jump_rad: jumps.iter().map(|jump| jump.turn().abs()).fold(f64::INFINITY, f64::min),
-        unstable: unstable_samples(measurements, coefficients, psi, slack_m, fit.noise.balance_m),
+        unphysical_jumps: unphysical().count(),
+        first_unphysical_jump: unphysical().next().map(|jump| (times_s[jump.sample], jump.turn())),
+        jump_reversals: if at_rest { jump_reversals(&jumps) } else { 0 },
+        shortest_jump_rad: if at_rest { shortest_turn_rad(&jumps) } else { f64::INFINITY },
+        unstable: if at_rest {
+            unstable_samples(measurements, coefficients, psi, slack_m, fit.noise.balance_m)
+        } else {
+            0
+        },
         coverage: felt.len() as f64 / NODES as f64,
         ambiguous,
         ambiguity_rad: (ambiguity_rad.iter().map(|ambiguity_rad| ambiguity_rad * ambiguity_rad).sum::<f64>()
@@ -178,8 +173,8 @@ pub(crate) fn assemble(
         largest_felt_r_sd_m: outline.iter().filter(|p| p.touches > 0).map(|p| p.r_sd_m).fold(0.0, f64::max),
         readings: expected.outliers + of_sensor1.len() + of_sensor2.len(),
         outliers: expected.outliers,
-        furthest_constant: calibration.map(|(posterior, ..)| posterior.furthest()),
-        rig_unsettled_sds: calibration.map_or(0.0, |(posterior, ..)| posterior.distance_sds()),
+        furthest_constant: of_rig.as_ref().map(|rig| rig.furthest.clone()),
+        rig_unsettled_sds: of_rig.as_ref().map_or(0.0, |rig| rig.unsettled_sds),
         symmetry_deviation_sd_m: found_symmetry.deviation_sd_m,
         symmetry_probability: found_symmetry.probability.filter(|_| symmetry.is_any()),
     };
@@ -208,27 +203,15 @@ pub(crate) fn assemble(
         others: Vec::new(),
         sensor_sd_m: fit.noise.sensor_m,
         balance_sd_m: fit.noise.balance_m,
-        calibration: calibration.map(|(posterior, found, rig)| calibration_estimate(posterior, inflation, found, &rig)),
+        calibration: of_rig.map(|rig| rig.estimate),
         friction: None,
+        inertia,
     };
     Some(Candidate { result, log_posterior })
 }
 
-/// What the log told of the rig.
-fn calibration_estimate(
-    posterior: &CalibrationPosterior,
-    inflation: f64,
-    found: Calibration,
-    rig: &Rig,
-) -> CalibrationEstimate {
-    let covariance = posterior.covariance(inflation);
-    CalibrationEstimate {
-        calibration: found,
-        constants: ConstantEstimate::all(rig, constants(&found), posterior.sd(inflation)),
-        covariance: covariance.row_iter().map(|row| row.iter().copied().collect()).collect(),
-        size_sd: rig.size_sd(),
-        offset_sd_m: rig.offset_sd_m(),
-    }
+fn shortest_turn_rad(jumps: &[DetectedJump]) -> f64 {
+    jumps.iter().map(|jump| jump.turn().abs()).fold(f64::INFINITY, f64::min)
 }
 
 /// The boundary at [`NODES`] normal angles, felt as often as `counts` say, with the standard deviation of r at each.

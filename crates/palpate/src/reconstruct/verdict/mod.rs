@@ -3,3 +3,4 @@
 pub(crate) mod assemble;
 pub(crate) mod certificate;
 pub(crate) mod doubt;
+pub(crate) mod uncertainty;

@@ -1,0 +1,447 @@
+//! The residuals of contacts and forces of a log, and their normal equations, at some shape, motion, inertia and calibration.
+
+use super::arrow::{Arrow, ArrowBuilder};
+use super::palm_path::{MovingPalms, PalmPath};
+use crate::estimate::calibration::{CONSTANTS, Rows, Vector, changed, constants, prior_sd};
+use crate::estimate::measurements::{Instant, Measurements};
+use crate::estimate::model::contact::{combine, supports};
+use crate::estimate::model::prior::{Convexity, Prior};
+use crate::log::Log;
+use crate::math::spline::{SUPPORT, SplineBasis, SplineRow};
+use crate::mechanics::force_model::MotionState;
+use crate::mechanics::inertial::{Inertia, InertialMoment};
+use crate::palms::{ContactRow, Contacts};
+use crate::sensor::calibration::palm_rates_rad_per_s;
+use crate::sensor::{Calibration, Rig};
+use crate::shape::SupportFunction;
+use nalgebra::DVector;
+use std::borrow::Cow;
+
+/// What is estimated.
+#[derive(Clone, Debug)]
+pub(crate) struct Unknowns {
+    /// Of the support function.
+    pub coefficients: Vec<f64>,
+    /// ln of the square of the radius of gyration in metres.
+    pub ln_gyration_m2: f64,
+    /// Drag on the rotation over the moment of inertia, 1/s.
+    pub damping_per_s: f64,
+    pub calibration: Calibration,
+    /// Coefficients of the spline ψ(t), radians.
+    pub spline: Vec<f64>,
+}
+
+impl Unknowns {
+    fn inertia(&self) -> Inertia {
+        Inertia { gyration_m2: self.ln_gyration_m2.exp(), damping_per_s: self.damping_per_s }
+    }
+}
+
+/// Places of the dense unknowns behind the coefficients of the shape: gyration, damping, constants of the rig in units of their priors.
+pub(crate) const BESIDES_SHAPE: usize = 2 + CONSTANTS;
+const GYRATION: usize = 0;
+const DAMPING: usize = 1;
+const RIG: usize = 2;
+
+/// What is believed of the inertia beforehand, and whether it is left as it is.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct InertiaPrior {
+    /// ln of the square of the radius of gyration of an even mass, metres.
+    pub ln_gyration_m2: f64,
+    pub held: bool,
+}
+
+/// Prior standard deviations of ln k² (a fifth of the radius of gyration) and of the damping (it brings a swinging object to rest within a few
+/// swings).
+const LN_GYRATION_SD: f64 = 0.4;
+const DAMPING_SD_PER_S: f64 = 10.0;
+
+/// The same of what is held.
+const HELD_SD: f64 = 1e-6;
+
+/// A log with the times at which its forces are looked at.
+pub(crate) struct Problem<'a> {
+    log: &'a Log,
+    rig: &'a Rig,
+    /// Of both contacts of each sample.
+    weights: Vec<[f64; 2]>,
+    path: PalmPath,
+    pub basis: SplineBasis,
+    pub samples: Vec<SplineRow>,
+    /// Time and weight of each place where the forces are looked at.
+    collocations: Vec<(f64, SplineRow, f64)>,
+    order: usize,
+    pub prior: Prior,
+    convexity: Convexity,
+}
+
+/// What rig and pads read, corrected by some calibration.
+pub(crate) struct Corrected<'a> {
+    log: Cow<'a, Log>,
+    pub measurements: Measurements,
+    rates: Vec<[f64; 2]>,
+    palms: Vec<MovingPalms>,
+}
+
+/// Residuals of contacts and forces in metres: the sums of their squares, each with its weight, and how many there are.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Squares {
+    pub contacts: f64,
+    pub forces: f64,
+}
+
+/// Normal equations of contacts and forces at standard deviations of a metre.
+pub(crate) struct Linearised {
+    pub contacts: Arrow,
+    pub forces: Arrow,
+}
+
+/// Places at which the forces are looked at between two knots.
+const PER_PIECE: usize = 4;
+
+/// Nodes of the convexity penalty: so many for each harmonic, and so many besides.
+const NODES: [usize; 2] = [16, 32];
+
+/// Contacts and what of the boundary is needed for rows there.
+struct Boundary {
+    at: Contacts,
+    v_by_theta: [f64; 2],
+    /// cos kθ and sin kθ at both contacts for k = 1 … K.
+    turns: Vec<([f64; 2], [f64; 2])>,
+}
+
+impl Boundary {
+    fn new(coefficients: &[f64], directions: ([f64; 2], [f64; 2])) -> Self {
+        let order = coefficients.len() / 2;
+        let mut turns = Vec::with_capacity(order);
+        let mut v_by_theta = [0.0; 2];
+        let (cos, sin) = directions;
+        let at = supports(coefficients, cos, sin, |index, cos, sin| {
+            let k = (index + 1) as f64;
+            for contact in 0..2 {
+                let slope = coefficients[1 + order + index] * cos[contact] - coefficients[1 + index] * sin[contact];
+                v_by_theta[contact] += k * (1.0 - k * k) * slope;
+            }
+            turns.push((cos, sin));
+        });
+        Self { at: at.into(), v_by_theta, turns }
+    }
+
+    /// A functional of (r, d, v) as one of the coefficients.
+    fn row_of(&self, by: &ContactRow, row: &mut [f64]) {
+        let order = self.turns.len();
+        row[0] = by.r[0] + by.r[1] + by.v[0] + by.v[1];
+        for (index, (cos, sin)) in self.turns.iter().enumerate() {
+            let k = (index + 1) as f64;
+            let (mut of_cos, mut of_sin) = (0.0, 0.0);
+            for contact in 0..2 {
+                let along = by.r[contact] + (1.0 - k * k) * by.v[contact];
+                let across = k * by.d[contact];
+                of_cos += along * cos[contact] + across * sin[contact];
+                of_sin += along * sin[contact] - across * cos[contact];
+            }
+            (row[1 + index], row[1 + order + index]) = (of_cos, of_sin);
+        }
+    }
+
+    /// The contacts after palm 1 and palm 2 have turned by these small angles, the object as it is.
+    fn turned(&self, palms: [f64; 2]) -> Contacts {
+        let Contacts { r, d, v } = self.at;
+        Contacts {
+            r: [0, 1].map(|k| r[k] - d[k] * palms[k]),
+            d: [0, 1].map(|k| d[k] + (r[k] - v[k]) * palms[k]),
+            v: [0, 1].map(|k| v[k] + self.v_by_theta[k] * palms[k]),
+        }
+    }
+}
+
+/// Steps of the numerical derivatives of W by the palms: radians, and seconds.
+const ANGLE_STEP: f64 = 1e-5;
+const CLOCK_STEP_S: f64 = 1e-5;
+
+impl<'a> Problem<'a> {
+    /// With knots at these times (seconds), and the weights of the contacts in `weighted`. `None` where the palms cannot be followed.
+    pub fn new(
+        log: &'a Log,
+        rig: &'a Rig,
+        weighted: &Measurements,
+        (order, prior): (usize, Prior),
+        knots_s: &[f64],
+    ) -> Option<Self> {
+        let path = PalmPath::new(log)?;
+        let basis = SplineBasis::new(knots_s);
+        let samples = log.samples.iter().map(|sample| basis.at(sample.time_s)).collect();
+        let between = |pair: &[f64]| {
+            let (from, to) = (pair[0], pair[1]);
+            (0..PER_PIECE).map(move |i| from + (to - from) * (i as f64 + 0.5) / PER_PIECE as f64)
+        };
+        let collocations = knots_s.windows(2).flat_map(between).map(|time| (time, basis.at(time), 1.0)).collect();
+        let weights = weighted.instants.iter().map(|instant| [instant.weight1, instant.weight2]).collect();
+        let convexity = Convexity::new(order, prior.size_m, NODES[0] * order + NODES[1]);
+        Some(Self { log, rig, weights, path, basis, samples, collocations, order, prior, convexity })
+    }
+
+    /// Number of places where the forces are looked at.
+    pub fn collocations(&self) -> usize {
+        self.collocations.len()
+    }
+
+    /// Number of unknowns that all samples share.
+    pub fn dense(&self) -> usize {
+        2 * self.order + 1 + BESIDES_SHAPE
+    }
+
+    /// The readings as a rig with this calibration means them.
+    pub fn corrected(&self, calibration: &Calibration) -> Corrected<'a> {
+        let exact = *calibration == Calibration::default();
+        let log = if exact { Cow::Borrowed(self.log) } else { Cow::Owned(calibration.corrected(self.log)) };
+        let mut measurements = Measurements::new(&log, None);
+        for (instant, weights) in measurements.instants.iter_mut().zip(&self.weights) {
+            [instant.weight1, instant.weight2] = *weights;
+        }
+        let palms = self.collocations.iter().map(|(time_s, ..)| self.palms_at(*time_s, calibration)).collect();
+        let rates = palm_rates_rad_per_s(&log);
+        Corrected { log, measurements, rates, palms }
+    }
+
+    fn palms_at(&self, time_s: f64, calibration: &Calibration) -> MovingPalms {
+        let read = self.path.at(time_s - calibration.clock_offset_s);
+        let [zero1, zero2] = calibration.angle_zero_rad;
+        let mut palms = read.turned([-zero1, -zero1 - zero2]);
+        // A surface in front of the line of its palm is a base point that lies as much nearer.
+        let shift = palms.angles.positions(calibration.surface_m, [0.0; 2]);
+        palms.base_shifts_m = [0, 1].map(|k| palms.base_shifts_m[k] - shift[k]);
+        palms
+    }
+
+    /// The constants in units of their priors, from where they are stated; and these units.
+    fn constants_off(&self, calibration: &Calibration) -> (Vector, Vector) {
+        let sd = Vector::from(prior_sd(&self.rig.tolerances));
+        let stated = Vector::from(constants(&self.rig.calibration));
+        let off = (Vector::from(constants(calibration)) - stated)
+            .zip_map(&sd, |off, sd| if sd > 0.0 { off / sd } else { 0.0 });
+        (off, sd)
+    }
+
+    /// The unknowns after a step of the dense ones and of the spline.
+    pub fn stepped(&self, from: &Unknowns, dense: &DVector<f64>, spline: &[f64]) -> Unknowns {
+        let shape = from.coefficients.len();
+        let mut to = from.clone();
+        to.coefficients.iter_mut().zip(dense.iter()).for_each(|(value, step)| *value += step);
+        to.ln_gyration_m2 += dense[shape + GYRATION];
+        to.damping_per_s += dense[shape + DAMPING];
+        let (_, sd) = self.constants_off(&from.calibration);
+        if sd.amax() > 0.0 {
+            let step = Vector::from_fn(|c, _| sd[c] * dense[shape + RIG + c]);
+            to.calibration = changed(&from.calibration, &self.rig.tolerances, &step);
+        }
+        to.spline.iter_mut().zip(spline).for_each(|(value, step)| *value += step);
+        to
+    }
+
+    fn psi(row: &SplineRow, at: &Unknowns) -> [f64; 3] {
+        row.of(&at.spline)
+    }
+
+    /// ψ of every sample.
+    pub fn motion(&self, at: &Unknowns) -> Vec<f64> {
+        self.samples.iter().map(|row| Self::psi(row, at)[0]).collect()
+    }
+
+    /// The contact residuals of every sample, with their weights: metres.
+    pub fn contact_residuals_m(&self, at: &Unknowns, corrected: &Corrected) -> Vec<[f64; 2]> {
+        let residual = |(instant, row): (&Instant, &SplineRow)| {
+            let boundary =
+                Boundary::new(&at.coefficients, directions(instant.phi1 - Self::psi(row, at)[0], &instant.palms));
+            let value = combine(instant, boundary.at).value;
+            [instant.weight1 * value[0], instant.weight2 * value[1]]
+        };
+        corrected.measurements.instants.iter().zip(&self.samples).map(residual).collect()
+    }
+
+    /// The moment of the forces at every place, without its weight.
+    pub fn moments(&self, at: &Unknowns, corrected: &Corrected) -> Vec<InertialMoment> {
+        let inertia = at.inertia();
+        self.collocations
+            .iter()
+            .zip(&corrected.palms)
+            .map(|((_, row, _), palms)| {
+                let motion = Self::psi(row, at);
+                let boundary = Boundary::new(&at.coefficients, directions(palms.phi1 - motion[0], &palms.angles));
+                inertia.moment(&state(palms, boundary.at, motion), [0.0; 2])
+            })
+            .collect()
+    }
+
+    /// Gives every place the weight that its residual has under Student's t.
+    pub fn reweigh(&mut self, moments: &[InertialMoment], forces_m: f64, freedom: f64) {
+        for ((.., weight), moment) in self.collocations.iter_mut().zip(moments) {
+            *weight = ((freedom + 1.0) / (freedom + (moment.value_m / forces_m).powi(2))).sqrt();
+        }
+    }
+
+    pub fn squares(&self, at: &Unknowns, corrected: &Corrected) -> Squares {
+        let contacts = self.contact_residuals_m(at, corrected).iter().flatten().map(|value| value * value).sum();
+        let moments = self.moments(at, corrected);
+        let forces = self
+            .collocations
+            .iter()
+            .zip(&moments)
+            .map(|((.., weight), moment)| (weight * moment.value_m).powi(2))
+            .sum();
+        Squares { contacts, forces }
+    }
+
+    /// Half the cost of the prior: −ln of its density, up to a constant.
+    pub fn prior_cost(&self, at: &Unknowns, inertia: InertiaPrior) -> f64 {
+        let sd = self.prior.standard_deviations(self.order);
+        let of_shape: f64 = at.coefficients.iter().zip(&sd).map(|(value, sd)| (value / sd).powi(2)).sum();
+        let of_convexity: f64 = self.convexity.violations(&at.coefficients).map(|(_, residual)| residual.powi(2)).sum();
+        let [ln_sd, damping_sd] = inertia_sd(inertia);
+        let of_inertia =
+            ((at.ln_gyration_m2 - inertia.ln_gyration_m2) / ln_sd).powi(2) + (at.damping_per_s / damping_sd).powi(2);
+        let (off, _) = self.constants_off(&at.calibration);
+        0.5 * (of_shape + of_convexity + of_inertia + off.norm_squared())
+    }
+
+    /// Adds the normal equations of the prior.
+    pub fn add_prior(&self, at: &Unknowns, inertia: InertiaPrior, arrow: &mut Arrow) {
+        let shape = at.coefficients.len();
+        let mut add = |index: usize, off: f64, sd: f64| {
+            arrow.dense[(index, index)] += 1.0 / (sd * sd);
+            arrow.dense_gradient[index] += off / (sd * sd);
+        };
+        for (index, sd) in self.prior.standard_deviations(self.order).into_iter().enumerate() {
+            add(index, at.coefficients[index], sd);
+        }
+        let [ln_sd, damping_sd] = inertia_sd(inertia);
+        add(shape + GYRATION, at.ln_gyration_m2 - inertia.ln_gyration_m2, ln_sd);
+        add(shape + DAMPING, at.damping_per_s, damping_sd);
+        let (off, _) = self.constants_off(&at.calibration);
+        (0..CONSTANTS).for_each(|c| add(shape + RIG + c, off[c], 1.0));
+        let mut row = DVector::zeros(self.dense());
+        for (node, residual) in self.convexity.violations(&at.coefficients) {
+            self.convexity.row(node, &mut row.as_mut_slice()[..shape]);
+            arrow.dense.syger(1.0, &row, &row, 1.0);
+            arrow.dense.fill_upper_triangle_with_lower_triangle();
+            arrow.dense_gradient.axpy(residual, &row, 1.0);
+        }
+        // Where neither contacts nor forces say anything the motion stays as it is.
+        arrow.band.map_diagonal(|entry| entry + SPLINE_INFORMATION);
+    }
+
+    /// The normal equations.
+    pub fn linearise(&self, at: &Unknowns, corrected: &Corrected) -> Linearised {
+        Linearised { contacts: self.linearise_contacts(at, corrected), forces: self.linearise_forces(at, corrected) }
+    }
+
+    fn linearise_contacts(&self, at: &Unknowns, corrected: &Corrected) -> Arrow {
+        let shape = at.coefficients.len();
+        let support = SupportFunction::from_coefficients(&at.coefficients);
+        let (_, sd) = self.constants_off(&at.calibration);
+        let is_open = sd.amax() > 0.0;
+        let mut builder = ArrowBuilder::new(self.dense(), self.basis.len());
+        let mut dense = vec![0.0; self.dense()];
+        for (index, (instant, row)) in corrected.measurements.instants.iter().zip(&self.samples).enumerate() {
+            let psi = Self::psi(row, at)[0];
+            let boundary = Boundary::new(&at.coefficients, directions(instant.phi1 - psi, &instant.palms));
+            let residuals = combine(instant, boundary.at);
+            let by_constants = is_open.then(|| {
+                let sample = &corrected.log.samples[index];
+                let positions = [sample.s1_m, sample.s2_m].map(Option::unwrap_or_default);
+                let rows = Rows {
+                    calibration: &at.calibration,
+                    tolerances: &self.rig.tolerances,
+                    palms: &sample.palms,
+                    positions,
+                };
+                rows.by_constants(&support, psi, [0.0; 2], corrected.rates[index])
+            });
+            for (palm, weight) in [instant.weight1, instant.weight2].into_iter().enumerate() {
+                if weight == 0.0 {
+                    continue;
+                }
+                let mut share = [0.0; 2];
+                share[palm] = weight;
+                boundary.row_of(&instant.palms.positions_row(share), &mut dense[..shape]);
+                if let Some(by_constants) = &by_constants {
+                    (0..CONSTANTS).for_each(|c| dense[shape + RIG + c] = weight * sd[c] * by_constants[palm][c]);
+                }
+                let by_psi = weight * residuals.by_psi[palm];
+                let spline = row.derivatives[0].map(|by| by * by_psi);
+                builder.add(weight * residuals.value[palm], &dense, (row.first, spline));
+            }
+        }
+        builder.finish()
+    }
+
+    fn linearise_forces(&self, at: &Unknowns, corrected: &Corrected) -> Arrow {
+        let shape = at.coefficients.len();
+        let inertia = at.inertia();
+        let (_, sd) = self.constants_off(&at.calibration);
+        let mut builder = ArrowBuilder::new(self.dense(), self.basis.len());
+        let mut dense = vec![0.0; self.dense()];
+        for ((time_s, row, weight), palms) in self.collocations.iter().zip(&corrected.palms) {
+            let motion = Self::psi(row, at);
+            let boundary = Boundary::new(&at.coefficients, directions(palms.phi1 - motion[0], &palms.angles));
+            let moment = inertia.moment(&state(palms, boundary.at, motion), [0.0; 2]);
+            boundary.row_of(&moment.row, &mut dense[..shape]);
+            dense[..shape].iter_mut().for_each(|by| *by *= weight);
+            dense[shape + GYRATION] = weight * moment.by_gyration_m2 * inertia.gyration_m2;
+            dense[shape + DAMPING] = weight * moment.by_damping;
+            if sd.amax() > 0.0 {
+                let turned = |by: [f64; 2]| {
+                    let palms = palms.turned(by);
+                    inertia.moment(&state(&palms, boundary.turned(by), motion), [0.0; 2]).value_m
+                };
+                let later = |later_s: f64| {
+                    let there = self.palms_at(time_s + later_s, &at.calibration);
+                    let (from, to) = ([palms.phi1, palms.phi1 + palms.phi2], [there.phi1, there.phi1 + there.phi2]);
+                    let contacts = boundary.turned([0, 1].map(|k| to[k] - from[k]));
+                    inertia.moment(&state(&there, contacts, motion), [0.0; 2]).value_m
+                };
+                let slope = |forwards: f64, backwards: f64, step: f64| (forwards - backwards) / (2.0 * step);
+                // A zero of φ₁ turns both palms back, one of φ₂ the second; a late clock means earlier palms.
+                let both = slope(turned([-ANGLE_STEP; 2]), turned([ANGLE_STEP; 2]), ANGLE_STEP);
+                let second = slope(turned([0.0, -ANGLE_STEP]), turned([0.0, ANGLE_STEP]), ANGLE_STEP);
+                let clock =
+                    if sd[6] > 0.0 { slope(later(-CLOCK_STEP_S), later(CLOCK_STEP_S), CLOCK_STEP_S) } else { 0.0 };
+                for (c, by) in [(3, both), (4, second), (6, clock)] {
+                    dense[shape + RIG + c] = weight * sd[c] * by;
+                }
+            }
+            let by_psi = moment.by_psi(&boundary.at, boundary.v_by_theta);
+            let by_motion = [by_psi, moment.by_psi_rate, moment.by_psi_acceleration].map(|by| by * weight);
+            let spline: [f64; SUPPORT] =
+                std::array::from_fn(|i| (0..3).map(|order| by_motion[order] * row.derivatives[order][i]).sum());
+            builder.add(weight * moment.value_m, &dense, (row.first, spline));
+        }
+        builder.finish()
+    }
+}
+
+/// Information on the motion where nothing else says where it is, rad⁻²: an angle known to a thousand turns.
+const SPLINE_INFORMATION: f64 = 1e-8;
+
+fn inertia_sd(prior: InertiaPrior) -> [f64; 2] {
+    if prior.held { [HELD_SD; 2] } else { [LN_GYRATION_SD, DAMPING_SD_PER_S] }
+}
+
+/// Cosines and sines of both contact angles, from φ₁ − ψ.
+fn directions(angle: f64, palms: &crate::palms::PalmAngles) -> ([f64; 2], [f64; 2]) {
+    let (sin, cos) = angle.sin_cos();
+    palms.contact_directions(sin, cos)
+}
+
+/// An object that moves between moving palms.
+fn state(palms: &MovingPalms, contacts: Contacts, [_, psi_rate, psi_acceleration]: [f64; 3]) -> MotionState {
+    MotionState {
+        palms: palms.angles,
+        contacts,
+        base_shifts_m: palms.base_shifts_m,
+        palm_rates: palms.rates,
+        palm_accelerations: palms.accelerations,
+        psi_rate,
+        psi_acceleration,
+    }
+}

@@ -1,0 +1,198 @@
+//! The likeliest shape, motion and inertia by Levenberg and Marquardt, and the standard deviations of contacts and forces by variance components:
+//! squares over their redundancy.
+//!
+//! While the forces are loose the motion follows the noise of the contacts, and a small radius of gyration makes little of it: so that the inertia
+//! is held until the forces have come down, and freed then.
+
+use super::arrow::{Arrow, Eliminated};
+use super::problem::{BESIDES_SHAPE, Corrected, InertiaPrior, Linearised, Problem, Squares, Unknowns};
+use nalgebra::DMatrix;
+
+/// Standard deviations of a contact position and of the moment of the forces, metres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct InertialNoise {
+    pub sensor_m: f64,
+    pub forces_m: f64,
+}
+
+/// Least standard deviations that may be estimated, metres; and whether that of the contacts is.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Floors {
+    pub sensor_m: f64,
+    pub forces_m: f64,
+    pub sensor_is_stated: bool,
+}
+
+/// An optimum.
+pub(crate) struct Optimum<'a> {
+    pub unknowns: Unknowns,
+    pub corrected: Corrected<'a>,
+    pub noise: InertialNoise,
+    /// Whether the standard deviations have settled.
+    pub settled: bool,
+    /// ln of the evidence, up to what all optima of a log have in common.
+    pub log_evidence: f64,
+}
+
+/// Rounds of the variance components, and the change of a logarithm at which they have settled.
+const ROUNDS: usize = 12;
+const SETTLED: f64 = 0.05;
+
+/// Largest factors by which one round changes a standard deviation.
+const LARGEST_FALL: f64 = 0.2;
+const LARGEST_RISE: f64 = 5.0;
+
+/// Steps at most, and the relative change of the cost that ends them: of a round, whose standard deviations are not the last, and of the end.
+const OF_A_ROUND: (usize, f64) = (8, 1e-3);
+const AT_THE_END: (usize, f64) = (40, 1e-6);
+
+/// Damping of the first step, factors by which it changes, its largest and its least value.
+const DAMPING: f64 = 1e-3;
+const LESS_DAMPING: f64 = 0.125;
+const MORE_DAMPING: f64 = 6.0;
+const MOST_DAMPING: f64 = 1e8;
+const LEAST_DAMPING: f64 = 1e-10;
+
+/// Redundancy of residuals of one kind that is assumed at least.
+const LEAST_REDUNDANCY: f64 = 3.0;
+
+impl Problem<'_> {
+    fn cost(&self, at: &Unknowns, squares: &Squares, noise: InertialNoise, inertia: InertiaPrior) -> f64 {
+        0.5 * (squares.contacts / noise.sensor_m.powi(2) + squares.forces / noise.forces_m.powi(2))
+            + self.prior_cost(at, inertia)
+    }
+
+    fn arrow(&self, at: &Unknowns, linearised: &Linearised, noise: InertialNoise, inertia: InertiaPrior) -> Arrow {
+        let mut arrow = linearised.contacts.clone();
+        arrow.scale(1.0 / noise.sensor_m.powi(2));
+        arrow.add(1.0 / noise.forces_m.powi(2), &linearised.forces);
+        self.add_prior(at, inertia, &mut arrow);
+        arrow
+    }
+}
+
+impl<'a> Problem<'a> {
+    /// The optimum from some start with these standard deviations.
+    fn minimise(
+        &self,
+        start: Unknowns,
+        noise: InertialNoise,
+        inertia: InertiaPrior,
+        (steps, tolerance): (usize, f64),
+    ) -> Option<(Unknowns, Corrected<'a>, Squares, f64)> {
+        let mut at = start;
+        let mut corrected = self.corrected(&at.calibration);
+        let mut squares = self.squares(&at, &corrected);
+        let mut cost = self.cost(&at, &squares, noise, inertia);
+        let mut damping = DAMPING;
+        for _ in 0..steps {
+            let arrow = self.arrow(&at, &self.linearise(&at, &corrected), noise, inertia);
+            let mut fall = 0.0;
+            while damping <= MOST_DAMPING {
+                let step = arrow.eliminated(damping).map(|eliminated| eliminated.step(&arrow));
+                let better = step.and_then(|(dense, spline)| {
+                    let there = self.stepped(&at, &dense, &spline);
+                    let moved = there.calibration != at.calibration;
+                    let of_there = moved.then(|| self.corrected(&there.calibration));
+                    let squares = self.squares(&there, of_there.as_ref().unwrap_or(&corrected));
+                    let cost_there = self.cost(&there, &squares, noise, inertia);
+                    (cost_there < cost).then_some((there, of_there, squares, cost_there))
+                });
+                if let Some((there, of_there, squares_there, cost_there)) = better {
+                    fall = cost - cost_there;
+                    (at, squares, cost) = (there, squares_there, cost_there);
+                    corrected = of_there.unwrap_or(corrected);
+                    damping = (damping * LESS_DAMPING).max(LEAST_DAMPING);
+                    break;
+                }
+                damping *= MORE_DAMPING;
+            }
+            if fall <= tolerance * cost {
+                break;
+            }
+        }
+        cost.is_finite().then_some((at, corrected, squares, cost))
+    }
+
+    /// The optimum with the standard deviations that the residuals have.
+    pub fn optimum(
+        &mut self,
+        start: Unknowns,
+        start_noise: InertialNoise,
+        inertia: InertiaPrior,
+        floors: Floors,
+        freedom: Option<f64>,
+    ) -> Option<Optimum<'a>> {
+        let (mut at, mut noise, mut settled) = (start, start_noise, false);
+        for _ in 0..ROUNDS {
+            if let Some(freedom) = freedom {
+                let moments = self.moments(&at, &self.corrected(&at.calibration));
+                self.reweigh(&moments, noise.forces_m, freedom);
+            }
+            let (unknowns, corrected, squares, _) = self.minimise(at, noise, inertia, OF_A_ROUND)?;
+            at = unknowns;
+            let linearised = self.linearise(&at, &corrected);
+            let eliminated = self.arrow(&at, &linearised, noise, inertia).eliminated(0.0)?;
+            let updated = self.updated(noise, &squares, &linearised, eliminated, &corrected, floors)?;
+            let change =
+                (updated.sensor_m / noise.sensor_m).ln().abs().max((updated.forces_m / noise.forces_m).ln().abs());
+            noise = updated;
+            if change < SETTLED {
+                settled = true;
+                break;
+            }
+        }
+        let (unknowns, corrected, _, cost) = self.minimise(at, noise, inertia, AT_THE_END)?;
+        let eliminated =
+            self.arrow(&unknowns, &self.linearise(&unknowns, &corrected), noise, inertia).eliminated(0.0)?;
+        let readings = self.readings(&corrected);
+        let log_evidence = -cost
+            - readings * noise.sensor_m.ln()
+            - self.collocations() as f64 * noise.forces_m.ln()
+            - 0.5 * eliminated.ln_determinant();
+        Some(Optimum { unknowns, corrected, noise, settled, log_evidence })
+    }
+
+    fn readings(&self, corrected: &Corrected) -> f64 {
+        let weights = corrected.measurements.instants.iter().flat_map(|instant| [instant.weight1, instant.weight2]);
+        weights.filter(|weight| *weight > 0.0).count() as f64
+    }
+
+    fn updated(
+        &self,
+        noise: InertialNoise,
+        squares: &Squares,
+        linearised: &Linearised,
+        eliminated: Eliminated,
+        corrected: &Corrected,
+        floors: Floors,
+    ) -> Option<InertialNoise> {
+        let covariance: DMatrix<f64> = eliminated.information().clone().cholesky()?.inverse();
+        let given = eliminated.given_dense();
+        let estimate = |squares: f64, count: f64, arrow: &Arrow, sd_m: f64, floor_m: f64| {
+            let used = given.determined_by(arrow, &covariance) / (sd_m * sd_m);
+            let found = (squares / (count - used).max(LEAST_REDUNDANCY)).sqrt();
+            found.clamp(LARGEST_FALL * sd_m, LARGEST_RISE * sd_m).max(floor_m)
+        };
+        let readings = self.readings(corrected);
+        let sensor_m = if floors.sensor_is_stated {
+            noise.sensor_m
+        } else {
+            estimate(squares.contacts, readings, &linearised.contacts, noise.sensor_m, floors.sensor_m)
+        };
+        let places = self.collocations() as f64;
+        let forces_m = estimate(squares.forces, places, &linearised.forces, noise.forces_m, floors.forces_m);
+        Some(InertialNoise { sensor_m, forces_m })
+    }
+
+    /// The normal equations at an optimum, eliminated: what error bars need.
+    pub fn eliminated(&self, optimum: &Optimum, inertia: InertiaPrior) -> Option<Eliminated> {
+        let Optimum { unknowns, corrected, noise, .. } = optimum;
+        self.arrow(unknowns, &self.linearise(unknowns, corrected), *noise, inertia).eliminated(0.0)
+    }
+
+    /// Where the radius of gyration stands among the dense unknowns.
+    pub fn gyration_index(&self) -> usize {
+        self.dense() - BESIDES_SHAPE
+    }
+}

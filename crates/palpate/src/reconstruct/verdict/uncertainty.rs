@@ -1,0 +1,112 @@
+//! What an optimum leaves open: error bars of boundary and poses, and of the constants of the rig.
+
+use crate::estimate::calibration::{CalibrationPosterior, Matrix, constants};
+use crate::estimate::evidence::jump_prior::excess;
+use crate::estimate::jumps::DetectedJump;
+use crate::estimate::measurements::{Instant, Measurements};
+use crate::estimate::model::noise_from_log::angle_scatter_rad;
+use crate::estimate::solver::error_bars::ErrorBars;
+use crate::estimate::solver::gauss_newton::Fit;
+use crate::reconstruct::result::calibration::{CalibrationEstimate, ConstantEstimate};
+use crate::reconstruct::result::inertia::InertiaEstimate;
+use crate::sensor::{Calibration, Rig};
+
+/// What an optimum leaves open. Angles are in the frame of the optimum.
+pub(crate) trait Uncertainty {
+    /// After the best rotation over the boundary at the normal angles `felt`; `inflation` multiplies every variance (correlated errors of
+    /// neighbouring samples). `None` where the log does not determine the shape.
+    fn error_bars(&self, felt: &[f64], inflation: f64) -> Option<Box<dyn PoseErrorBars + '_>>;
+
+    /// What the log told of the rig; `None` where every constant of it is exact.
+    fn of_rig(&self, inflation: f64) -> Option<FoundRig>;
+
+    /// What it told of the inertia of the object; `None` where the forces are in balance.
+    fn inertia(&self) -> Option<InertiaEstimate>;
+}
+
+/// Error bars of boundary and poses.
+pub(crate) trait PoseErrorBars {
+    /// Standard deviation of r(θ), metres.
+    fn r_sd_m(&self, theta: f64) -> f64;
+
+    /// Standard deviations of ψ (radians) and of the centre of mass (metres) at one sample.
+    fn pose_sd(&self, index: usize, instant: &Instant) -> (f64, f64);
+
+    /// Half of what the jumps add to the cost: −ln of their prior. `None` where the log does not determine the shape.
+    fn deviance_of(&self, jumps: &[DetectedJump]) -> Option<f64>;
+}
+
+/// What a log told of the rig.
+pub(crate) struct FoundRig {
+    pub estimate: CalibrationEstimate,
+    /// The constant that is furthest from what was stated, and how far, in standard deviations of the statement.
+    pub furthest: (String, f64),
+    /// By how much the constants would still move, in standard deviations.
+    pub unsettled_sds: f64,
+    /// ln of the evidence that they add.
+    pub log_evidence: f64,
+}
+
+impl FoundRig {
+    /// Constants `found` of a rig that was stated as `rig`, with their covariance.
+    pub fn estimate(found: Calibration, rig: &Rig, covariance: &Matrix) -> CalibrationEstimate {
+        let sds = std::array::from_fn(|c| covariance[(c, c)].max(0.0).sqrt());
+        CalibrationEstimate {
+            calibration: found,
+            constants: ConstantEstimate::all(rig, constants(&found), sds),
+            covariance: covariance.row_iter().map(|row| row.iter().copied().collect()).collect(),
+            size_sd: rig.size_sd(),
+            offset_sd_m: rig.offset_sd_m(),
+        }
+    }
+}
+
+/// The same of an optimum with the forces in balance.
+pub(crate) struct OfBalance<'a> {
+    pub measurements: &'a Measurements,
+    pub fit: Fit,
+    /// What the log says of the rig, and the calibration found with what was stated.
+    pub calibration: Option<(&'a CalibrationPosterior, Calibration, Rig)>,
+}
+
+struct BalanceErrorBars<'a> {
+    bars: ErrorBars,
+    of: &'a OfBalance<'a>,
+    angle_sd: f64,
+}
+
+impl Uncertainty for OfBalance<'_> {
+    fn error_bars(&self, felt: &[f64], inflation: f64) -> Option<Box<dyn PoseErrorBars + '_>> {
+        let open = self.calibration.map(|(posterior, ..)| posterior.open_constants());
+        let bars = ErrorBars::new(self.measurements, &self.fit, felt, inflation, open)?;
+        Some(Box::new(BalanceErrorBars { bars, of: self, angle_sd: angle_scatter_rad(self.measurements) }))
+    }
+
+    fn of_rig(&self, inflation: f64) -> Option<FoundRig> {
+        let (posterior, found, rig) = self.calibration?;
+        Some(FoundRig {
+            estimate: FoundRig::estimate(found, &rig, &posterior.covariance(inflation)),
+            furthest: posterior.furthest(),
+            unsettled_sds: posterior.distance_sds(),
+            log_evidence: posterior.log_evidence(),
+        })
+    }
+
+    fn inertia(&self) -> Option<InertiaEstimate> {
+        None
+    }
+}
+
+impl PoseErrorBars for BalanceErrorBars<'_> {
+    fn r_sd_m(&self, theta: f64) -> f64 {
+        self.bars.r_sd_m(theta)
+    }
+
+    fn pose_sd(&self, index: usize, instant: &Instant) -> (f64, f64) {
+        self.bars.pose_sd(index, instant, &self.of.fit, self.angle_sd)
+    }
+
+    fn deviance_of(&self, jumps: &[DetectedJump]) -> Option<f64> {
+        Some(excess(self.of.measurements, &self.of.fit.estimate, &self.bars.factor()?, jumps))
+    }
+}
