@@ -13,7 +13,7 @@ pub enum SimulateError {
     /// A time or palm angle is not a number or beyond all reason, or time runs backwards.
     #[error(
         "the palm motion is faulty at its sample {sample}: time and angles must be finite, angles no more than two turns, and \
-         time must not decrease"
+         time must not decrease (with inertia: must increase)"
     )]
     FaultyMotion {
         /// Index of the sample, from 0.
@@ -45,6 +45,17 @@ pub enum SimulateError {
          (0 < phi1 and phi1 + phi2 < pi)"
     )]
     LeavesPalm {
+        /// When.
+        time_s: f64,
+        /// Which palm.
+        palm: Palm,
+    },
+    /// Gravity does not hold the object on both palms: they move too fast, or it swings too much.
+    #[error(
+        "at {time_s:.3} s the object loses contact with palm {palm}: it moves too fast for gravity to hold it there; slow the palms down, let \
+         them start and stop more gently, or open them less far"
+    )]
+    LosesContact {
         /// When.
         time_s: f64,
         /// Which palm.

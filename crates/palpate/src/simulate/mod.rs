@@ -2,9 +2,9 @@
 
 mod coverage;
 mod error;
-mod quasistatic;
+mod simulation;
 
 pub use crate::mechanics::Jump;
 pub use coverage::coverage;
 pub use error::SimulateError;
-pub use quasistatic::{SimulateOptions, Simulation, simulate, simulate_with};
+pub use simulation::{ObjectInertia, SimulateOptions, Simulation, simulate, simulate_with};

@@ -2,35 +2,8 @@
 
 use crate::log::Log;
 use crate::math::spline::FittedSpline;
-use crate::palms::{PalmAngles, PalmPair};
-
-/// The palms at some time, with the rates of their angles against the horizontal (rad/s) and accelerations (rad/s²).
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct MovingPalms {
-    pub phi1: f64,
-    pub phi2: f64,
-    pub angles: PalmAngles,
-    pub rates: [f64; 2],
-    pub accelerations: [f64; 2],
-    /// How far each base point lies out on its palm from where the lines of the palms meet, metres.
-    pub base_shifts_m: [f64; 2],
-    bases_m: [[f64; 2]; 2],
-}
-
-impl MovingPalms {
-    fn new([phi1, phi12]: [f64; 2], rates: [f64; 2], accelerations: [f64; 2], bases_m: [[f64; 2]; 2]) -> Self {
-        let phi2 = phi12 - phi1;
-        let angles = PalmAngles::new(phi1, phi2);
-        let pair = PalmPair { phi1_rad: phi1, phi2_rad: phi2, base1_m: bases_m[0], base2_m: bases_m[1] };
-        Self { phi1, phi2, angles, rates, accelerations, base_shifts_m: pair.base_shifts_m(&angles), bases_m }
-    }
-
-    /// The same palms turned by these angles, radians.
-    pub fn turned(&self, by: [f64; 2]) -> Self {
-        let to = [self.phi1 + by[0], self.phi1 + self.phi2 + by[1]];
-        Self::new(to, self.rates, self.accelerations, self.bases_m)
-    }
-}
+use crate::mechanics::inertial::MovingPalms;
+use crate::palms::PalmPair;
 
 /// Palms whose base points stay, over the time of a log.
 #[derive(Clone, Debug)]
@@ -61,7 +34,9 @@ impl PalmPath {
     pub fn at(&self, time_s: f64) -> MovingPalms {
         let ([phi1, rate1, acceleration1], [phi12, rate12, acceleration12]) =
             (self.phi1.at(time_s), self.phi12.at(time_s));
-        MovingPalms::new([phi1, phi12], [rate1, rate12], [acceleration1, acceleration12], self.bases_m)
+        let [base1_m, base2_m] = self.bases_m;
+        let pair = PalmPair { phi1_rad: phi1, phi2_rad: phi12 - phi1, base1_m, base2_m };
+        MovingPalms::new(pair, [rate1, rate12], [acceleration1, acceleration12])
     }
 }
 
@@ -78,7 +53,10 @@ mod tests {
         let path = PalmPath::new(&Log { samples: samples.clone() }).expect("long enough");
         let t: f64 = 1.234;
         let found = path.at(t);
-        assert!((found.phi1 - palms(t).phi1_rad).abs() < 1e-8 && (found.phi2 - palms(t).phi2_rad).abs() < 1e-8);
+        assert!(
+            (found.pair.phi1_rad - palms(t).phi1_rad).abs() < 1e-8
+                && (found.pair.phi2_rad - palms(t).phi2_rad).abs() < 1e-8
+        );
         assert!((found.rates[0] - 0.6 * (2.0 * t).cos()).abs() < 1e-5);
         assert!((found.accelerations[1] + 1.2 * (2.0 * t).sin() + 1.8 * (3.0 * t).cos()).abs() < 1e-2);
         let mut moving = samples;

@@ -1,7 +1,7 @@
 //! The residuals of contacts and forces of a log, and their normal equations, at some shape, motion, inertia and calibration.
 
 use super::arrow::{Arrow, ArrowBuilder};
-use super::palm_path::{MovingPalms, PalmPath};
+use super::palm_path::PalmPath;
 use crate::estimate::calibration::{CONSTANTS, Rows, Vector, changed, constants, prior_sd};
 use crate::estimate::measurements::{Instant, Measurements};
 use crate::estimate::model::contact::{combine, supports};
@@ -9,7 +9,7 @@ use crate::estimate::model::prior::{Convexity, Prior};
 use crate::log::Log;
 use crate::math::spline::{SUPPORT, SplineBasis, SplineRow};
 use crate::mechanics::force_model::MotionState;
-use crate::mechanics::inertial::{Inertia, InertialMoment};
+use crate::mechanics::inertial::{Inertia, InertialMoment, MovingPalms};
 use crate::palms::{ContactRow, Contacts};
 use crate::sensor::calibration::palm_rates_rad_per_s;
 use crate::sensor::{Calibration, Rig};
@@ -267,7 +267,8 @@ impl<'a> Problem<'a> {
             .zip(&corrected.palms)
             .map(|((_, row, _), palms)| {
                 let motion = Self::psi(row, at);
-                let boundary = Boundary::new(&at.coefficients, directions(palms.phi1 - motion[0], &palms.angles));
+                let boundary =
+                    Boundary::new(&at.coefficients, directions(palms.pair.phi1_rad - motion[0], &palms.angles));
                 inertia.moment(&state(palms, boundary.at, motion), [0.0; 2])
             })
             .collect()
@@ -383,7 +384,7 @@ impl<'a> Problem<'a> {
         let mut dense = vec![0.0; self.dense()];
         for ((time_s, row, weight), palms) in self.collocations.iter().zip(&corrected.palms) {
             let motion = Self::psi(row, at);
-            let boundary = Boundary::new(&at.coefficients, directions(palms.phi1 - motion[0], &palms.angles));
+            let boundary = Boundary::new(&at.coefficients, directions(palms.pair.phi1_rad - motion[0], &palms.angles));
             let moment = inertia.moment(&state(palms, boundary.at, motion), [0.0; 2]);
             boundary.row_of(&moment.row, &mut dense[..shape]);
             dense[..shape].iter_mut().for_each(|by| *by *= weight);
@@ -396,7 +397,7 @@ impl<'a> Problem<'a> {
                 };
                 let later = |later_s: f64| {
                     let there = self.palms_at(time_s + later_s, &at.calibration);
-                    let (from, to) = ([palms.phi1, palms.phi1 + palms.phi2], [there.phi1, there.phi1 + there.phi2]);
+                    let [from, to] = [palms.pair, there.pair].map(|pair| [pair.phi1_rad, pair.phi12_rad()]);
                     let contacts = boundary.turned([0, 1].map(|k| to[k] - from[k]));
                     inertia.moment(&state(&there, contacts, motion), [0.0; 2]).value_m
                 };

@@ -6,7 +6,8 @@
 
 use super::arrow::{Arrow, Eliminated};
 use super::problem::{BESIDES_SHAPE, Corrected, InertiaPrior, Linearised, Problem, Squares, Unknowns};
-use nalgebra::DMatrix;
+use crate::math::spline::SplineRow;
+use nalgebra::{DMatrix, DVector};
 
 /// Standard deviations of a contact position and of the moment of the forces, metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -189,6 +190,31 @@ impl<'a> Problem<'a> {
     pub fn eliminated(&self, optimum: &Optimum, inertia: InertiaPrior) -> Option<Eliminated> {
         let Optimum { unknowns, corrected, noise, .. } = optimum;
         self.arrow(unknowns, &self.linearise(unknowns, corrected), *noise, inertia).eliminated(0.0)
+    }
+
+    /// Variance of the orientation of every sample at an optimum, rad².
+    pub fn variance_of_motion(&self, optimum: &Optimum, inertia: InertiaPrior) -> Option<Vec<f64>> {
+        let eliminated = self.eliminated(optimum, inertia)?;
+        let covariance = eliminated.information().clone().cholesky()?.inverse();
+        let given = eliminated.given_dense();
+        let of_sample = |row: &SplineRow| {
+            let slope = given.slope(row);
+            given.variance(row) + (&covariance * &slope).dot(&slope)
+        };
+        Some(self.samples.iter().map(of_sample).collect())
+    }
+
+    /// How far an optimum is from other unknowns that all samples share: the mean square in standard deviations.
+    pub fn moved(&self, optimum: &Optimum, from: &Unknowns, inertia: InertiaPrior) -> Option<f64> {
+        let (to, shape) = (&optimum.unknowns, from.coefficients.len());
+        let mut step = DVector::zeros(self.dense());
+        for (index, (to, from)) in to.coefficients.iter().zip(&from.coefficients).enumerate() {
+            step[index] = to - from;
+        }
+        step[shape] = to.ln_gyration_m2 - from.ln_gyration_m2;
+        step[shape + 1] = to.damping_per_s - from.damping_per_s;
+        let eliminated = self.eliminated(optimum, inertia)?;
+        Some((eliminated.information() * &step).dot(&step) / step.len() as f64)
     }
 
     /// Where the radius of gyration stands among the dense unknowns.

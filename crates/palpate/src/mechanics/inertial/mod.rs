@@ -1,5 +1,9 @@
 //! Palms so fast that the object's own inertia counts: the forces on it while it moves, and where they carry it.
 
 mod moment;
+mod motion;
+mod moving_palms;
 
 pub(crate) use moment::{Inertia, InertialMoment};
+pub(crate) use motion::{InertialPursuit, LostContact};
+pub(crate) use moving_palms::MovingPalms;

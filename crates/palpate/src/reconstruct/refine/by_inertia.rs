@@ -11,7 +11,7 @@ use crate::estimate::inertia::smoother::{Floors, InertialNoise, Optimum};
 use crate::estimate::jumps::DetectedJump;
 use crate::estimate::measurements::{Instant, Measurements};
 use crate::estimate::model::balance_tolerance::INEXACT_BALANCE;
-use crate::estimate::model::contact::{contacts, residuals};
+use crate::estimate::model::contact::{Residuals, contacts, residuals};
 use crate::estimate::model::layout::Layout;
 use crate::estimate::model::noise::{Noise, STUDENT};
 use crate::estimate::solver::error_bars::pose_variances;
@@ -58,8 +58,14 @@ const MOST_WORK: f64 = 2e7;
 const FORCES_GAIN: f64 = 0.8;
 const CONTACTS_GAIN: f64 = 0.9;
 
-/// Forces within so many times their floor are explained; nothing is gained by finer knots.
+/// Forces within so many times their floor are explained.
 const AT_FLOOR: f64 = 1.2;
+
+/// Halving ends where it moves the shared unknowns by less than this, as the mean square of their standard deviations.
+const SETTLED: f64 = 0.05;
+
+/// Times that samples are taken back or knots halved, at most.
+const ROUNDS: usize = 16;
 
 /// Inertia explains what balance misses where it leaves less than this share of it.
 const EXPLAINED_SHARE: f64 = 0.3;
@@ -123,28 +129,39 @@ impl Job<'_> {
         let noise = InertialNoise { sensor_m: fine.noise.sensor_m.max(floor_m), forces_m: FIRST_FORCES * radius_m };
         let held = first.optimum(start, noise, prior(true), floors, None)?;
         let mut best = first.optimum(held.unknowns, held.noise, prior(false), floors, None)?;
-        let (mut pieces, mut basis) = (pieces, first.basis);
-        for _ in 0..HALVINGS {
-            let at_floor = best.noise.forces_m <= AT_FLOOR * floor_m;
-            if at_floor && best.noise.sensor_m <= CONTACTS_ALLOWANCE * fine.noise.sensor_m || !can_be_done(2 * pieces) {
+        let (mut pieces, mut last, mut tried, mut halvings) = (pieces, first, placed.clone(), 0);
+        for _ in 0..ROUNDS {
+            let near = last.variance_of_motion(&best, prior(false))?;
+            let within = self.within(TAKEN_BACK * radius_m, Some(&near), refined, &placed, (&best, &last.basis));
+            if within.seen() > tried.seen() {
+                last = problem(&within, pieces)?;
+                best = last.optimum(best.unknowns, best.noise, prior(false), floors, None)?;
+                tried = within;
+                continue;
+            }
+            if halvings == HALVINGS || !can_be_done(2 * pieces) {
                 break;
             }
-            let mut finer = problem(&placed, 2 * pieces)?;
-            let start =
-                Unknowns { spline: finer.basis.resampled(&basis, &best.unknowns.spline)?, ..best.unknowns.clone() };
+            let mut finer = problem(&tried, 2 * pieces)?;
+            let spline = finer.basis.resampled(&last.basis, &best.unknowns.spline)?;
+            let start = Unknowns { spline, ..best.unknowns.clone() };
             let there = finer.optimum(start, best.noise, prior(false), floors, None)?;
             let gains = there.noise.forces_m < FORCES_GAIN * best.noise.forces_m
                 || there.noise.sensor_m < CONTACTS_GAIN * best.noise.sensor_m;
-            if !gains {
+            let moved = finer.moved(&there, &best.unknowns, prior(false))?;
+            if !gains && moved > SETTLED && best.noise.forces_m > AT_FLOOR * floor_m {
                 break;
             }
-            (best, pieces, basis) = (there, 2 * pieces, finer.basis);
+            (best, last, pieces, halvings) = (there, finer, 2 * pieces, halvings + 1);
+            if !gains && moved <= SETTLED {
+                break;
+            }
         }
         let freedom = (best.noise.forces_m > AT_FLOOR * floor_m).then_some(STUDENT);
-        let mut tried = self.within(TAKEN_BACK * radius_m, refined, &placed, &best, &basis);
-        let mut last = problem(&tried, pieces)?;
-        best = last.optimum(best.unknowns, best.noise, prior(false), floors, freedom)?;
-        let stays = self.within(STAYS_SDS * best.noise.sensor_m, refined, &placed, &best, &basis);
+        if freedom.is_some() {
+            best = last.optimum(best.unknowns, best.noise, prior(false), floors, freedom)?;
+        }
+        let stays = self.within(STAYS_SDS * best.noise.sensor_m, None, refined, &placed, (&best, &last.basis));
         if stays.seen() < tried.seen() {
             last = problem(&stays, pieces)?;
             best = last.optimum(best.unknowns, best.noise, prior(false), floors, freedom)?;
@@ -192,27 +209,36 @@ impl Job<'_> {
         (*square > 0.0).then(|| square.sqrt())
     }
 
-    /// The samples `placed`, and of the others those whose contacts an optimum misses by no more than `off_m`.
+    /// The samples `placed`, and of the others the contacts that an optimum misses by no more than `off_m`, or by what the variances of its motion
+    /// let them be missed by.
     fn within(
         &self,
         off_m: f64,
+        variances: Option<&[f64]>,
         refined: &Refined,
         placed: &Measurements,
-        found: &Optimum,
-        basis: &SplineBasis,
+        (found, basis): (&Optimum, &SplineBasis),
     ) -> Measurements {
         let mut within = placed.clone();
+        // Readings that were taken for gross outliers may be those of a fast motion.
+        let as_read = Measurements::new(&self.log, self.stated_m);
         let samples = found.corrected.measurements.instants.iter().zip(&self.raw.samples);
         for (index, (corrected, sample)) in samples.enumerate() {
-            if refined.ambiguity_rad[index] == 0.0 {
+            let instant = &mut within.instants[index];
+            if instant.both_seen() {
                 continue;
             }
+            let (before, read) = (&refined.measurements.instants[index], &as_read.instants[index]);
             let psi = basis.at(sample.time_s).of(&found.unknowns.spline)[0];
-            let value = residuals(corrected, &found.unknowns.coefficients, psi).value;
-            let weighted = refined.measurements.instants[index];
-            if (weighted.weight1 * value[0]).abs().max((weighted.weight2 * value[1]).abs()) <= off_m {
-                within.instants[index] = weighted;
-            }
+            let Residuals { value, by_psi } = residuals(corrected, &found.unknowns.coefficients, psi);
+            let psi_variance = variances.map_or(0.0, |variances| variances[index]);
+            let weight = |before: f64, read: f64, palm: usize| {
+                let weight = if before > 0.0 { before } else { read };
+                let allowed_m = off_m.max(STAYS_SDS * by_psi[palm].abs() * psi_variance.sqrt());
+                if (weight * value[palm]).abs() <= allowed_m { weight } else { 0.0 }
+            };
+            instant.weight1 = weight(before.weight1, read.weight1, 0);
+            instant.weight2 = weight(before.weight2, read.weight2, 1);
         }
         within
     }
@@ -273,10 +299,14 @@ impl OfInertia<'_> {
             prior: refined.fine.prior,
             log_evidence: optimum.log_evidence,
         };
-        let left_out = |(ambiguity_rad, instant): (&f64, &Instant)| {
-            if instant.weight1 + instant.weight2 > 0.0 { 0.0 } else { *ambiguity_rad }
-        };
-        let ambiguity_rad: Vec<f64> = refined.ambiguity_rad.iter().zip(&weights.instants).map(left_out).collect();
+        // Where the contacts contradict the motion it may be another; where nothing was felt, the forces say what it was.
+        let instants = weights.instants.iter().zip(&refined.measurements.instants);
+        let contradicts =
+            |(now, before): (&Instant, &Instant)| before.weight1 > now.weight1 || before.weight2 > now.weight2;
+        let ambiguity_rad: Vec<f64> = instants
+            .zip(&refined.ambiguity_rad)
+            .map(|(instants, ambiguity_rad)| if contradicts(instants) { *ambiguity_rad } else { 0.0 })
+            .collect();
         let expected = Expected { stated_m: job.stated_m, scatter_m: job.scatter_m, outliers: job.outliers };
         let log = unknowns.calibration.corrected(job.raw);
         assemble(

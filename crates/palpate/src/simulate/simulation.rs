@@ -1,5 +1,6 @@
-//! The exact quasistatic simulation: without friction the object rests at every instant in a minimum of its potential energy, with friction
-//! it rolls and slides as Coulomb's law has it; what the palms feel follows from eq. (3) of Moll & Erdmann 2001.
+//! The exact simulation: between slow palms without friction the object rests at every instant in a minimum of its potential energy, with friction
+//! it rolls and slides as Coulomb's law has it, and with inertia it moves as Newton's and Euler's laws have it; what the palms feel follows from
+//! eq. (3) of Moll & Erdmann 2001.
 
 use std::f64::consts::{PI, TAU};
 
@@ -10,6 +11,7 @@ use super::SimulateError;
 use crate::log::{Log, Sample};
 use crate::mechanics::coulomb::{FrictionPursuit, normal_forces};
 use crate::mechanics::frictionless::{Pursuit, forces_between_n};
+use crate::mechanics::inertial::{Inertia, InertialPursuit, LostContact};
 use crate::mechanics::{ContactMode, Jump, STANDARD_GRAVITY_M_PER_S2, contact_forces_n};
 use crate::palms::{Palm, PalmAngles, PalmPair, Stance};
 use crate::sensor::{ContactReading, ContactSensor, PalmContact, Touchpad};
@@ -20,7 +22,7 @@ use crate::truth::{TruePose, Truth};
 const TRUTH_POINTS: usize = 1440;
 
 /// What a simulation needs besides shape and motion. All have a default: an [ideal](Touchpad::ideal) touchpad, seed 0, the
-/// rest pose reached from ψ = 0, no friction, 0.1 kg, no forces.
+/// rest pose reached from ψ = 0, no friction, palms so slow that inertia plays no part, 0.1 kg, no forces.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SimulateOptions {
     /// The touchpads. Their rate plays no part here: the motion is sampled already. [`simulate_with`] has a sensor instead.
@@ -31,6 +33,8 @@ pub struct SimulateOptions {
     pub start_psi_rad: f64,
     /// Coefficients of friction of palm 1 and palm 2, not negative.
     pub friction: [f64; 2],
+    /// How the object resists being turned; `None` for palms so slow that it does not matter.
+    pub inertia: Option<ObjectInertia>,
     /// Mass in kilograms, positive; of consequence for the forces only.
     pub mass_kg: f64,
     /// Whether to report the normal forces.
@@ -46,11 +50,21 @@ impl Default for SimulateOptions {
             seed: 0,
             start_psi_rad: 0.0,
             friction: [0.0; 2],
+            inertia: None,
             mass_kg: 0.1,
             with_forces: false,
             with_stated_noise: false,
         }
     }
+}
+
+/// How an object resists being turned.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ObjectInertia {
+    /// Radius of gyration about the centre of mass, metres, positive; `None` for that of an even mass over the area of the shape.
+    pub gyration_radius_m: Option<f64>,
+    /// Drag on the rotation over the moment of inertia, 1/s, not negative.
+    pub damping_per_s: f64,
 }
 
 /// What the robot would know, what is true, and where the object jumped.
@@ -71,7 +85,8 @@ pub struct Simulation {
 /// Between two samples the palms move evenly. Poses are exact to about 10⁻¹² of the size of the object; a pose is followed
 /// as long as it exists, and a jump ends in the next minimum of the energy downhill (see [`follow`](crate::mechanics::follow)). With
 /// friction the object rolls on a palm or slides on both, to 10⁻⁹ rad; where no forces within the friction cones hold it, it slides until they
-/// do.
+/// do. With inertia the palms move along a smooth curve through the samples, which must be at times of their own, and the object begins at rest
+/// and moving along with them; its path is exact to about 10⁻⁹ rad, and no jump is told from the rest of it.
 ///
 /// # Errors
 /// When the shape is not convex, the motion is faulty or closes or crosses the palms, or the object leaves a palm or jams between them. The
@@ -105,8 +120,10 @@ pub fn simulate_with(
         .map(|point| TAU * point as f64 / TRUTH_POINTS as f64)
         .map(|theta| (theta, shape.radius_m(theta)))
         .collect();
-    let Some(&first) = motion.first() else { return Err(SimulateError::NoMotion) };
-    let mut pursuit = Carried::new(shape, first, options);
+    if motion.is_empty() {
+        return Err(SimulateError::NoMotion);
+    }
+    let mut pursuit = Carried::new(shape, motion, options);
     for &(time_s, palms) in motion {
         let mut stance = Stance::default();
         let mut forces_n = (0.0, 0.0);
@@ -128,12 +145,18 @@ pub fn simulate_with(
 enum Carried<'a> {
     Frictionless(Pursuit<'a>),
     Coulomb(FrictionPursuit<'a>),
+    Inertial(InertialPursuit<'a>),
 }
 
 impl<'a> Carried<'a> {
-    fn new(shape: &'a SupportFunction, first: (f64, PalmPair), options: &SimulateOptions) -> Self {
-        let start_rad = options.start_psi_rad;
-        if options.friction == [0.0; 2] {
+    /// Between the first palms of a motion, which is not empty.
+    fn new(shape: &'a SupportFunction, motion: &[(f64, PalmPair)], options: &SimulateOptions) -> Self {
+        let (first, start_rad) = (motion[0], options.start_psi_rad);
+        if let Some(ObjectInertia { gyration_radius_m, damping_per_s }) = options.inertia {
+            let gyration_m = gyration_radius_m.unwrap_or_else(|| shape.uniform_gyration_radius_m());
+            let inertia = Inertia { gyration_m2: gyration_m * gyration_m, damping_per_s };
+            Self::Inertial(InertialPursuit::new(shape, inertia, motion, start_rad))
+        } else if options.friction == [0.0; 2] {
             Self::Frictionless(Pursuit::new(shape, first, start_rad))
         } else {
             Self::Coulomb(FrictionPursuit::new(shape, options.friction, first, start_rad))
@@ -144,6 +167,7 @@ impl<'a> Carried<'a> {
         match self {
             Self::Frictionless(pursuit) => pursuit.psi_rad(),
             Self::Coulomb(pursuit) => pursuit.psi_rad(),
+            Self::Inertial(pursuit) => pursuit.psi_rad(),
         }
     }
 
@@ -176,6 +200,14 @@ impl<'a> Carried<'a> {
                     visit(seen.time_s, seen.palms, &seen.angles, seen.psi_rad, (weight_n * force1, weight_n * force2))
                 })?;
                 Ok((jumps, modes))
+            }
+            Self::Inertial(pursuit) => {
+                let (time_s, palms) = to;
+                let lost = |LostContact { time_s, palm }| SimulateError::LosesContact { time_s, palm };
+                let forces = pursuit.go_on(time_s).map_err(lost)?;
+                let [force1, force2] = forces.map(|force| options.mass_kg * STANDARD_GRAVITY_M_PER_S2 * force);
+                visit(time_s, &palms, &palms.angles(), pursuit.psi_rad(), (force1, force2))?;
+                Ok((Vec::new(), None))
             }
         }
     }
@@ -226,6 +258,7 @@ fn check(shape: &SupportFunction, motion: &[(f64, PalmPair)], options: &Simulate
     if !options.friction.iter().all(|friction| *friction >= 0.0 && friction.is_finite()) {
         return Err(SimulateError::OutOfRange { what: "coefficients of friction, must be finite and not negative" });
     }
+    check_inertia(motion, options)?;
     if !options.start_psi_rad.is_finite() {
         return Err(SimulateError::OutOfRange { what: "starting orientation (rad), must be finite" });
     }
@@ -238,6 +271,31 @@ fn check(shape: &SupportFunction, motion: &[(f64, PalmPair)], options: &Simulate
         check_palms(palms, *time_s, options.friction)?;
     }
     Ok(())
+}
+
+fn check_inertia(motion: &[(f64, PalmPair)], options: &SimulateOptions) -> Result<(), SimulateError> {
+    let Some(ObjectInertia { gyration_radius_m, damping_per_s }) = options.inertia else { return Ok(()) };
+    let wrong = |what| Err(SimulateError::OutOfRange { what });
+    if !gyration_radius_m.is_none_or(|radius_m| radius_m > 0.0 && radius_m.is_finite()) {
+        return wrong("radius of gyration (m), must be positive");
+    }
+    if !(damping_per_s >= 0.0 && damping_per_s.is_finite()) {
+        return wrong("damping (1/s), must be finite and not negative");
+    }
+    if options.friction != [0.0; 2] {
+        return wrong("friction and inertia are not simulated together: leave one of them out");
+    }
+    let moves = |pair: &[(f64, PalmPair)]| {
+        let [one, other] = [pair[0].1, pair[1].1].map(|palms| [palms.base1_m, palms.base2_m]);
+        one != other
+    };
+    if motion.windows(2).any(moves) {
+        return wrong("base points of palms, must stay where the object has inertia");
+    }
+    match motion.windows(2).position(|pair| pair[1].0 <= pair[0].0) {
+        Some(before) => Err(SimulateError::FaultyMotion { sample: before + 1 }),
+        None => Ok(()),
+    }
 }
 
 /// Palms between which an object can rest: neither parallel nor crossed, and both pushing (f₁, f₂ ≥ 0).
