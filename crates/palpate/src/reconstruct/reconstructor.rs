@@ -6,6 +6,7 @@ use super::options::limits::CertificateLimits;
 use super::options::method::Method;
 use super::options::{Progress, ReconstructOptions};
 use super::paper::initial_conditions as integral;
+use super::refine::by_contact::ByContact;
 use super::refine::job::Job;
 use super::result::friction::{FrictionEstimate, friction};
 use super::result::reconstruction::Reconstruction;
@@ -170,14 +171,14 @@ impl<'a> Reconstructor<'a> {
         let mut explanations = 0;
         let mut explored = Explored::default();
         let mut failure = None;
-        let mut by_friction = None;
+        let mut by_contact = None;
         schedule::search(
             &Readings { thorough, ..job.readings() },
             &|found| job.corrected(found),
             &|share| self.tell("searching for arrangements", 0.9 * share),
             &mut || {
-                by_friction = job.explained_by_friction();
-                by_friction.is_some()
+                by_contact = job.explained_by_forces();
+                by_contact.is_some()
             },
             &mut |found| {
                 if explored.contains(&found, 0) {
@@ -195,13 +196,17 @@ impl<'a> Reconstructor<'a> {
                 explored.is_enough() || best.as_ref().is_some_and(|candidate| candidate.is_enough(explanations))
             },
         );
-        if let Some((found, with_friction)) = by_friction {
-            // Little friction spoils the balance, and with it the centre of mass, but no more.
-            best = job.judge(&found, &mut explored).ok().filter(|candidate| candidate.result.is_certified());
-            if best.is_none() {
-                self.tell("done", 1.0);
-                return Ok(with_friction);
+        match by_contact {
+            Some(ByContact::Inertia(candidate)) => best = Some(*candidate),
+            Some(ByContact::Friction(found, with_friction)) => {
+                // Little friction spoils the balance, and with it the centre of mass, but no more.
+                best = job.judge(&found, &mut explored).ok().filter(|candidate| candidate.result.is_certified());
+                if best.is_none() {
+                    self.tell("done", 1.0);
+                    return Ok(*with_friction);
+                }
             }
+            None => {}
         }
         self.tell("done", 1.0);
         best.map(|candidate| with_center_by_friction(log, explored.against_others(candidate))).ok_or_else(|| {

@@ -7,15 +7,16 @@ use super::resample::{carry_over, thinned_in_ranges};
 use crate::estimate::evidence::fit::{ROUNDS, fit};
 use crate::estimate::evidence::order::choose_order;
 use crate::estimate::measurements::Measurements;
+use crate::estimate::model::contact::residuals;
 use crate::estimate::model::layout::Layout;
 use crate::estimate::model::noise::Noise;
 use crate::estimate::solver::gauss_newton::Estimate;
-use crate::reconstruct::options::error::ReconstructError;
 use crate::reconstruct::result::friction::{FrictionEstimate, friction, is_hinged};
 use crate::reconstruct::result::reconstruction::{FoundSymmetry, Reconstruction};
 use crate::reconstruct::search::schedule::{Found, Readings, search_by_contact};
 use crate::reconstruct::verdict::assemble::Candidate;
 use crate::reconstruct::verdict::doubt::{Doubt, Verdict};
+use nalgebra::{Matrix2, Vector2};
 
 /// Standard deviation of the origin of the form, as a share of the size: contact does not tell it, so it is held where it is.
 const ORIGIN_SD: f64 = 1e-6;
@@ -40,6 +41,14 @@ fn doubts_with_friction(verdict: &Verdict, friction: &FrictionEstimate) -> Optio
     Some(std::iter::once(of_friction).chain(others).collect())
 }
 
+/// What explains an arrangement by contact alone.
+pub(crate) enum ByContact {
+    /// Inertia.
+    Inertia(Box<Candidate>),
+    /// Friction, and the arrangement that led there.
+    Friction(Found, Box<Reconstruction>),
+}
+
 impl Job<'_> {
     /// The same with the balance left out.
     fn without_balance(&self) -> Self {
@@ -49,29 +58,62 @@ impl Job<'_> {
     }
 
     /// The result of a search by contact alone, where friction explains what the forces then ask, and the arrangement that led there.
-    pub fn explained_by_friction(&self) -> Option<(Found, Reconstruction)> {
-        if !is_hinged(self.raw) {
-            return None;
-        }
+    pub fn explained_by_forces(&self) -> Option<ByContact> {
         let job = self.without_balance();
         let mut explained = None;
         // What calibrates a rig rests on balance without friction.
         search_by_contact(&Readings { thorough: false, ..job.readings() }, &|_| None, &mut |found| {
-            let refined = job.refined_by_contact(&found).ok();
-            let result = refined.and_then(|Candidate { result, .. }| {
-                let friction = friction(self.raw, &result).filter(FrictionEstimate::explains)?;
-                let doubts = doubts_with_friction(&result.verdict, &friction)?;
-                Some(Reconstruction { verdict: Verdict::new(doubts), ..result.with_friction(friction) })
-            });
-            explained = result.map(|result| (found, result));
+            let Some(refined) = job.refined_by_contact(&found) else { return false };
+            let (balanced, missed_m) = job.balanced(&refined);
+            if let Some(candidate) = job.explained_by_inertia(&refined, balanced, missed_m) {
+                explained = Some(ByContact::Inertia(Box::new(candidate)));
+            } else if is_hinged(self.raw) {
+                explained =
+                    job.explained_by_friction(refined).map(|result| ByContact::Friction(found, Box::new(result)));
+            }
             explained.is_some()
         });
         explained
     }
 
+    /// What friction makes of an optimum by contact alone, where it explains the forces.
+    fn explained_by_friction(&self, refined: Refined) -> Option<Reconstruction> {
+        let Candidate { result, .. } = self.assemble(Solved { job: None, refined, as_likely: Vec::new() }).ok()?;
+        let friction = friction(self.raw, &result).filter(FrictionEstimate::explains)?;
+        let doubts = doubts_with_friction(&result.verdict, &friction)?;
+        Some(Reconstruction { verdict: Verdict::new(doubts), ..result.with_friction(friction) })
+    }
+
+    /// The coefficients of an optimum about the origin that misses the balance least, and by how much that does (root mean square, metres): the
+    /// balance is linear in the origin.
+    fn balanced(&self, refined: &Refined) -> (Vec<f64>, f64) {
+        let Estimate { coefficients, psi, .. } = &refined.fine.estimate;
+        let order = coefficients.len() / 2;
+        let (mut normal, mut right, mut squares) = (Matrix2::zeros(), Vector2::zeros(), 0.0);
+        for (instant, psi) in self.measurements.instants.iter().zip(psi) {
+            let missed_m = residuals(instant, coefficients, *psi).value[2];
+            // d = −r' of the first harmonic.
+            let (theta1, theta2) = instant.contact_angles(*psi);
+            let [(sin1, cos1), (sin2, cos2)] = [theta1, theta2].map(f64::sin_cos);
+            let row = Vector2::new(
+                sin1 * instant.palms.sin12 + sin2 * instant.palms.sin1,
+                -cos1 * instant.palms.sin12 - cos2 * instant.palms.sin1,
+            );
+            normal += row * row.transpose();
+            right -= row * missed_m;
+            squares += missed_m * missed_m;
+        }
+        let step = normal.try_inverse().map_or(Vector2::zeros(), |inverse| inverse * right);
+        let mut balanced = coefficients.clone();
+        balanced[1] += step.x;
+        balanced[order + 1] += step.y;
+        let left = (squares - step.dot(&right)).max(0.0);
+        (balanced, (left / psi.len().max(1) as f64).sqrt())
+    }
+
     /// The best arrangement of such a search at its optimum over all samples.
-    fn refined_by_contact(&self, found: &Found) -> Result<Candidate, ReconstructError> {
-        let start = found.estimates.first().ok_or(ReconstructError::NotSolvable)?;
+    fn refined_by_contact(&self, found: &Found) -> Option<Refined> {
+        let start = found.estimates.first()?;
         let medium = thinned_in_ranges(&self.measurements, &found.ranges, self.scatter_m, ORDER_SAMPLES);
         let psi = carry_over(&found.thin, &start.psi, &start.coefficients, &medium, &found.ranges);
         let start = Estimate { coefficients: start.coefficients.clone(), psi, cost: f64::INFINITY };
@@ -79,11 +121,8 @@ impl Job<'_> {
         let noise = Noise { sensor_m: sd, balance_m: sd };
         let components = self.variance_components();
         let order = Layout::of_coefficients(&start.coefficients).order;
-        let rough =
-            fit(&medium, order, start, noise, self.prior, components, ROUNDS).ok_or(ReconstructError::NotSolvable)?.fit;
-        let coarse = choose_order(&medium, rough.estimate, rough.noise, rough.prior, components)
-            .ok_or(ReconstructError::NotSolvable)?
-            .fit;
+        let rough = fit(&medium, order, start, noise, self.prior, components, ROUNDS)?.fit;
+        let coarse = choose_order(&medium, rough.estimate, rough.noise, rough.prior, components)?.fit;
         let all: &Measurements = &self.measurements;
         let coefficients = coarse.estimate.coefficients.clone();
         let psi = carry_over(&medium, &coarse.estimate.psi, &coefficients, all, &found.ranges);
@@ -91,8 +130,7 @@ impl Job<'_> {
         let averaged = self.averaged(&medium);
         let sensor_m = self.stated_m.unwrap_or(averaged * coarse.noise.sensor_m);
         let noise = Noise { sensor_m, balance_m: sensor_m };
-        let fitted = fit(all, coarse.order, estimate, noise, coarse.prior, self.variance_components_of_all(), ROUNDS)
-            .ok_or(ReconstructError::NotSolvable)?;
+        let fitted = fit(all, coarse.order, estimate, noise, coarse.prior, self.variance_components_of_all(), ROUNDS)?;
         let mut fine = fitted.fit;
         fine.prior.origin_sd_m = ORIGIN_SD * self.prior.size_m;
         let refined = Refined {
@@ -106,6 +144,6 @@ impl Job<'_> {
             rivals: Vec::new(),
             as_likely: Vec::new(),
         };
-        self.assemble(Solved { job: None, refined, as_likely: Vec::new() })
+        Some(refined)
     }
 }

@@ -14,6 +14,7 @@ use crate::estimate::model::balance_tolerance::INEXACT_BALANCE;
 use crate::estimate::model::contact::{Residuals, contacts, residuals};
 use crate::estimate::model::layout::Layout;
 use crate::estimate::model::noise::{Noise, STUDENT};
+use crate::estimate::model::prior::Prior;
 use crate::estimate::solver::error_bars::pose_variances;
 use crate::estimate::solver::gauss_newton::{Estimate, Fit};
 use crate::estimate::solver::posterior::Posterior;
@@ -93,25 +94,41 @@ const BEYOND_RIM_SDS: f64 = 3.0;
 impl Job<'_> {
     /// The same arrangement with inertia, where that explains by how much `refined` misses the balance.
     pub fn with_inertia(&self, refined: &Refined, of_balance: &Candidate) -> Option<Candidate> {
-        let Refined { fine, measurements, .. } = refined;
-        let radius_m = fine.estimate.coefficients[0];
-        let floor_m = FORCES_FLOOR * radius_m;
-        let is_missed = fine.noise.balance_m > (WORTH_A_TRY * floor_m).max(LOOSE_BALANCE * fine.noise.sensor_m);
-        if !is_missed || refined.symmetry.symmetry.is_any() || !rests_on_balance(&of_balance.result.verdict) {
+        let Noise { sensor_m, balance_m } = refined.fine.noise;
+        let floor_m = FORCES_FLOOR * refined.fine.estimate.coefficients[0];
+        let is_missed = balance_m > (WORTH_A_TRY * floor_m).max(LOOSE_BALANCE * sensor_m);
+        let may_move = is_missed && rests_on_balance(&of_balance.result.verdict);
+        may_move
+            .then(|| self.explained_by_inertia(refined, refined.fine.estimate.coefficients.clone(), balance_m))
+            .flatten()
+    }
+
+    /// The same of an arrangement that misses the balance by `static_balance_m`, from these coefficients.
+    pub fn explained_by_inertia(
+        &self,
+        refined: &Refined,
+        coefficients: Vec<f64>,
+        static_balance_m: f64,
+    ) -> Option<Candidate> {
+        let fine = &refined.fine;
+        if refined.symmetry.symmetry.is_any() {
             return None;
         }
+        let (measurements, radius_m) = (&refined.measurements, fine.estimate.coefficients[0]);
+        let floor_m = FORCES_FLOOR * radius_m;
         let psi = self.motion(fine);
-        let swing_rad_per_s = self.fastest_swing(&fine.estimate.coefficients, &psi)?;
+        let swing_rad_per_s = self.fastest_swing(&coefficients, &psi)?;
         let placed = placed(measurements, &refined.ambiguity_rad);
-        let gyration_m = SupportFunction::from_coefficients(&fine.estimate.coefficients).uniform_gyration_radius_m();
+        let gyration_m = SupportFunction::from_coefficients(&coefficients).uniform_gyration_radius_m();
         let prior = |held: bool| InertiaPrior { ln_gyration_m2: 2.0 * gyration_m.ln(), held };
         let stated_m = self.stated_m.is_some();
+        let shape_prior = Prior { origin_sd_m: self.prior.size_m, ..fine.prior };
         let floors = Floors { sensor_m: SENSOR_FLOOR * radius_m, forces_m: floor_m, sensor_is_stated: stated_m };
         let problem = |weights: &Measurements, pieces: usize| {
-            Problem::new(self.raw, &self.options.rig, weights, (fine.order, fine.prior), &self.knots(pieces))
+            Problem::new(self.raw, &self.options.rig, weights, (fine.order, shape_prior), &self.knots(pieces))
         };
 
-        let unknowns = fine.estimate.coefficients.len() + BESIDES_SHAPE;
+        let unknowns = coefficients.len() + BESIDES_SHAPE;
         let can_be_done = |pieces: usize| pieces as f64 * (unknowns * unknowns) as f64 <= MOST_WORK;
         let pieces = Some(self.pieces(swing_rad_per_s)?).filter(|pieces| can_be_done(*pieces))?;
         let mut first = problem(&placed, pieces)?;
@@ -120,7 +137,7 @@ impl Job<'_> {
         let times_s: Vec<f64> = known.iter().map(|&index| self.raw.samples[index].time_s).collect();
         let known_rad: Vec<f64> = known.iter().map(|&index| psi[index]).collect();
         let start = Unknowns {
-            coefficients: fine.estimate.coefficients.clone(),
+            coefficients,
             ln_gyration_m2: prior(true).ln_gyration_m2,
             damping_per_s: 0.0,
             calibration: self.calibration,
@@ -172,7 +189,7 @@ impl Job<'_> {
             problem: last,
             optimum: best,
             prior: prior(false),
-            static_balance_m: fine.noise.balance_m,
+            static_balance_m,
             robust: freedom.is_some(),
         };
         uncertainty.candidate(refined, &tried)
@@ -276,7 +293,7 @@ impl OfInertia<'_> {
         let Self { job, problem, optimum, .. } = self;
         let Optimum { unknowns, corrected, noise, .. } = optimum;
         let of_balance = refined.fine.noise;
-        let explained = noise.forces_m < EXPLAINED_SHARE * of_balance.balance_m
+        let explained = noise.forces_m < EXPLAINED_SHARE * self.static_balance_m
             && noise.sensor_m < (CONTACTS_ALLOWANCE * of_balance.sensor_m).max(FORCES_FLOOR * unknowns.coefficients[0]);
         if !optimum.settled || !explained || !self.is_possible() {
             return None;

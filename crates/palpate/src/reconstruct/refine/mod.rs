@@ -1,6 +1,6 @@
 //! Refinement of one arrangement to the optimum over all samples (`docs/theory.md`, the search).
 
-mod by_contact;
+pub(crate) mod by_contact;
 mod by_inertia;
 pub(crate) mod calibrated;
 pub(crate) mod job;

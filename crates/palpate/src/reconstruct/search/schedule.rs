@@ -22,8 +22,9 @@ const SAMPLES: usize = 250;
 /// (friction, fast palms), large.
 const BALANCES: [[f64; 2]; 3] = [[1.0, 1.0], [1.0, 0.3], [15.0, 15.0]];
 
-/// The first of them that does not believe in the balance.
-const SPOILT: usize = 2;
+/// Before this one of them an explanation by contact alone is looked for: palms with friction, or fast ones, are more common than objects that only
+/// an exact balance tells apart.
+const AFTER_CONTACT_ALONE: usize = 1;
 
 /// Cost per instant of the part of a log that is not arranged: well above [`EXPLAINED`].
 const MISSING: f64 = 10.0;
@@ -74,8 +75,8 @@ pub(crate) struct Found {
 }
 
 /// Passes each arrangement of the log that the search finds to `accept` until that returns true, most promising first; for each trust in the
-/// balance those that explain the log, then the best of a part. `tell` is given the share of the work done; before
-/// the balance is no longer believed in, `otherwise` is asked whether the log is explained in another way.
+/// balance those that explain the log, then the best of a part. `tell` is given the share of the work done; after the first of
+/// them `otherwise` is asked whether the log is explained in another way.
 pub(crate) fn search(
     readings: &Readings,
     calibrate: &Calibrate,
@@ -86,7 +87,7 @@ pub(crate) fn search(
     let Readings { calibration, measurements, scatter_m, tolerance_m, prior, thorough } = *readings;
     let windows = windows(measurements, &segments(measurements, scatter_m), scatter_m, SAMPLES);
     for (number, balance) in BALANCES.into_iter().enumerate() {
-        if number == SPOILT && otherwise() {
+        if number == AFTER_CONTACT_ALONE && otherwise() {
             return;
         }
         let tolerance = Tolerance { scatter_m: tolerance_m, size_m: prior.size_m, balance };
