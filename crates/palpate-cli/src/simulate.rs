@@ -8,7 +8,7 @@ use palpate::palms::{MotionError, PalmMotion, PalmPair};
 use palpate::plan::{PalmLimits, PlanError, plan_turn};
 use palpate::sensor::{Rig, Tolerances, Touchpad};
 use palpate::shape::{NamedShape, ShapeError, SupportFunction};
-use palpate::simulate::{SimulateError, SimulateOptions, Simulation};
+use palpate::simulate::{ObjectInertia, SimulateError, SimulateOptions, Simulation};
 
 use palpate_io::RigFile;
 
@@ -27,6 +27,7 @@ Examples:
   palpate simulate --pad interlink --radius-mm 20 -o pad.csv       as in the experiment of Moll & Erdmann (2001)
   palpate simulate --motion random --shape stone -o jumps.csv      a motion that knows nothing of the object: it jumps
   palpate simulate --motion random --friction 0.2 -o sticky.csv    palms with friction: the object rolls, slides and jumps
+  palpate simulate --speed 10 --rate-hz 100 -o fast.csv            the same motion in a tenth of the time: the object swings
   palpate simulate --rig rig.toml -o off.csv                       as a rig with the errors and conventions of this file writes it
   palpate reconstruct pebble.csv -o pebble --truth pebble.truth";
 
@@ -86,6 +87,16 @@ pub struct Arguments {
     /// Coefficient of friction between palms and object, or those of palm 1 and palm 2 [default: none, or as the rig file says]
     #[arg(long, value_name = "MU[,MU2]", value_parser = values::friction)]
     friction: Option<[f64; 2]>,
+    /// The palms run through the motion so many times faster, and the inertia of the object counts; --rate-hz and all times of the log are
+    /// those of the fast palms [default: palms so slow that the object is at rest at all times]
+    #[arg(long, value_name = "FACTOR", value_parser = values::positive, conflicts_with = "friction")]
+    speed: Option<f64>,
+    /// Drag on the rotation of the object, over its moment of inertia, 1/s
+    #[arg(long, value_name = "PER_S", default_value = "0.4", value_parser = values::not_negative, requires = "speed")]
+    damping_per_s: f64,
+    /// Radius of gyration of the object about its centre of mass, mm [default: that of an even mass]
+    #[arg(long, value_name = "MM", value_parser = values::positive, requires = "speed")]
+    gyration_radius_mm: Option<f64>,
     /// Write the normal forces too (columns force1_n, force2_n), for an object of this mass, grams
     #[arg(long, value_name = "GRAMS", value_parser = values::positive)]
     mass_g: Option<f64>,
@@ -143,7 +154,11 @@ pub fn run(arguments: &Arguments) -> Result<Ending, Failure> {
     let options = SimulateOptions {
         touchpad,
         start_psi_rad: course.start_psi_rad,
-        friction: arguments.friction.unwrap_or_else(|| rig.pads.map(|pad| pad.friction.unwrap_or(0.0))),
+        friction: friction(arguments, &rig),
+        inertia: arguments.speed.map(|_| ObjectInertia {
+            gyration_radius_m: arguments.gyration_radius_mm.map(|radius| 1e-3 * radius),
+            damping_per_s: arguments.damping_per_s,
+        }),
         seed: arguments.seed,
         mass_kg: arguments.mass_g.map_or(0.1, |grams| 1e-3 * grams),
         with_forces: arguments.mass_g.is_some(),
@@ -165,6 +180,15 @@ pub fn run(arguments: &Arguments) -> Result<Ending, Failure> {
     palpate_io::write_log(&arguments.out, &simulation.log, &metadata)?;
     terminal.say(&told(arguments, &simulation))?;
     Ok(Ending::Success)
+}
+
+/// Coefficients of friction of both palms: as asked for, else as the rig file says, where the object moves slowly.
+fn friction(arguments: &Arguments, rig: &RigFile) -> [f64; 2] {
+    match (arguments.friction, arguments.speed) {
+        (Some(friction), _) => friction,
+        (None, None) => rig.pads.map(|pad| pad.friction.unwrap_or(0.0)),
+        (None, Some(_)) => [0.0; 2],
+    }
 }
 
 /// The file beside a log that says what errors its rig had.
@@ -206,6 +230,7 @@ fn touchpad(arguments: &Arguments, rig: &RigFile) -> Touchpad {
 
 fn told(arguments: &Arguments, simulation: &Simulation) -> String {
     let jumps = match simulation.jumps.len() {
+        _ if arguments.speed.is_some() => "on its way at all times".to_string(),
         0 => "no jump".to_string(),
         1 => "1 jump".to_string(),
         count => format!("{count} jumps"),
@@ -275,6 +300,8 @@ fn course(
         let [x, y] = rig.conventions.palms[palm].base_m;
         [x.unwrap_or(x_m), y.unwrap_or(0.0)]
     };
-    let palms = motion.with_bases(of(0, half), of(1, -half)).sample(rate_hz)?;
+    let speed = arguments.speed.unwrap_or(1.0);
+    let mut palms = motion.with_bases(of(0, half), of(1, -half)).sample(rate_hz / speed)?;
+    palms.iter_mut().for_each(|(time_s, _)| *time_s /= speed);
     Ok(Course { palms, start_psi_rad })
 }

@@ -1,7 +1,7 @@
 //! `simulate`: a known shape between two moving palms.
 
 use palpate::palms::PalmPair;
-use palpate::simulate::SimulateOptions;
+use palpate::simulate::{ObjectInertia, SimulateError, SimulateOptions};
 use palpate_io::LogFile;
 use pyo3::prelude::*;
 
@@ -93,7 +93,8 @@ impl Friction {
 /// Simulate the palm log of a known object.
 ///
 /// At every instant the object rests in a minimum of its potential energy; where a pose vanishes, it goes downhill to the next. With friction
-/// it rolls on a palm or slides on both, and jumps where no forces within the friction cones hold it.
+/// it rolls on a palm or slides on both, and jumps where no forces within the friction cones hold it. With a speed the palms run through the motion
+/// that many times faster, and the object moves by its inertia.
 ///
 /// Parameters
 /// ----------
@@ -112,6 +113,13 @@ impl Friction {
 ///     The object is let go at this orientation before the palms move, radians. Default: as planned, or 0.
 /// friction : float or tuple of float, default 0.0
 ///     Coefficient of friction between palms and object, or those of palm 1 and palm 2.
+/// speed : float, optional
+///     The palms run through the motion so many times faster, and the inertia of the object counts; the rate and all times are those of the fast
+///     palms. Not together with friction. Default: palms so slow that the object is at rest at all times.
+/// gyration_radius_m : float, optional
+///     Radius of gyration of the object about its centre of mass, metres; of consequence with a speed. Default: that of an even mass.
+/// damping_per_s : float, default 0.0
+///     Drag on the rotation over the moment of inertia, 1/s; of consequence with a speed.
 /// mass_kg : float, default 0.1
 ///     Mass, kilograms; of consequence for forces and energies only.
 /// with_forces : bool, default False
@@ -140,9 +148,9 @@ impl Friction {
 /// 401
 #[pyfunction]
 #[pyo3(signature = (shape, motion, *, touchpad=None, rate_hz=None, seed=Whole(0), start_psi_rad=None,
-    friction=Friction::Both(0.0), mass_kg=0.1, with_forces=false, with_stated_noise=false),
+    friction=Friction::Both(0.0), speed=None, gyration_radius_m=None, damping_per_s=0.0, mass_kg=0.1, with_forces=false, with_stated_noise=false),
     text_signature = "(shape, motion, *, touchpad=None, rate_hz=None, seed=0, start_psi_rad=None, friction=0.0, \
-    mass_kg=0.1, with_forces=False, with_stated_noise=False)")]
+    speed=None, gyration_radius_m=None, damping_per_s=0.0, mass_kg=0.1, with_forces=False, with_stated_noise=False)")]
 #[expect(clippy::too_many_arguments, reason = "Python calls it by keywords")]
 pub fn simulate(
     py: Python<'_>,
@@ -153,6 +161,9 @@ pub fn simulate(
     seed: Whole,
     start_psi_rad: Option<f64>,
     friction: Friction,
+    speed: Option<f64>,
+    gyration_radius_m: Option<f64>,
+    damping_per_s: f64,
     mass_kg: f64,
     with_forces: bool,
     with_stated_noise: bool,
@@ -160,18 +171,24 @@ pub fn simulate(
     let defaults = SimulateOptions::default();
     let touchpad = touchpad.map_or(defaults.touchpad, |pad| pad.0);
     let rate_hz = rate_hz.unwrap_or(touchpad.rate_hz);
-    let sampled = |motion: &Py<Motion>| motion.get().motion.sample(rate_hz).or_raise();
-    let (palms, planned_psi_rad) = match &motion {
+    let faster = speed.unwrap_or(1.0);
+    if !(faster > 0.0 && faster.is_finite()) {
+        return Err(SimulateError::OutOfRange { what: "speed, must be positive and finite" }).or_raise();
+    }
+    let sampled = |motion: &Py<Motion>| motion.get().motion.sample(rate_hz / faster).or_raise();
+    let (mut palms, planned_psi_rad) = match &motion {
         Moved::Planned(planned) => (sampled(&planned.get().motion)?, planned.get().start_psi_rad),
         Moved::Motion(motion) => (sampled(motion)?, 0.0),
         Moved::Sampled(table) => (from_table(table)?, 0.0),
     };
     palms.iter().try_for_each(|(_, palms)| require_few_turns(palms))?;
+    palms.iter_mut().for_each(|(time_s, _)| *time_s /= faster);
     let options = SimulateOptions {
         touchpad,
         seed: seed.0,
         start_psi_rad: start_psi_rad.unwrap_or(planned_psi_rad),
         friction: friction.of_palms(),
+        inertia: speed.map(|_| ObjectInertia { gyration_radius_m, damping_per_s }),
         mass_kg,
         with_forces,
         with_stated_noise,

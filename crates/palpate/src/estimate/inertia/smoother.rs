@@ -16,12 +16,14 @@ pub(crate) struct InertialNoise {
     pub forces_m: f64,
 }
 
-/// Least standard deviations that may be estimated, metres; and whether that of the contacts is.
+/// Standard deviations that may be estimated, metres. A motion that cannot follow the contacts would have them noisier than they are, and the
+/// forces exact.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Floors {
-    pub sensor_m: f64,
+pub(crate) struct Bounds {
+    /// Least and largest of the contacts; the same where it is known.
+    pub sensor_m: [f64; 2],
+    /// Least of the forces.
     pub forces_m: f64,
-    pub sensor_is_stated: bool,
 }
 
 /// An optimum.
@@ -121,7 +123,7 @@ impl<'a> Problem<'a> {
         start: Unknowns,
         start_noise: InertialNoise,
         inertia: InertiaPrior,
-        floors: Floors,
+        bounds: Bounds,
         freedom: Option<f64>,
     ) -> Option<Optimum<'a>> {
         let (mut at, mut noise, mut settled) = (start, start_noise, false);
@@ -134,7 +136,7 @@ impl<'a> Problem<'a> {
             at = unknowns;
             let linearised = self.linearise(&at, &corrected);
             let eliminated = self.arrow(&at, &linearised, noise, inertia).eliminated(0.0)?;
-            let updated = self.updated(noise, &squares, &linearised, eliminated, &corrected, floors)?;
+            let updated = self.updated(noise, &squares, &linearised, eliminated, &corrected, bounds)?;
             let change =
                 (updated.sensor_m / noise.sensor_m).ln().abs().max((updated.forces_m / noise.forces_m).ln().abs());
             noise = updated;
@@ -166,7 +168,7 @@ impl<'a> Problem<'a> {
         linearised: &Linearised,
         eliminated: Eliminated,
         corrected: &Corrected,
-        floors: Floors,
+        bounds: Bounds,
     ) -> Option<InertialNoise> {
         let covariance: DMatrix<f64> = eliminated.information().clone().cholesky()?.inverse();
         let given = eliminated.given_dense();
@@ -176,13 +178,10 @@ impl<'a> Problem<'a> {
             found.clamp(LARGEST_FALL * sd_m, LARGEST_RISE * sd_m).max(floor_m)
         };
         let readings = self.readings(corrected);
-        let sensor_m = if floors.sensor_is_stated {
-            noise.sensor_m
-        } else {
-            estimate(squares.contacts, readings, &linearised.contacts, noise.sensor_m, floors.sensor_m)
-        };
+        let [least_m, most_m] = bounds.sensor_m;
+        let sensor_m = estimate(squares.contacts, readings, &linearised.contacts, noise.sensor_m, least_m).min(most_m);
         let places = self.collocations() as f64;
-        let forces_m = estimate(squares.forces, places, &linearised.forces, noise.forces_m, floors.forces_m);
+        let forces_m = estimate(squares.forces, places, &linearised.forces, noise.forces_m, bounds.forces_m);
         Some(InertialNoise { sensor_m, forces_m })
     }
 

@@ -50,19 +50,15 @@ pub(crate) enum ByContact {
 }
 
 impl Job<'_> {
-    /// The same with the balance left out.
-    fn without_balance(&self) -> Self {
-        let mut job = self.clone();
-        job.measurements.instants.iter_mut().for_each(|instant| instant.balance_weight = 0.0);
-        job
-    }
-
     /// The result of a search by contact alone, where friction explains what the forces then ask, and the arrangement that led there.
     pub fn explained_by_forces(&self) -> Option<ByContact> {
-        let job = self.without_balance();
+        let job = self.clone().without_balance();
         let mut explained = None;
-        // What calibrates a rig rests on balance without friction.
-        search_by_contact(&Readings { thorough: false, ..job.readings() }, &|_| None, &mut |found| {
+        let calibrate = |found: &Found| job.corrected(found);
+        search_by_contact(&Readings { thorough: false, ..job.readings() }, &calibrate, &mut |found| {
+            // The contacts tell all of the rig but where gravity is.
+            let calibrated = job.roughly_calibrated(&found, 0);
+            let job = calibrated.map_or_else(|| job.clone(), |(calibration, _)| job.recalibrated(job.raw, calibration));
             let Some(refined) = job.refined_by_contact(&found) else { return false };
             let (balanced, missed_m) = job.balanced(&refined);
             if let Some(candidate) = job.explained_by_inertia(&refined, balanced, missed_m) {

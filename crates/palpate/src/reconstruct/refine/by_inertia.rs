@@ -7,7 +7,7 @@ use super::job::{Job, Refined};
 use crate::estimate::calibration::{CONSTANTS, Matrix, constants, prior_sd};
 use crate::estimate::inertia::arrow::SplineGivenDense;
 use crate::estimate::inertia::problem::{BESIDES_SHAPE, InertiaPrior, Problem, Unknowns};
-use crate::estimate::inertia::smoother::{Floors, InertialNoise, Optimum};
+use crate::estimate::inertia::smoother::{Bounds, InertialNoise, Optimum};
 use crate::estimate::jumps::DetectedJump;
 use crate::estimate::measurements::{Instant, Measurements};
 use crate::estimate::model::balance_tolerance::INEXACT_BALANCE;
@@ -121,9 +121,10 @@ impl Job<'_> {
         let placed = placed(measurements, &refined.ambiguity_rad);
         let gyration_m = SupportFunction::from_coefficients(&coefficients).uniform_gyration_radius_m();
         let prior = |held: bool| InertiaPrior { ln_gyration_m2: 2.0 * gyration_m.ln(), held };
-        let stated_m = self.stated_m.is_some();
+        let most_m = (CONTACTS_ALLOWANCE * fine.noise.sensor_m).max(floor_m);
+        let sensor_m = self.stated_m.map_or([SENSOR_FLOOR * radius_m, most_m], |stated_m| [stated_m; 2]);
         let shape_prior = Prior { origin_sd_m: self.prior.size_m, ..fine.prior };
-        let floors = Floors { sensor_m: SENSOR_FLOOR * radius_m, forces_m: floor_m, sensor_is_stated: stated_m };
+        let bounds = Bounds { sensor_m, forces_m: floor_m };
         let problem = |weights: &Measurements, pieces: usize| {
             Problem::new(self.raw, &self.options.rig, weights, (fine.order, shape_prior), &self.knots(pieces))
         };
@@ -143,16 +144,19 @@ impl Job<'_> {
             calibration: self.calibration,
             spline: first.basis.approximating(&times_s, &known_rad)?,
         };
-        let noise = InertialNoise { sensor_m: fine.noise.sensor_m.max(floor_m), forces_m: FIRST_FORCES * radius_m };
-        let held = first.optimum(start, noise, prior(true), floors, None)?;
-        let mut best = first.optimum(held.unknowns, held.noise, prior(false), floors, None)?;
+        let noise = InertialNoise {
+            sensor_m: fine.noise.sensor_m.clamp(sensor_m[0], sensor_m[1]),
+            forces_m: FIRST_FORCES * radius_m,
+        };
+        let held = first.optimum(start, noise, prior(true), bounds, None)?;
+        let mut best = first.optimum(held.unknowns, held.noise, prior(false), bounds, None)?;
         let (mut pieces, mut last, mut tried, mut halvings) = (pieces, first, placed.clone(), 0);
         for _ in 0..ROUNDS {
             let near = last.variance_of_motion(&best, prior(false))?;
             let within = self.within(TAKEN_BACK * radius_m, Some(&near), refined, &placed, (&best, &last.basis));
             if within.seen() > tried.seen() {
                 last = problem(&within, pieces)?;
-                best = last.optimum(best.unknowns, best.noise, prior(false), floors, None)?;
+                best = last.optimum(best.unknowns, best.noise, prior(false), bounds, None)?;
                 tried = within;
                 continue;
             }
@@ -162,7 +166,7 @@ impl Job<'_> {
             let mut finer = problem(&tried, 2 * pieces)?;
             let spline = finer.basis.resampled(&last.basis, &best.unknowns.spline)?;
             let start = Unknowns { spline, ..best.unknowns.clone() };
-            let there = finer.optimum(start, best.noise, prior(false), floors, None)?;
+            let there = finer.optimum(start, best.noise, prior(false), bounds, None)?;
             let gains = there.noise.forces_m < FORCES_GAIN * best.noise.forces_m
                 || there.noise.sensor_m < CONTACTS_GAIN * best.noise.sensor_m;
             let moved = finer.moved(&there, &best.unknowns, prior(false))?;
@@ -176,12 +180,12 @@ impl Job<'_> {
         }
         let freedom = (best.noise.forces_m > AT_FLOOR * floor_m).then_some(STUDENT);
         if freedom.is_some() {
-            best = last.optimum(best.unknowns, best.noise, prior(false), floors, freedom)?;
+            best = last.optimum(best.unknowns, best.noise, prior(false), bounds, freedom)?;
         }
         let stays = self.within(STAYS_SDS * best.noise.sensor_m, None, refined, &placed, (&best, &last.basis));
         if stays.seen() < tried.seen() {
             last = problem(&stays, pieces)?;
-            best = last.optimum(best.unknowns, best.noise, prior(false), floors, freedom)?;
+            best = last.optimum(best.unknowns, best.noise, prior(false), bounds, freedom)?;
             tried = stays;
         }
         let uncertainty = OfInertia {

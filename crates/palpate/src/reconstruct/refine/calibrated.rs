@@ -74,7 +74,7 @@ impl<'a> Job<'a> {
     pub fn corrected(&self, found: &Found) -> Option<Corrected> {
         let (calibration, posterior) = self.roughly_calibrated(found, 0)?;
         let tolerance_m = self.tolerance_m(&posterior.sd(1.0));
-        let measurements = Self::calibrated(self.raw, self.options, calibration).measurements;
+        let measurements = self.recalibrated(self.raw, calibration).measurements;
         Some(Corrected { calibration, measurements, tolerance_m })
     }
 
@@ -140,11 +140,15 @@ impl<'a> Job<'a> {
     /// The same job with the constants at their optimum.
     fn improved(&self, posterior: &CalibrationPosterior) -> Self {
         let calibration = posterior.improved(&self.calibration, &self.options.rig.tolerances);
-        Self::calibrated(self.raw, self.options, calibration)
+        self.recalibrated(self.raw, calibration)
     }
 
     /// The constants that an arrangement of the search suggests, and how well it tells them; `None` where none is open, or it tells nothing.
-    fn roughly_calibrated(&self, found: &Found, arrangement: usize) -> Option<(Calibration, CalibrationPosterior)> {
+    pub(super) fn roughly_calibrated(
+        &self,
+        found: &Found,
+        arrangement: usize,
+    ) -> Option<(Calibration, CalibrationPosterior)> {
         if !self.is_open() {
             return None;
         }
@@ -156,7 +160,7 @@ impl<'a> Job<'a> {
         let arranged = Measurements { instants: indices().map(|index| self.measurements.instants[index]).collect() };
         let psi = carry_over(&found.thin, &start.psi, &start.coefficients, &arranged, &found.ranges);
         let mut estimate = Estimate { psi, ..start.clone() };
-        let mut job = Job::calibrated(&raw, self.options, found.calibration);
+        let mut job = self.recalibrated(&raw, found.calibration);
         let mut noise_m = found.tolerance_m;
         let mut last = None;
         for _ in 0..ROUNDS {
@@ -165,7 +169,7 @@ impl<'a> Job<'a> {
             estimate = smoother.run(estimate.coefficients, estimate.psi, EFFORT);
             let fit = Fit { estimate: estimate.clone(), order, noise, prior: self.prior, log_evidence: 0.0 };
             let posterior = job.posterior_of(&job.measurements, &fit)?;
-            job = Job::calibrated(&raw, self.options, job.improved(&posterior).calibration);
+            job = self.recalibrated(&raw, job.improved(&posterior).calibration);
             last = Some((job.calibration, posterior));
             noise_m = (SHARPER * noise_m).max(self.typical_m);
         }

@@ -129,6 +129,8 @@ pub(crate) struct Job<'a> {
     /// The same of a typical contact, with what noise of the palm angles moves it.
     pub typical_m: f64,
     pub prior: Prior,
+    /// Whether the balance counts; else the contacts alone.
+    pub balance_counts: bool,
 }
 
 /// An arrangement at its optimum.
@@ -212,7 +214,36 @@ impl<'a> Job<'a> {
         let typical_m = weigh_by_angles(&mut measurements, stated_m.unwrap_or(scatter_m), stated_m.is_some());
         let size_m = measurements.size_m();
         let prior = Prior::new(size_m, PRIOR_SCALE * size_m);
-        Self { raw, log, calibration, options, measurements, outliers, stated_m, scatter_m, typical_m, prior }
+        let balance_counts = true;
+        Self {
+            raw,
+            log,
+            calibration,
+            options,
+            measurements,
+            outliers,
+            stated_m,
+            scatter_m,
+            typical_m,
+            prior,
+            balance_counts,
+        }
+    }
+
+    /// The same with the balance left out.
+    pub(super) fn without_balance(mut self) -> Self {
+        self.measurements.instants.iter_mut().for_each(|instant| instant.balance_weight = 0.0);
+        self.balance_counts = false;
+        self
+    }
+
+    /// The same of some log with another calibration.
+    pub(super) fn recalibrated<'b>(&self, raw: &'b Log, calibration: Calibration) -> Job<'b>
+    where
+        'a: 'b,
+    {
+        let job = Job::calibrated(raw, self.options, calibration);
+        if self.balance_counts { job } else { job.without_balance() }
     }
 
     /// Takes one arrangement of the search to the optimum over all samples.
