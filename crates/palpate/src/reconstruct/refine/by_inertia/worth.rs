@@ -1,0 +1,203 @@
+//! What an optimum with inertia is worth: whether it explains what balance does not, its error bars, and the result made of it.
+
+use super::{CONTACTS_ALLOWANCE, FORCES_FLOOR};
+use crate::estimate::calibration::{CONSTANTS, Matrix, constants, prior_sd};
+use crate::estimate::inertia::arrow::SplineGivenDense;
+use crate::estimate::inertia::problem::{BESIDES_SHAPE, InertiaPrior, Problem, Unknowns};
+use crate::estimate::inertia::smoother::Optimum;
+use crate::estimate::jumps::DetectedJump;
+use crate::estimate::measurements::{Instant, Measurements};
+use crate::estimate::model::layout::Layout;
+use crate::estimate::model::noise::Noise;
+use crate::estimate::solver::error_bars::pose_variances;
+use crate::estimate::solver::gauss_newton::{Estimate, Fit};
+use crate::estimate::solver::posterior::Posterior;
+use crate::reconstruct::refine::job::{Job, Refined};
+use crate::reconstruct::result::inertia::InertiaEstimate;
+use crate::reconstruct::result::reconstruction::FoundSymmetry;
+use crate::reconstruct::verdict::assemble::{Candidate, Expected, assemble};
+use crate::reconstruct::verdict::uncertainty::{FoundRig, PoseErrorBars, Uncertainty};
+use crate::shape::SupportFunction;
+use nalgebra::{DMatrix, DVector};
+
+/// Share of the places at which a palm may have to pull: errors of the motion between samples.
+const MOST_PULLING: f64 = 0.01;
+
+/// Share of the places where Student's t may find the forces to be others: impacts, lost contact.
+const MOST_UNEXPLAINED: f64 = 0.05;
+
+/// Such a place is missed by so many standard deviations.
+const UNEXPLAINED_SDS: f64 = 5.0;
+
+/// A radius of gyration that no mass within the outline has is this many standard deviations beyond the rim.
+const BEYOND_RIM_SDS: f64 = 3.0;
+
+/// Inertia explains what balance misses where it leaves less than this share of it.
+const EXPLAINED_SHARE: f64 = 0.3;
+
+/// An optimum with inertia.
+pub(super) struct OfInertia<'a> {
+    pub job: &'a Job<'a>,
+    pub problem: Problem<'a>,
+    pub optimum: Optimum<'a>,
+    pub prior: InertiaPrior,
+    /// By how much balance alone is missed, metres.
+    pub static_balance_m: f64,
+    /// Whether the forces were allowed to be others here and there.
+    pub robust: bool,
+}
+
+impl OfInertia<'_> {
+    /// The result, where it explains what balance does not.
+    pub fn candidate(&self, refined: &Refined, weights: &Measurements) -> Option<Candidate> {
+        let Self { job, problem, optimum, .. } = self;
+        let Optimum { unknowns, corrected, noise, .. } = optimum;
+        let of_balance = refined.fine.noise;
+        let explained = noise.forces_m < EXPLAINED_SHARE * self.static_balance_m
+            && noise.sensor_m < (CONTACTS_ALLOWANCE * of_balance.sensor_m).max(FORCES_FLOOR * unknowns.coefficients[0]);
+        if !optimum.settled || !explained || !self.is_possible() {
+            return None;
+        }
+        let inertia = self.inertia()?;
+        // Where the forces may be others, they do not place a sample whose contacts do not.
+        if self.robust && weights.seen() < refined.measurements.seen() {
+            return None;
+        }
+        let is_within =
+            inertia.gyration_radius_m - BEYOND_RIM_SDS * inertia.gyration_radius_sd_m < rim_m(&unknowns.coefficients);
+        if !is_within {
+            return None;
+        }
+        let psi = problem.motion(unknowns);
+        let fit = Fit {
+            estimate: Estimate { coefficients: unknowns.coefficients.clone(), psi, cost: 0.0 },
+            order: refined.fine.order,
+            noise: Noise { sensor_m: noise.sensor_m, balance_m: noise.forces_m },
+            prior: refined.fine.prior,
+            log_evidence: optimum.log_evidence,
+        };
+        // Where the contacts contradict the motion it may be another; where nothing was felt, the forces say what it was.
+        let instants = weights.instants.iter().zip(&refined.measurements.instants);
+        let contradicts =
+            |(now, before): (&Instant, &Instant)| before.weight1 > now.weight1 || before.weight2 > now.weight2;
+        let ambiguity_rad: Vec<f64> = instants
+            .zip(&refined.ambiguity_rad)
+            .map(|(instants, ambiguity_rad)| if contradicts(instants) { *ambiguity_rad } else { 0.0 })
+            .collect();
+        let expected = Expected { stated_m: job.stated_m, scatter_m: job.scatter_m, outliers: job.outliers };
+        let log = unknowns.calibration.corrected(job.raw);
+        assemble(
+            &log,
+            &corrected.measurements,
+            fit,
+            (&ambiguity_rad, FoundSymmetry::default()),
+            expected,
+            self,
+            &job.options.limits,
+        )
+    }
+
+    /// Whether the palms push nearly everywhere, and the forces are what they should be.
+    fn is_possible(&self) -> bool {
+        let moments = self.problem.moments(&self.optimum.unknowns, &self.optimum.corrected);
+        let limit_m = UNEXPLAINED_SDS * self.optimum.noise.forces_m;
+        let unexplained = moments.iter().filter(|moment| moment.value_m.abs() > limit_m).count();
+        let pulls = moments.iter().filter(|moment| moment.normal_forces.iter().any(|force| *force < 0.0)).count();
+        let share = |count: usize| count as f64 / moments.len().max(1) as f64;
+        share(unexplained) <= MOST_UNEXPLAINED && share(pulls) <= MOST_PULLING
+    }
+}
+
+/// The largest distance of the boundary from the centre of mass.
+fn rim_m(coefficients: &[f64]) -> f64 {
+    let shape = SupportFunction::from_coefficients(coefficients);
+    let distance_m = |degree: u32| {
+        let point = shape.boundary_point(f64::from(degree).to_radians());
+        point.x_m.hypot(point.y_m)
+    };
+    (0..360).map(distance_m).fold(0.0, f64::max)
+}
+
+struct InertiaErrorBars<'a> {
+    of: &'a OfInertia<'a>,
+    layout: Layout,
+    covariance: DMatrix<f64>,
+    spline: SplineGivenDense,
+    inflation: f64,
+}
+
+impl Uncertainty for OfInertia<'_> {
+    fn error_bars(&self, felt: &[f64], inflation: f64) -> Option<Box<dyn PoseErrorBars + '_>> {
+        let eliminated = self.problem.eliminated(&self.optimum, self.prior)?;
+        let layout = Layout { order: self.optimum.unknowns.coefficients.len() / 2, shared: BESIDES_SHAPE };
+        let mut mean = DVector::zeros(layout.unknowns());
+        let coefficients = &self.optimum.unknowns.coefficients;
+        mean.rows_mut(0, coefficients.len()).copy_from_slice(coefficients);
+        let information = eliminated.information().clone();
+        let covariance = Posterior { layout, mean, information }.covariance_over(felt)?;
+        Some(Box::new(InertiaErrorBars { of: self, layout, covariance, spline: eliminated.given_dense(), inflation }))
+    }
+
+    fn of_rig(&self, inflation: f64) -> Option<FoundRig> {
+        let rig = &self.job.options.rig;
+        let sd = prior_sd(&rig.tolerances);
+        if sd == [0.0; CONSTANTS] {
+            return None;
+        }
+        let eliminated = self.problem.eliminated(&self.optimum, self.prior)?;
+        let all = eliminated.information().clone().cholesky()?.inverse();
+        let first = all.nrows() - CONSTANTS;
+        // No correlation of errors takes away what was known before.
+        let within = |variance: f64, i: usize, j: usize| if i == j { variance.min(1.0) } else { variance };
+        let covariance = Matrix::from_fn(|i, j| within(inflation * all[(first + i, first + j)], i, j) * sd[i] * sd[j]);
+        let found = self.optimum.unknowns.calibration;
+        let off = constants(&found).into_iter().zip(constants(&rig.calibration)).zip(sd);
+        let off = off.map(|((found, stated), sd)| if sd > 0.0 { (found - stated).abs() / sd } else { 0.0 });
+        let names = crate::sensor::CalibrationConstant::ALL.iter().map(|constant| constant.name.to_owned());
+        let furthest = names.zip(off).max_by(|a, b| a.1.total_cmp(&b.1))?;
+        Some(FoundRig {
+            estimate: FoundRig::estimate(found, rig, &covariance),
+            furthest,
+            unsettled_sds: 0.0,
+            log_evidence: 0.0,
+        })
+    }
+
+    fn inertia(&self) -> Option<InertiaEstimate> {
+        let Unknowns { coefficients, ln_gyration_m2, damping_per_s, .. } = &self.optimum.unknowns;
+        let eliminated = self.problem.eliminated(&self.optimum, self.prior)?;
+        let covariance = eliminated.information().clone().cholesky()?.inverse();
+        let index = self.problem.gyration_index();
+        let gyration_radius_m = (0.5 * ln_gyration_m2).exp();
+        Some(InertiaEstimate {
+            gyration_radius_m,
+            gyration_radius_sd_m: 0.5 * gyration_radius_m * covariance[(index, index)].sqrt(),
+            uniform_gyration_radius_m: SupportFunction::from_coefficients(coefficients).uniform_gyration_radius_m(),
+            damping_per_s: *damping_per_s,
+            damping_sd_per_s: covariance[(index + 1, index + 1)].sqrt(),
+            static_balance_sd_m: self.static_balance_m,
+        })
+    }
+}
+
+impl PoseErrorBars for InertiaErrorBars<'_> {
+    fn r_sd_m(&self, theta: f64) -> f64 {
+        let row = self.layout.support_row(theta);
+        (self.inflation * (&self.covariance * &row).dot(&row).max(0.0)).sqrt()
+    }
+
+    fn pose_sd(&self, index: usize, instant: &Instant) -> (f64, f64) {
+        let row = &self.of.problem.samples[index];
+        let unknowns = &self.of.optimum.unknowns;
+        let psi = row.of(&unknowns.spline)[0];
+        let given = (self.spline.slope(row), self.spline.variance(row));
+        let at = (instant, &unknowns.coefficients[..], psi);
+        let (of_psi, of_center) = pose_variances(self.layout, &self.covariance, given, at);
+        ((self.inflation * of_psi).sqrt(), (self.inflation * of_center).sqrt())
+    }
+
+    fn deviance_of(&self, _: &[DetectedJump]) -> Option<f64> {
+        // The forces say where the object goes.
+        Some(0.0)
+    }
+}
