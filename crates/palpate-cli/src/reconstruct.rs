@@ -253,11 +253,9 @@ pub fn told(summary: &Summary, out: &Path) -> String {
     }
     if let Some((radius, damping)) = summary.gyration_radius_m.zip(summary.damping_per_s) {
         lines.push(format!(
-            "  turns   with a radius of gyration of {} ± {} mm and a damping of {} ± {} per second",
-            three_digits(1e3 * radius.value),
-            three_digits(1e3 * radius.sd),
-            three_digits(damping.value),
-            three_digits(damping.sd)
+            "  turns   with a radius of gyration of {} mm and a damping of {} per second",
+            with_sd(1e3 * radius.value, 1e3 * radius.sd),
+            with_sd(damping.value, damping.sd)
         ));
     }
     for (index, told) in rig_told(summary).into_iter().enumerate() {
@@ -298,6 +296,13 @@ fn three_digits(value: f64) -> String {
     format!("{value:.0$}", decimals as usize)
 }
 
+/// A number with its standard deviation, to two digits of the latter.
+fn with_sd(value: f64, sd: f64) -> String {
+    let magnitude = sd.abs().log10().floor();
+    let decimals = if magnitude.is_finite() { (1.0 - magnitude).clamp(0.0, 6.0) as usize } else { 3 };
+    format!("{value:.decimals$} ± {sd:.decimals$}")
+}
+
 /// How far the result is from the truth; a note when that cannot be said.
 fn errors(reconstruction: &Reconstruction, truth: &Truth, terminal: &Terminal) -> Option<TruthSummary> {
     match compare(reconstruction, truth) {
@@ -335,7 +340,7 @@ fn command_line() -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{three_digits, told};
+    use super::{three_digits, told, with_sd};
     use palpate_io::Summary;
     use std::path::Path;
 
@@ -354,6 +359,13 @@ mod tests {
             is      the same after half a turn (probability 0.96); after a jump ψ is known up to turns of 180°\n  \
             others  that fit equally well: out/alternatives\n  report  out/report.html";
         assert_eq!(told(&summary, Path::new("out")), expected);
+    }
+
+    #[test]
+    fn a_number_has_the_digits_that_its_standard_deviation_knows() {
+        let shown =
+            [(21.437_812, 0.004_2), (0.404, 0.001_63), (3.2, 12.0), (1.0, 0.0)].map(|(value, sd)| with_sd(value, sd));
+        assert_eq!(shown, ["21.4378 ± 0.0042", "0.4040 ± 0.0016", "3 ± 12", "1.000 ± 0.000"]);
     }
 
     #[test]

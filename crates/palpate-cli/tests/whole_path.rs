@@ -22,9 +22,14 @@ fn text(path: &Path) -> &str {
 
 /// Reconstructs a log of the examples, compares it with its truth, and gives the error of r in millimetres.
 fn reconstruct_example(name: &str) -> (Ran, Value) {
+    reconstruct_with(name, &[])
+}
+
+fn reconstruct_with(name: &str, options: &[&str]) -> (Ran, Value) {
     let dir = folder();
     let (log, truth) = (example(&format!("{name}.csv")), example(&format!("{name}.truth")));
-    let ran = palpate(dir.path(), &["reconstruct", text(&log), "-o", "out", "--truth", text(&truth)]);
+    let arguments = ["reconstruct", text(&log), "-o", "out", "--truth", text(&truth)];
+    let ran = palpate(dir.path(), &[&arguments, options].concat());
     (ran, summary(&dir.path().join("out")))
 }
 
@@ -94,8 +99,34 @@ fn a_log_with_jumps_is_certified_and_right() {
 }
 
 #[test]
+fn a_log_of_fast_palms_is_certified_with_the_inertia_of_the_object() {
+    let (ran, summary) = reconstruct_example("ellipse_fast_10x_mujoco");
+    assert_eq!(ran.code, Some(0), "{}", ran.stdout);
+    assert_eq!((&summary["com_certified"], &summary["forces"]), (&true.into(), &"inertial".into()), "{summary}");
+    // A disc of that outline has 24.026 mm.
+    let radius_m = summary["gyration_radius_m"]["value"].as_f64().expect("a number");
+    assert!((radius_m - 0.024_026).abs() < 2e-5, "{summary}");
+    assert!(ran.stdout.contains("  turns   with a radius of gyration of 24.0"), "{}", ran.stdout);
+    assert!(error_mm(&summary) < 0.01 && summary["truth"]["rms_com_m"].as_f64() < Some(2e-5), "{summary}");
+}
+
+#[test]
+fn fast_palms_are_simulated() {
+    let dir = folder();
+    let simulate =
+        |more: &[&str]| palpate(dir.path(), &[&["simulate", "-o", "fast.csv", "--speed", "10"], more].concat());
+    let ran = simulate(&["--rate-hz", "100", "--noise-mm", "0"]);
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    assert!(ran.stdout.contains("1001 samples, on its way at all times"), "{}", ran.stdout);
+    let refused = simulate(&["--friction", "0.1"]);
+    assert!(refused.code == Some(2) && refused.stderr.contains("--friction"), "{}", refused.stderr);
+    let thrown = simulate(&["--motion", "random", "--duration-s", "5"]);
+    assert!(thrown.stderr.contains("loses contact with palm"), "{}", thrown.stderr);
+}
+
+#[test]
 fn a_log_with_friction_is_not_certified_and_the_summary_says_why() {
-    let (ran, summary) = reconstruct_example("ellipse_friction_0.10_mujoco");
+    let (ran, summary) = reconstruct_with("ellipse_friction_0.10_mujoco", &["--calibrated"]);
     assert_eq!((ran.code, ran.stderr.as_str()), (Some(3), ""), "{}", ran.stdout);
     assert!(ran.stdout.starts_with("NOT certified\n  - "), "{}", ran.stdout);
     assert_eq!(summary["certified"], false);

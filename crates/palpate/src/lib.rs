@@ -70,9 +70,9 @@
 //!
 //! # Limits
 //!
-//! The object is convex, smooth and rigid, and lies in the plane; it touches each palm in one point, without friction, and the
-//! palms are slow enough for it to be at rest at all times. Light friction and moderate speed cost the certificate of the centre
-//! of mass first ([`Reconstruction::is_com_certified`]). What cannot be certified is said to be so, with the reason.
+//! The object is convex, smooth and rigid, and lies in the plane; it touches each palm in one point, without friction, and is at rest at
+//! all times or moves as its inertia has it. Light friction costs the certificate of the centre of mass first
+//! ([`Reconstruction::is_com_certified`]). What cannot be certified is said to be so, with the reason.
 #![forbid(unsafe_code)]
 
 pub mod calibrate;

@@ -56,6 +56,11 @@ const AT_FLOOR: f64 = 1.2;
 /// Halving ends where it moves the shared unknowns by less than this, as the mean square of their standard deviations.
 const SETTLED: f64 = 0.05;
 
+/// Where the first fit leaves more than this share of what balance misses (root mean square), inertia is not what is the matter; and where balance
+/// is good enough for the certificate, it is not worth the time.
+const PROMISING_SHARE: f64 = 0.8;
+const WORTHWHILE_SHARE: f64 = 0.2;
+
 /// Times that samples are taken back or knots halved, at most.
 const ROUNDS: usize = 16;
 
@@ -74,9 +79,9 @@ impl Job<'_> {
         let floor_m = FORCES_FLOOR * refined.fine.estimate.coefficients[0];
         let is_missed = balance_m > (WORTH_A_TRY * floor_m).max(LOOSE_BALANCE * sensor_m);
         let may_move = is_missed && rests_on_balance(&of_balance.result.verdict);
-        may_move
-            .then(|| self.explained_by_inertia(refined, refined.fine.estimate.coefficients.clone(), balance_m))
-            .flatten()
+        let share = if of_balance.result.is_com_certified() { WORTHWHILE_SHARE } else { PROMISING_SHARE };
+        let coefficients = || refined.fine.estimate.coefficients.clone();
+        may_move.then(|| self.fitted_with_inertia(refined, coefficients(), balance_m, share)).flatten()
     }
 
     /// The same of an arrangement that misses the balance by `static_balance_m`, from these coefficients.
@@ -85,6 +90,17 @@ impl Job<'_> {
         refined: &Refined,
         coefficients: Vec<f64>,
         static_balance_m: f64,
+    ) -> Option<Candidate> {
+        self.fitted_with_inertia(refined, coefficients, static_balance_m, PROMISING_SHARE)
+    }
+
+    /// The same where the first fit leaves no more than a share of what balance misses.
+    fn fitted_with_inertia(
+        &self,
+        refined: &Refined,
+        coefficients: Vec<f64>,
+        static_balance_m: f64,
+        promising_share: f64,
     ) -> Option<Candidate> {
         let (fine, radius_m) = (&refined.fine, coefficients[0]);
         let floor_m = FORCES_FLOOR * radius_m;
@@ -101,7 +117,10 @@ impl Job<'_> {
                 forces_m: floor_m,
             },
         };
-        let grown = fitting.grown(fitting.first(coefficients)?)?;
+        let missed_m = fitting.balance_missed_m(&coefficients);
+        let is_promising = |stage: &Stage| stage.optimum.noise.forces_m < promising_share * missed_m;
+        let first = Some(fitting.first(coefficients)?).filter(is_promising)?;
+        let grown = fitting.grown(first)?;
         let robust = grown.optimum.noise.forces_m > AT_FLOOR * floor_m;
         let Stage { problem, weights, optimum, .. } = fitting.last(grown, robust.then_some(STUDENT))?;
         let prior = fitting.inertia(false);
@@ -169,6 +188,14 @@ impl<'a> Fitting<'a> {
     fn problem(&self, weights: &Measurements, pieces: usize) -> Option<Problem<'a>> {
         let (job, order) = (self.job, self.refined.fine.order);
         Problem::new(job.raw, &job.options.rig, weights, (order, self.prior), &job.knots(pieces))
+    }
+
+    /// By how much balance alone is missed with these coefficients, swings and all: root mean square, metres.
+    fn balance_missed_m(&self, coefficients: &[f64]) -> f64 {
+        let psi = &self.refined.fine.estimate.psi;
+        let square = |(instant, psi): (&Instant, &f64)| residuals(instant, coefficients, *psi).value[2].powi(2);
+        let squares: f64 = self.placed.instants.iter().zip(psi).map(square).sum();
+        (squares / psi.len().max(1) as f64).sqrt()
     }
 
     /// Whether so many pieces cost no more than is allowed.
@@ -297,4 +324,96 @@ fn placed(measurements: &Measurements, ambiguity_rad: &[f64]) -> Measurements {
     let ambiguous = placed.instants.iter_mut().zip(ambiguity_rad).filter(|(_, ambiguity_rad)| **ambiguity_rad > 0.0);
     ambiguous.for_each(|(instant, _)| instant.set_aside());
     placed
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::estimate::solver::gauss_newton::{Estimate, Fit};
+    use crate::palms::PalmMotion;
+    use crate::reconstruct::ReconstructOptions;
+    use crate::reconstruct::result::reconstruction::FoundSymmetry;
+    use crate::sensor::Touchpad;
+    use crate::simulate::{ObjectInertia, SimulateOptions, Simulation, simulate};
+
+    /// An object of three harmonics between fast palms.
+    fn swinging() -> (SupportFunction, Simulation) {
+        let shape = SupportFunction::new(0.03, vec![[2e-3, -1e-3], [1.8e-3, 6e-4], [-5e-4, 7e-4]]);
+        let motion = PalmMotion::random(3, 8.0, 0.5).and_then(|motion| motion.sample(40.0)).expect("possible");
+        let touchpad = Touchpad { noise_sd_m: 5e-5, ..Touchpad::ideal() };
+        let inertia = Some(ObjectInertia { gyration_radius_m: None, damping_per_s: 0.3 });
+        let run = simulate(&shape, &motion, &SimulateOptions { touchpad, inertia, ..SimulateOptions::default() });
+        (shape, run.expect("possible"))
+    }
+
+    /// What contact alone leads to: the true motion, the form about an origin that is off.
+    fn by_contact(job: &Job, shape: &SupportFunction, run: &Simulation) -> Refined {
+        let psi: Vec<f64> = run.truth.motion.iter().map(|pose| pose.psi_rad).collect();
+        let coefficients = shape.translated(1e-3, -5e-4).coefficients();
+        let estimate = Estimate { coefficients, psi, cost: 0.0 };
+        let noise = Noise { sensor_m: 5e-5, balance_m: 1e-3 };
+        let fit = Fit { estimate, order: 3, noise, prior: job.prior, log_evidence: 0.0 };
+        Refined {
+            coarse: fit.clone(),
+            fine: fit,
+            measurements: job.measurements.clone(),
+            ambiguity_rad: vec![0.0; job.measurements.len()],
+            symmetry: FoundSymmetry::default(),
+            settled: true,
+            log_posterior: 0.0,
+            rivals: Vec::new(),
+            as_likely: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn the_centre_of_mass_comes_out_and_left_out_samples_are_taken_back() {
+        let (shape, run) = swinging();
+        let options = ReconstructOptions::default();
+        let job = Job::new(&run.log, &options);
+        let mut refined = by_contact(&job, &shape, &run);
+        // A tenth of a second that may be elsewhere, and is taken to be.
+        for index in 100..106 {
+            refined.ambiguity_rad[index] = 1.0;
+            refined.fine.estimate.psi[index] += 1.0;
+        }
+        let start = refined.fine.estimate.coefficients.clone();
+        let found = job.explained_by_inertia(&refined, start.clone(), 1e-3).expect("inertia explains it").result;
+        assert!(found.is_com_certified(), "{}", found.verdict);
+        let off_m = |theta: f64| found.shape.at(theta - run.truth.motion[0].psi_rad).r - shape.at(theta).r;
+        let turned = |theta: f64| found.shape.at(theta).r - shape.at(theta - run.truth.motion[0].psi_rad).r;
+        let largest = |of: &dyn Fn(f64) -> f64| (0..60).map(|i| of(0.1 * f64::from(i)).abs()).fold(0.0, f64::max);
+        assert!(largest(&off_m).min(largest(&turned)) < 1e-4, "{} {}", largest(&off_m), largest(&turned));
+        for (pose, truth) in found.motion.iter().zip(&run.truth.motion) {
+            let turn = pose.psi_rad - truth.psi_rad + run.truth.motion[0].psi_rad;
+            assert!(turn.abs() < 0.02, "{turn} at {} s", pose.time_s);
+        }
+        // Where balance misses little more than what is left, inertia explains nothing.
+        let left_m = found.balance_sd_m;
+        assert!(job.explained_by_inertia(&refined, start.clone(), 0.99 * left_m / worth::EXPLAINED_SHARE).is_none());
+        assert!(job.explained_by_inertia(&refined, start, 1.01 * left_m / worth::EXPLAINED_SHARE).is_some());
+    }
+
+    #[test]
+    fn balance_that_is_missed_a_little_is_left_to_statics() {
+        let (shape, run) = swinging();
+        let options = ReconstructOptions::default();
+        let job = Job::new(&run.log, &options);
+        let refined = by_contact(&job, &shape, &run);
+        let result = job.explained_by_inertia(&refined, refined.fine.estimate.coefficients.clone(), 1e-3);
+        let candidate = result.expect("inertia explains it");
+        let with = |sensor_m: f64, balance_m: f64| {
+            let mut refined = by_contact(&job, &shape, &run);
+            refined.fine.noise = Noise { sensor_m, balance_m };
+            job.with_inertia(&refined, &candidate).is_some()
+        };
+        assert!(with(5e-5, 1.01 * LOOSE_BALANCE * 5e-5) && !with(5e-5, 0.99 * LOOSE_BALANCE * 5e-5));
+    }
+
+    #[test]
+    fn only_a_contradiction_by_the_contacts_rules_inertia_out() {
+        let unphysical = Doubt::UnphysicalJumps { time_s: 1.0, turn_rad: 0.2, jumps: 1 };
+        assert!(rests_on_balance(&Verdict::new(vec![unphysical.clone()])));
+        assert!(!rests_on_balance(&Verdict::new(vec![unphysical, Doubt::NotConvex])));
+    }
 }

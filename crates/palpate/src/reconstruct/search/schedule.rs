@@ -22,9 +22,8 @@ const SAMPLES: usize = 250;
 /// (friction, fast palms), large.
 const BALANCES: [[f64; 2]; 3] = [[1.0, 1.0], [1.0, 0.3], [15.0, 15.0]];
 
-/// Before this one of them an explanation by contact alone is looked for: palms with friction, or fast ones, are more common than objects that only
-/// an exact balance tells apart.
-const AFTER_CONTACT_ALONE: usize = 1;
+/// Before this one of them, which does not believe in the balance, an explanation by contact alone is looked for.
+const AFTER_CONTACT_ALONE: usize = 2;
 
 /// Cost per instant of the part of a log that is not arranged: well above [`EXPLAINED`].
 const MISSING: f64 = 10.0;
@@ -75,8 +74,8 @@ pub(crate) struct Found {
 }
 
 /// Passes each arrangement of the log that the search finds to `accept` until that returns true, most promising first; for each trust in the
-/// balance those that explain the log, then the best of a part. `tell` is given the share of the work done; after the first of
-/// them `otherwise` is asked whether the log is explained in another way.
+/// balance those that explain the log, then the best of a part. `tell` is given the share of the work done; before
+/// the balance is no longer believed in, `otherwise` is asked whether the log is explained in another way.
 pub(crate) fn search(
     readings: &Readings,
     calibrate: &Calibrate,

@@ -33,7 +33,7 @@ const UNEXPLAINED_SDS: f64 = 5.0;
 const BEYOND_RIM_SDS: f64 = 3.0;
 
 /// Inertia explains what balance misses where it leaves less than this share of it.
-const EXPLAINED_SHARE: f64 = 0.3;
+pub(super) const EXPLAINED_SHARE: f64 = 0.3;
 
 /// An optimum with inertia.
 pub(super) struct OfInertia<'a> {
