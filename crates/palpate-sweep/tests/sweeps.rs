@@ -232,7 +232,7 @@ fn two_sweeps_do_not_share_a_folder_at_the_same_time() {
 
 #[test]
 fn example_plans_are_plans() {
-    for (name, jobs) in [("noise.toml", 30), ("logs.toml", 5)] {
+    for (name, jobs) in [("noise.toml", 30), ("logs.toml", 6)] {
         let path = repository().join("examples/sweeps").join(name);
         let plan = read_plan(&path).expect("a plan");
         let sweep = Sweep::new(&plan, path.parent().expect("a folder")).expect("jobs");

@@ -83,7 +83,8 @@ fn a_start_that_does_not_go_with_the_log_is_refused_by_both_numbers() {
 
 #[test]
 fn options_held_as_data_do_what_the_builder_does_and_progress_goes_up_to_the_end() {
-    let run = turned(&stone(), 100, noisy(1e-4));
+    let egg = NamedShape::Egg.shape(SIZE_M).expect("a positive size");
+    let run = turned(&egg, 100, noisy(1e-4));
     let options = ReconstructOptions::default().with_harmonics(6).with_sensor_sd_m(Some(1e-4));
     let of_data = Reconstructor::from(options).run(&run.log).expect("solvable");
     let told = Mutex::new(Vec::new());
