@@ -296,6 +296,7 @@ impl<'a> Fitting<'a> {
             if instant.both_seen() {
                 continue;
             }
+            let counts = [instant.weight1 > 0.0, instant.weight2 > 0.0];
             let (before, read) = (&refined.measurements.instants[index], &as_read.instants[index]);
             let psi = problem.samples[index].of(&optimum.unknowns.spline)[0];
             let Residuals { value, by_psi } = residuals(corrected, &optimum.unknowns.coefficients, psi);
@@ -303,7 +304,7 @@ impl<'a> Fitting<'a> {
             let weight = |before: f64, read: f64, palm: usize| {
                 let weight = if before > 0.0 { before } else { read };
                 let allowed_m = off_m.max(STAYS_SDS * by_psi[palm].abs() * psi_variance.sqrt());
-                if (weight * value[palm]).abs() <= allowed_m { weight } else { 0.0 }
+                if counts[palm] || (weight * value[palm]).abs() <= allowed_m { weight } else { 0.0 }
             };
             instant.weight1 = weight(before.weight1, read.weight1, 0);
             instant.weight2 = weight(before.weight2, read.weight2, 1);

@@ -73,7 +73,7 @@ impl OfInertia<'_> {
             estimate: Estimate { coefficients: unknowns.coefficients.clone(), psi, cost: 0.0 },
             order: refined.fine.order,
             noise: Noise { sensor_m: noise.sensor_m, balance_m: noise.forces_m },
-            prior: refined.fine.prior,
+            prior: problem.prior,
             log_evidence: optimum.log_evidence,
         };
         // Where the contacts contradict the motion it may be another; where nothing was felt, the forces say what it was.
