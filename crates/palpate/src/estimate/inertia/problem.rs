@@ -4,11 +4,10 @@ use super::arrow::{Arrow, ArrowBuilder};
 use super::palm_path::PalmPath;
 use crate::estimate::calibration::{CONSTANTS, Rows, Vector, changed, constants, prior_sd};
 use crate::estimate::measurements::{Instant, Measurements};
-use crate::estimate::model::contact::{combine, supports};
+use crate::estimate::model::contact::{combine, contact_directions, supports};
 use crate::estimate::model::prior::{Convexity, Prior};
 use crate::log::Log;
 use crate::math::spline::{SUPPORT, SplineBasis, SplineRow};
-use crate::mechanics::force_model::MotionState;
 use crate::mechanics::inertial::{Inertia, InertialMoment, MovingPalms};
 use crate::palms::{ContactRow, Contacts};
 use crate::sensor::calibration::palm_rates_rad_per_s;
@@ -160,15 +159,14 @@ const ANGLE_STEP: f64 = 1e-5;
 const CLOCK_STEP_S: f64 = 1e-5;
 
 impl<'a> Problem<'a> {
-    /// With knots at these times (seconds), and the weights of the contacts in `weighted`. `None` where the palms cannot be followed.
+    /// Of a log, its rig and the path of the palms as it was read; with knots at these times (seconds), and the weights of the contacts in
+    /// `weighted`.
     pub fn new(
-        log: &'a Log,
-        rig: &'a Rig,
+        (log, rig, path): (&'a Log, &'a Rig, PalmPath),
         weighted: &Measurements,
         (order, prior): (usize, Prior),
         knots_s: &[f64],
-    ) -> Option<Self> {
-        let path = PalmPath::new(log)?;
+    ) -> Self {
         let basis = SplineBasis::new(knots_s);
         let samples = log.samples.iter().map(|sample| basis.at(sample.time_s)).collect();
         let between = |pair: &[f64]| {
@@ -178,11 +176,11 @@ impl<'a> Problem<'a> {
         let collocations = knots_s.windows(2).flat_map(between).map(|time| (time, basis.at(time), 1.0)).collect();
         let weights = weighted.instants.iter().map(|instant| [instant.weight1, instant.weight2]).collect();
         let convexity = Convexity::new(order, prior.size_m, NODES[0] * order + NODES[1]);
-        Some(Self { log, rig, weights, path, basis, samples, collocations, order, prior, convexity })
+        Self { log, rig, weights, path, basis, samples, collocations, order, prior, convexity }
     }
 
     /// Number of places where the forces are looked at.
-    pub fn collocations(&self) -> usize {
+    pub(super) fn collocations(&self) -> usize {
         self.collocations.len()
     }
 
@@ -249,10 +247,9 @@ impl<'a> Problem<'a> {
     }
 
     /// The contact residuals of every sample, with their weights: metres.
-    pub fn contact_residuals_m(&self, at: &Unknowns, corrected: &Corrected) -> Vec<[f64; 2]> {
+    fn contact_residuals_m(&self, at: &Unknowns, corrected: &Corrected) -> Vec<[f64; 2]> {
         let residual = |(instant, row): (&Instant, &SplineRow)| {
-            let boundary =
-                Boundary::new(&at.coefficients, directions(instant.phi1 - Self::psi(row, at)[0], &instant.palms));
+            let boundary = Boundary::new(&at.coefficients, contact_directions(instant, Self::psi(row, at)[0]));
             let value = combine(instant, boundary.at).value;
             [instant.weight1 * value[0], instant.weight2 * value[1]]
         };
@@ -267,9 +264,8 @@ impl<'a> Problem<'a> {
             .zip(&corrected.palms)
             .map(|((_, row, _), palms)| {
                 let motion = Self::psi(row, at);
-                let boundary =
-                    Boundary::new(&at.coefficients, directions(palms.pair.phi1_rad - motion[0], &palms.angles));
-                inertia.moment(&state(palms, boundary.at, motion), [0.0; 2])
+                let boundary = Boundary::new(&at.coefficients, palms.contact_directions(motion[0]));
+                inertia.moment(&palms.carrying(boundary.at, [motion[1], motion[2]]), [0.0; 2])
             })
             .collect()
     }
@@ -324,9 +320,9 @@ impl<'a> Problem<'a> {
         for (node, residual) in self.convexity.violations(&at.coefficients) {
             self.convexity.row(node, &mut row.as_mut_slice()[..shape]);
             arrow.dense.syger(1.0, &row, &row, 1.0);
-            arrow.dense.fill_upper_triangle_with_lower_triangle();
             arrow.dense_gradient.axpy(residual, &row, 1.0);
         }
+        arrow.dense.fill_upper_triangle_with_lower_triangle();
         // Where neither contacts nor forces say anything the motion stays as it is.
         arrow.band.map_diagonal(|entry| entry + SPLINE_INFORMATION);
     }
@@ -345,7 +341,7 @@ impl<'a> Problem<'a> {
         let mut dense = vec![0.0; self.dense()];
         for (index, (instant, row)) in corrected.measurements.instants.iter().zip(&self.samples).enumerate() {
             let psi = Self::psi(row, at)[0];
-            let boundary = Boundary::new(&at.coefficients, directions(instant.phi1 - psi, &instant.palms));
+            let boundary = Boundary::new(&at.coefficients, contact_directions(instant, psi));
             let residuals = combine(instant, boundary.at);
             let by_constants = is_open.then(|| {
                 let sample = &corrected.log.samples[index];
@@ -384,8 +380,8 @@ impl<'a> Problem<'a> {
         let mut dense = vec![0.0; self.dense()];
         for ((time_s, row, weight), palms) in self.collocations.iter().zip(&corrected.palms) {
             let motion = Self::psi(row, at);
-            let boundary = Boundary::new(&at.coefficients, directions(palms.pair.phi1_rad - motion[0], &palms.angles));
-            let moment = inertia.moment(&state(palms, boundary.at, motion), [0.0; 2]);
+            let boundary = Boundary::new(&at.coefficients, palms.contact_directions(motion[0]));
+            let moment = inertia.moment(&palms.carrying(boundary.at, [motion[1], motion[2]]), [0.0; 2]);
             boundary.row_of(&moment.row, &mut dense[..shape]);
             dense[..shape].iter_mut().for_each(|by| *by *= weight);
             dense[shape + GYRATION] = weight * moment.by_gyration_m2 * inertia.gyration_m2;
@@ -393,13 +389,13 @@ impl<'a> Problem<'a> {
             if sd.amax() > 0.0 {
                 let turned = |by: [f64; 2]| {
                     let palms = palms.turned(by);
-                    inertia.moment(&state(&palms, boundary.turned(by), motion), [0.0; 2]).value_m
+                    inertia.moment(&palms.carrying(boundary.turned(by), [motion[1], motion[2]]), [0.0; 2]).value_m
                 };
                 let later = |later_s: f64| {
                     let there = self.palms_at(time_s + later_s, &at.calibration);
                     let [from, to] = [palms.pair, there.pair].map(|pair| [pair.phi1_rad, pair.phi12_rad()]);
                     let contacts = boundary.turned([0, 1].map(|k| to[k] - from[k]));
-                    inertia.moment(&state(&there, contacts, motion), [0.0; 2]).value_m
+                    inertia.moment(&there.carrying(contacts, [motion[1], motion[2]]), [0.0; 2]).value_m
                 };
                 let slope = |forwards: f64, backwards: f64, step: f64| (forwards - backwards) / (2.0 * step);
                 // A zero of φ₁ turns both palms back, one of φ₂ the second; a late clock means earlier palms.
@@ -426,23 +422,4 @@ const SPLINE_INFORMATION: f64 = 1e-8;
 
 fn inertia_sd(prior: InertiaPrior) -> [f64; 2] {
     if prior.held { [HELD_SD; 2] } else { [LN_GYRATION_SD, DAMPING_SD_PER_S] }
-}
-
-/// Cosines and sines of both contact angles, from φ₁ − ψ.
-fn directions(angle: f64, palms: &crate::palms::PalmAngles) -> ([f64; 2], [f64; 2]) {
-    let (sin, cos) = angle.sin_cos();
-    palms.contact_directions(sin, cos)
-}
-
-/// An object that moves between moving palms.
-fn state(palms: &MovingPalms, contacts: Contacts, [_, psi_rate, psi_acceleration]: [f64; 3]) -> MotionState {
-    MotionState {
-        palms: palms.angles,
-        contacts,
-        base_shifts_m: palms.base_shifts_m,
-        palm_rates: palms.rates,
-        palm_accelerations: palms.accelerations,
-        psi_rate,
-        psi_acceleration,
-    }
 }

@@ -7,7 +7,7 @@
 use super::arrow::{Arrow, Eliminated};
 use super::problem::{BESIDES_SHAPE, Corrected, InertiaPrior, Linearised, Problem, Squares, Unknowns};
 use crate::math::spline::SplineRow;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 
 /// Standard deviations of a contact position and of the moment of the forces, metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,6 +35,8 @@ pub(crate) struct Optimum<'a> {
     pub settled: bool,
     /// ln of the evidence, up to what all optima of a log have in common.
     pub log_evidence: f64,
+    /// The normal equations there: what error bars need.
+    pub eliminated: Eliminated,
 }
 
 /// Rounds of the variance components, and the change of a logarithm at which they have settled.
@@ -136,7 +138,7 @@ impl<'a> Problem<'a> {
             at = unknowns;
             let linearised = self.linearise(&at, &corrected);
             let eliminated = self.arrow(&at, &linearised, noise, inertia).eliminated(0.0)?;
-            let updated = self.updated(noise, &squares, &linearised, eliminated, &corrected, bounds)?;
+            let updated = self.updated(noise, &squares, &linearised, &eliminated, &corrected, bounds);
             let change =
                 (updated.sensor_m / noise.sensor_m).ln().abs().max((updated.forces_m / noise.forces_m).ln().abs());
             noise = updated;
@@ -153,7 +155,7 @@ impl<'a> Problem<'a> {
             - readings * noise.sensor_m.ln()
             - self.collocations() as f64 * noise.forces_m.ln()
             - 0.5 * eliminated.ln_determinant();
-        Some(Optimum { unknowns, corrected, noise, settled, log_evidence })
+        Some(Optimum { unknowns, corrected, noise, settled, log_evidence, eliminated })
     }
 
     fn readings(&self, corrected: &Corrected) -> f64 {
@@ -166,12 +168,11 @@ impl<'a> Problem<'a> {
         noise: InertialNoise,
         squares: &Squares,
         linearised: &Linearised,
-        eliminated: Eliminated,
+        eliminated: &Eliminated,
         corrected: &Corrected,
         bounds: Bounds,
-    ) -> Option<InertialNoise> {
-        let covariance: DMatrix<f64> = eliminated.information().clone().cholesky()?.inverse();
-        let given = eliminated.given_dense();
+    ) -> InertialNoise {
+        let (covariance, given) = (eliminated.covariance(), eliminated.given_dense());
         let estimate = |squares: f64, count: f64, arrow: &Arrow, sd_m: f64, floor_m: f64| {
             let used = given.determined_by(arrow, &covariance) / (sd_m * sd_m);
             let found = (squares / (count - used).max(LEAST_REDUNDANCY)).sqrt();
@@ -182,29 +183,21 @@ impl<'a> Problem<'a> {
         let sensor_m = estimate(squares.contacts, readings, &linearised.contacts, noise.sensor_m, least_m).min(most_m);
         let places = self.collocations() as f64;
         let forces_m = estimate(squares.forces, places, &linearised.forces, noise.forces_m, bounds.forces_m);
-        Some(InertialNoise { sensor_m, forces_m })
-    }
-
-    /// The normal equations at an optimum, eliminated: what error bars need.
-    pub fn eliminated(&self, optimum: &Optimum, inertia: InertiaPrior) -> Option<Eliminated> {
-        let Optimum { unknowns, corrected, noise, .. } = optimum;
-        self.arrow(unknowns, &self.linearise(unknowns, corrected), *noise, inertia).eliminated(0.0)
+        InertialNoise { sensor_m, forces_m }
     }
 
     /// Variance of the orientation of every sample at an optimum, rad².
-    pub fn variance_of_motion(&self, optimum: &Optimum, inertia: InertiaPrior) -> Option<Vec<f64>> {
-        let eliminated = self.eliminated(optimum, inertia)?;
-        let covariance = eliminated.information().clone().cholesky()?.inverse();
-        let given = eliminated.given_dense();
+    pub fn variance_of_motion(&self, optimum: &Optimum) -> Vec<f64> {
+        let (covariance, given) = (optimum.eliminated.covariance(), optimum.eliminated.given_dense());
         let of_sample = |row: &SplineRow| {
             let slope = given.slope(row);
             given.variance(row) + (&covariance * &slope).dot(&slope)
         };
-        Some(self.samples.iter().map(of_sample).collect())
+        self.samples.iter().map(of_sample).collect()
     }
 
     /// How far an optimum is from other unknowns that all samples share: the mean square in standard deviations.
-    pub fn moved(&self, optimum: &Optimum, from: &Unknowns, inertia: InertiaPrior) -> Option<f64> {
+    pub fn moved(&self, optimum: &Optimum, from: &Unknowns) -> f64 {
         let (to, shape) = (&optimum.unknowns, from.coefficients.len());
         let mut step = DVector::zeros(self.dense());
         for (index, (to, from)) in to.coefficients.iter().zip(&from.coefficients).enumerate() {
@@ -212,8 +205,7 @@ impl<'a> Problem<'a> {
         }
         step[shape] = to.ln_gyration_m2 - from.ln_gyration_m2;
         step[shape + 1] = to.damping_per_s - from.damping_per_s;
-        let eliminated = self.eliminated(optimum, inertia)?;
-        Some((eliminated.information() * &step).dot(&step) / step.len() as f64)
+        (optimum.eliminated.information() * &step).dot(&step) / step.len() as f64
     }
 
     /// Where the radius of gyration stands among the dense unknowns.

@@ -44,7 +44,7 @@ impl<N> From<Supports<N, 2>> for Contacts<N> {
 }
 
 /// Cosines and sines of both contact angles, from the sine and cosine of one angle only.
-fn contact_directions(instant: &Instant, psi: f64) -> ([f64; 2], [f64; 2]) {
+pub(crate) fn contact_directions(instant: &Instant, psi: f64) -> ([f64; 2], [f64; 2]) {
     let (sin, cos) = (instant.phi1 - psi).sin_cos();
     instant.palms.contact_directions(sin, cos)
 }

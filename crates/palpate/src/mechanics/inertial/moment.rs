@@ -58,12 +58,13 @@ impl InertialMoment {
 
 /// Components along t̄₁ and t̄₂ of the vector with these components along n̄₁ and n̄₂.
 fn along_tangents(palms: &PalmAngles, n: [f64; 2]) -> [f64; 2] {
-    [(n[0] * palms.cos2 + n[1]) * palms.inverse2, -(n[0] + n[1] * palms.cos2) * palms.inverse2]
+    let [first, second] = palms.positions(n, [0.0; 2]);
+    [first, -second]
 }
 
 /// The adjoint of [`along_tangents`].
 fn along_tangents_row(palms: &PalmAngles, t: [f64; 2]) -> [f64; 2] {
-    [(t[0] * palms.cos2 - t[1]) * palms.inverse2, (t[0] - t[1] * palms.cos2) * palms.inverse2]
+    palms.positions_row([t[0], -t[1]]).r
 }
 
 impl Inertia {

@@ -90,7 +90,8 @@ impl<'a> InertialPursuit<'a> {
 
     /// The normal forces over the weight, if both palms push.
     fn pushing(&self) -> Result<[f64; 2], LostContact> {
-        let (_, forces) = self.acceleration(self.time_s, self.state);
+        let (psi_acceleration, still) = self.acceleration(self.time_s, self.state);
+        let forces = self.inertia.moment(&MotionState { psi_acceleration, ..still }, [0.0; 2]).normal_forces;
         let pulls = |palm: usize| forces[palm] < 0.0 || forces[palm].is_nan();
         if pulls(0) || pulls(1) {
             let palm = if pulls(0) { Palm::One } else { Palm::Two };
@@ -100,27 +101,16 @@ impl<'a> InertialPursuit<'a> {
     }
 
     fn contacts(&self, palms: &MovingPalms, psi: f64) -> Contacts {
-        let (sin, cos) = (palms.pair.phi1_rad - psi).sin_cos();
-        let ([cos1, cos2], [sin1, sin2]) = palms.angles.contact_directions(sin, cos);
+        let ([cos1, cos2], [sin1, sin2]) = palms.contact_directions(psi);
         Contacts::from([self.shape.towards(cos1, sin1), self.shape.towards(cos2, sin2)])
     }
 
-    /// ψ'' and the normal forces over the weight.
-    fn acceleration(&self, time_s: f64, [psi, psi_rate]: State) -> (f64, [f64; 2]) {
+    /// ψ'', and the motion there without it.
+    fn acceleration(&self, time_s: f64, [psi, psi_rate]: State) -> (f64, MotionState) {
         let palms = self.curve.at(time_s);
-        let still = MotionState {
-            palms: palms.angles,
-            contacts: self.contacts(&palms, psi),
-            base_shifts_m: palms.base_shifts_m,
-            palm_rates: palms.rates,
-            palm_accelerations: palms.accelerations,
-            psi_rate,
-            psi_acceleration: 0.0,
-        };
+        let still = palms.carrying(self.contacts(&palms, psi), [psi_rate, 0.0]);
         let moment = self.inertia.moment(&still, [0.0; 2]);
-        let psi_acceleration = -moment.value_m / moment.by_psi_acceleration;
-        let forces = self.inertia.moment(&MotionState { psi_acceleration, ..still }, [0.0; 2]).normal_forces;
-        (psi_acceleration, forces)
+        (-moment.value_m / moment.by_psi_acceleration, still)
     }
 
     fn slope(&self, time_s: f64, state: State) -> State {

@@ -1,6 +1,7 @@
 //! Palms on their way, and a smooth way through palms given at some times.
 
-use crate::palms::{PalmAngles, PalmPair};
+use crate::mechanics::force_model::MotionState;
+use crate::palms::{Contacts, PalmAngles, PalmPair};
 
 /// The palms at some time, with the rates of their angles against the horizontal (rad/s) and accelerations (rad/s²); their base points stay.
 #[derive(Clone, Copy, Debug)]
@@ -17,6 +18,25 @@ impl MovingPalms {
     pub fn new(pair: PalmPair, rates: [f64; 2], accelerations: [f64; 2]) -> Self {
         let angles = pair.angles();
         Self { pair, angles, rates, accelerations, base_shifts_m: pair.base_shifts_m(&angles) }
+    }
+
+    /// Cosines and sines of both contact angles of an object at some orientation.
+    pub fn contact_directions(&self, psi: f64) -> ([f64; 2], [f64; 2]) {
+        let (sin, cos) = (self.pair.phi1_rad - psi).sin_cos();
+        self.angles.contact_directions(sin, cos)
+    }
+
+    /// An object between them with these contacts, ψ' and ψ''.
+    pub fn carrying(&self, contacts: Contacts, [psi_rate, psi_acceleration]: [f64; 2]) -> MotionState {
+        MotionState {
+            palms: self.angles,
+            contacts,
+            base_shifts_m: self.base_shifts_m,
+            palm_rates: self.rates,
+            palm_accelerations: self.accelerations,
+            psi_rate,
+            psi_acceleration,
+        }
     }
 
     /// The same palms turned by these angles against the horizontal, radians.

@@ -7,6 +7,7 @@ mod worth;
 
 use self::worth::OfInertia;
 use super::job::{Job, Refined};
+use crate::estimate::inertia::palm_path::PalmPath;
 use crate::estimate::inertia::problem::{BESIDES_SHAPE, InertiaPrior, Problem, Unknowns};
 use crate::estimate::inertia::smoother::{Bounds, InertialNoise, Optimum};
 use crate::estimate::measurements::{Instant, Measurements};
@@ -108,6 +109,7 @@ impl Job<'_> {
         let fitting = Fitting {
             job: self,
             refined,
+            path: PalmPath::new(self.raw)?,
             placed: placed(&refined.measurements, &refined.ambiguity_rad),
             // What of it looks symmetric may be so at rest alone.
             prior: Prior { origin_sd_m: self.prior.size_m, symmetry: Symmetry::NONE, ..fine.prior },
@@ -123,8 +125,7 @@ impl Job<'_> {
         let grown = fitting.grown(first)?;
         let robust = grown.optimum.noise.forces_m > AT_FLOOR * floor_m;
         let Stage { problem, weights, optimum, .. } = fitting.last(grown, robust.then_some(STUDENT))?;
-        let prior = fitting.inertia(false);
-        OfInertia { job: self, problem, optimum, prior, static_balance_m, robust }.candidate(refined, &weights)
+        OfInertia { job: self, problem, optimum, static_balance_m, robust }.candidate(refined, &weights)
     }
 
     /// So many equal pieces over the log.
@@ -162,6 +163,7 @@ impl Job<'_> {
 struct Fitting<'a> {
     job: &'a Job<'a>,
     refined: &'a Refined,
+    path: PalmPath,
     /// The measurements without those of samples that may be elsewhere.
     placed: Measurements,
     prior: Prior,
@@ -185,9 +187,10 @@ impl<'a> Fitting<'a> {
         InertiaPrior { ln_gyration_m2: 2.0 * self.gyration_m.ln(), held }
     }
 
-    fn problem(&self, weights: &Measurements, pieces: usize) -> Option<Problem<'a>> {
+    fn problem(&self, weights: &Measurements, pieces: usize) -> Problem<'a> {
         let (job, order) = (self.job, self.refined.fine.order);
-        Problem::new(job.raw, &job.options.rig, weights, (order, self.prior), &job.knots(pieces))
+        let readings = (job.raw, &job.options.rig, self.path.clone());
+        Problem::new(readings, weights, (order, self.prior), &job.knots(pieces))
     }
 
     /// By how much balance alone is missed with these coefficients, swings and all: root mean square, metres.
@@ -212,7 +215,7 @@ impl<'a> Fitting<'a> {
         if !self.can_be_done(pieces) {
             return None;
         }
-        let mut problem = self.problem(placed, pieces)?;
+        let mut problem = self.problem(placed, pieces);
         let is_placed = |index: &usize| placed.instants[*index].both_seen();
         let (times_s, known_rad): (Vec<f64>, Vec<f64>) =
             (0..psi.len()).filter(is_placed).map(|index| (job.raw.samples[index].time_s, psi[index])).unzip();
@@ -237,7 +240,7 @@ impl<'a> Fitting<'a> {
     fn grown(&self, mut stage: Stage<'a>) -> Option<Stage<'a>> {
         let (mut halvings, free) = (0, self.inertia(false));
         for _ in 0..ROUNDS {
-            let variances = stage.problem.variance_of_motion(&stage.optimum, free)?;
+            let variances = stage.problem.variance_of_motion(&stage.optimum);
             let weights = self.within(TAKEN_BACK * stage.optimum.unknowns.coefficients[0], Some(&variances), &stage);
             if weights.seen() > stage.weights.seen() {
                 stage = self.with(weights, stage, None)?;
@@ -246,14 +249,14 @@ impl<'a> Fitting<'a> {
             if halvings == HALVINGS || !self.can_be_done(2 * stage.pieces) {
                 break;
             }
-            let mut finer = self.problem(&stage.weights, 2 * stage.pieces)?;
+            let mut finer = self.problem(&stage.weights, 2 * stage.pieces);
             let Optimum { unknowns, noise, .. } = &stage.optimum;
             let spline = finer.basis.resampled(&stage.problem.basis, &unknowns.spline)?;
             let start = Unknowns { spline, ..unknowns.clone() };
             let there = finer.optimum(start, *noise, free, self.bounds, None)?;
             let gains = there.noise.forces_m < FORCES_GAIN * noise.forces_m
                 || there.noise.sensor_m < CONTACTS_GAIN * noise.sensor_m;
-            let has_settled = finer.moved(&there, unknowns, free)? <= SETTLED;
+            let has_settled = finer.moved(&there, unknowns) <= SETTLED;
             if !gains && !has_settled && noise.forces_m > AT_FLOOR * self.bounds.forces_m {
                 break;
             }
@@ -277,7 +280,7 @@ impl<'a> Fitting<'a> {
 
     /// A stage with other samples.
     fn with(&self, weights: Measurements, from: Stage<'a>, freedom: Option<f64>) -> Option<Stage<'a>> {
-        let mut problem = self.problem(&weights, from.pieces)?;
+        let mut problem = self.problem(&weights, from.pieces);
         let Optimum { unknowns, noise, .. } = from.optimum;
         let optimum = problem.optimum(unknowns, noise, self.inertia(false), self.bounds, freedom)?;
         Some(Stage { problem, pieces: from.pieces, weights, optimum })

@@ -3,7 +3,7 @@
 use super::{CONTACTS_ALLOWANCE, FORCES_FLOOR};
 use crate::estimate::calibration::{CONSTANTS, Matrix, constants, prior_sd};
 use crate::estimate::inertia::arrow::SplineGivenDense;
-use crate::estimate::inertia::problem::{BESIDES_SHAPE, InertiaPrior, Problem, Unknowns};
+use crate::estimate::inertia::problem::{BESIDES_SHAPE, Problem, Unknowns};
 use crate::estimate::inertia::smoother::Optimum;
 use crate::estimate::jumps::DetectedJump;
 use crate::estimate::measurements::{Instant, Measurements};
@@ -40,7 +40,6 @@ pub(super) struct OfInertia<'a> {
     pub job: &'a Job<'a>,
     pub problem: Problem<'a>,
     pub optimum: Optimum<'a>,
-    pub prior: InertiaPrior,
     /// By how much balance alone is missed, metres.
     pub static_balance_m: f64,
     /// Whether the forces were allowed to be others here and there.
@@ -58,13 +57,12 @@ impl OfInertia<'_> {
         if !optimum.settled || !explained || !self.is_possible() {
             return None;
         }
-        let inertia = self.inertia()?;
         // Where the forces may be others, they do not place a sample whose contacts do not.
         if self.robust && weights.seen() < refined.measurements.seen() {
             return None;
         }
-        let is_within =
-            inertia.gyration_radius_m - BEYOND_RIM_SDS * inertia.gyration_radius_sd_m < rim_m(&unknowns.coefficients);
+        let InertiaEstimate { gyration_radius_m, gyration_radius_sd_m, .. } = self.estimate();
+        let is_within = gyration_radius_m - BEYOND_RIM_SDS * gyration_radius_sd_m < rim_m(&unknowns.coefficients);
         if !is_within {
             return None;
         }
@@ -106,6 +104,21 @@ impl OfInertia<'_> {
         let share = |count: usize| count as f64 / moments.len().max(1) as f64;
         share(unexplained) <= MOST_UNEXPLAINED && share(pulls) <= MOST_PULLING
     }
+
+    fn estimate(&self) -> InertiaEstimate {
+        let Unknowns { coefficients, ln_gyration_m2, damping_per_s, .. } = &self.optimum.unknowns;
+        let covariance = self.optimum.eliminated.covariance();
+        let index = self.problem.gyration_index();
+        let gyration_radius_m = (0.5 * ln_gyration_m2).exp();
+        InertiaEstimate {
+            gyration_radius_m,
+            gyration_radius_sd_m: 0.5 * gyration_radius_m * covariance[(index, index)].sqrt(),
+            uniform_gyration_radius_m: SupportFunction::from_coefficients(coefficients).uniform_gyration_radius_m(),
+            damping_per_s: *damping_per_s,
+            damping_sd_per_s: covariance[(index + 1, index + 1)].sqrt(),
+            static_balance_sd_m: self.static_balance_m,
+        }
+    }
 }
 
 /// The largest distance of the boundary from the centre of mass.
@@ -128,7 +141,7 @@ struct InertiaErrorBars<'a> {
 
 impl Uncertainty for OfInertia<'_> {
     fn error_bars(&self, felt: &[f64], inflation: f64) -> Option<Box<dyn PoseErrorBars + '_>> {
-        let eliminated = self.problem.eliminated(&self.optimum, self.prior)?;
+        let eliminated = &self.optimum.eliminated;
         let layout = Layout { order: self.optimum.unknowns.coefficients.len() / 2, shared: BESIDES_SHAPE };
         let mut mean = DVector::zeros(layout.unknowns());
         let coefficients = &self.optimum.unknowns.coefficients;
@@ -144,8 +157,7 @@ impl Uncertainty for OfInertia<'_> {
         if sd == [0.0; CONSTANTS] {
             return None;
         }
-        let eliminated = self.problem.eliminated(&self.optimum, self.prior)?;
-        let all = eliminated.information().clone().cholesky()?.inverse();
+        let all = self.optimum.eliminated.covariance();
         let first = all.nrows() - CONSTANTS;
         // No correlation of errors takes away what was known before.
         let within = |variance: f64, i: usize, j: usize| if i == j { variance.min(1.0) } else { variance };
@@ -164,19 +176,7 @@ impl Uncertainty for OfInertia<'_> {
     }
 
     fn inertia(&self) -> Option<InertiaEstimate> {
-        let Unknowns { coefficients, ln_gyration_m2, damping_per_s, .. } = &self.optimum.unknowns;
-        let eliminated = self.problem.eliminated(&self.optimum, self.prior)?;
-        let covariance = eliminated.information().clone().cholesky()?.inverse();
-        let index = self.problem.gyration_index();
-        let gyration_radius_m = (0.5 * ln_gyration_m2).exp();
-        Some(InertiaEstimate {
-            gyration_radius_m,
-            gyration_radius_sd_m: 0.5 * gyration_radius_m * covariance[(index, index)].sqrt(),
-            uniform_gyration_radius_m: SupportFunction::from_coefficients(coefficients).uniform_gyration_radius_m(),
-            damping_per_s: *damping_per_s,
-            damping_sd_per_s: covariance[(index + 1, index + 1)].sqrt(),
-            static_balance_sd_m: self.static_balance_m,
-        })
+        Some(self.estimate())
     }
 }
 
