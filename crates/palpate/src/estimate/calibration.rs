@@ -51,6 +51,15 @@ pub(crate) fn constants(calibration: &Calibration) -> [f64; CONSTANTS] {
     [zero_m[0], zero_m[1], ratio, angle_zero_rad[0], angle_zero_rad[1], surface_m[0] - surface_m[1], clock_offset_s]
 }
 
+/// The constants of a calibration from where they are stated, in units of their priors; and these units.
+pub(crate) fn constants_off(calibration: &Calibration, rig: &Rig) -> (Vector, Vector) {
+    let sd = Vector::from(prior_sd(&rig.tolerances));
+    let stated = Vector::from(constants(&rig.calibration));
+    let off =
+        (Vector::from(constants(calibration)) - stated).zip_map(&sd, |off, sd| if sd > 0.0 { off / sd } else { 0.0 });
+    (off, sd)
+}
+
 /// A calibration after a change of its constants.
 pub(crate) fn changed(calibration: &Calibration, tolerances: &Tolerances, step: &Vector) -> Calibration {
     let (of_scale, of_surface) = (shares(tolerances.scale_sd), shares(tolerances.surface_sd_m));

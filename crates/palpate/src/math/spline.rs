@@ -24,6 +24,11 @@ pub(crate) struct SplineRow {
 }
 
 impl SplineRow {
+    /// The derivatives of its value by its coefficients, and the first of these.
+    pub fn of_value(&self) -> (usize, [f64; SUPPORT]) {
+        (self.first, self.derivatives[0])
+    }
+
     /// Value and first two derivatives of the spline with these coefficients.
     pub fn of(&self, coefficients: &[f64]) -> [f64; 3] {
         let there = &coefficients[self.first..self.first + SUPPORT];

@@ -6,7 +6,6 @@ use super::options::limits::CertificateLimits;
 use super::options::method::Method;
 use super::options::{Progress, ReconstructOptions};
 use super::paper::initial_conditions as integral;
-use super::refine::by_contact::ByContact;
 use super::refine::job::Job;
 use super::result::friction::{FrictionEstimate, friction};
 use super::result::reconstruction::Reconstruction;
@@ -19,6 +18,7 @@ use crate::estimate::solver::gauss_newton::Estimate;
 use crate::log::Log;
 use crate::sensor::Rig;
 use crate::shape::SupportFunction;
+use std::cell::RefCell;
 
 /// Sizes in which a known shape is tried, one after the other until one explains the log: each leads to the optimum from up to two per cent
 /// away.
@@ -171,14 +171,19 @@ impl<'a> Reconstructor<'a> {
         let mut explanations = 0;
         let mut explored = Explored::default();
         let mut failure = None;
-        let mut by_contact = None;
+        // One that may be right is a result where nothing else explains the log.
+        let by_forces: RefCell<Option<Candidate>> = RefCell::new(None);
+        let mut has_rolled = false;
         schedule::search(
             &Readings { thorough, ..job.readings() },
             &|found| job.corrected(found),
             &|share| self.tell("searching for arrangements", 0.9 * share),
             &mut || {
-                by_contact = job.explained_by_forces();
-                by_contact.is_some()
+                let found = job.explained_by_forces();
+                if found.as_ref().is_some_and(explains_forces) || by_forces.borrow().is_none() {
+                    by_forces.replace(found);
+                }
+                by_forces.borrow().is_some()
             },
             &mut |found| {
                 if explored.contains(&found, 0) {
@@ -193,22 +198,23 @@ impl<'a> Reconstructor<'a> {
                     }
                     Err(error) => failure = Some(error),
                 }
+                let explained = best.as_ref().is_some_and(|candidate| candidate.result.verdict.is_explained());
+                if !explained && !has_rolled {
+                    has_rolled = true;
+                    by_forces.replace(job.explained_by_rolling());
+                    if by_forces.borrow().as_ref().is_some_and(explains_forces) {
+                        return true;
+                    }
+                }
                 explored.is_enough() || best.as_ref().is_some_and(|candidate| candidate.is_enough(explanations))
             },
         );
-        match by_contact {
-            Some(ByContact::Inertia(candidate)) => best = Some(*candidate),
-            Some(ByContact::Friction(found, with_friction)) => {
-                // Little friction spoils the balance, and with it the centre of mass, but no more.
-                best = job.judge(&found, &mut explored).ok().filter(|candidate| candidate.result.is_certified());
-                if best.is_none() {
-                    self.tell("done", 1.0);
-                    return Ok(*with_friction);
-                }
-            }
-            None => {}
-        }
         self.tell("done", 1.0);
+        let explained = best.as_ref().is_some_and(|candidate| candidate.result.verdict.is_explained());
+        if let Some(candidate) = by_forces.into_inner().filter(|by_forces| !explained || explains_forces(by_forces)) {
+            // What explains the forces stands against none that does not.
+            return Ok(candidate.result);
+        }
         best.map(|candidate| with_center_by_friction(log, explored.against_others(candidate))).ok_or_else(|| {
             failure.unwrap_or_else(|| ReconstructError::NoStart {
                 advice: "check the units and signs of the palm angles and contact positions".to_owned(),
@@ -263,6 +269,11 @@ impl<'a> Reconstructor<'a> {
         let solved = job.solve(&found, 0)?;
         job.assemble(solved)
     }
+}
+
+/// Whether a result with friction is explained by it, and not only perhaps.
+fn explains_forces(candidate: &Candidate) -> bool {
+    !candidate.result.verdict.doubts_friction()
 }
 
 /// Where only the balance is missed, and friction explains that, the centre of mass that goes with it.

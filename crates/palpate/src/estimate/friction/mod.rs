@@ -6,8 +6,12 @@
 //!
 //! 1. [`rolling`]: how the object turns if it rolls on a palm, from the readings alone;
 //! 2. [`regimes`]: which contact sticks at each sample, from the motion against these;
-//! 3. [`strips`]: centre of mass and friction, from what the balance of forces then asks.
+//! 3. [`strips`]: centre of mass and friction, from what the balance of forces then asks;
+//! 4. [`problem`] and [`smoother`]: all of it together, with what rolling tells of the motion.
 
+pub(crate) mod modes;
+pub(crate) mod problem;
 pub(crate) mod regimes;
 pub(crate) mod rolling;
+pub(crate) mod smoother;
 pub(crate) mod strips;

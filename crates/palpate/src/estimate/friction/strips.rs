@@ -37,7 +37,7 @@ const STARTS: [f64; 4] = [0.02, 0.1, 0.2, 0.4];
 const PRIOR: (f64, f64) = (0.2, 0.5);
 
 /// Least coefficient of friction of the fit: without any there are no cones.
-const LEAST: f64 = 1e-4;
+pub(super) const LEAST_FRICTION: f64 = 1e-4;
 
 /// The same of the centre of mass: from the origin of the form, as a share of its size.
 const CENTER_SD: f64 = 0.5;
@@ -51,6 +51,48 @@ const ENOUGH: f64 = 1e-4;
 
 /// Parts of the log that are left out in turn, for error bars: errors of the form and of a regime are common to many samples.
 const PARTS: usize = 16;
+
+/// Signs of the slips at the ends between which the moment vanishes at a sample; equal where it vanishes at them.
+pub(super) fn ends(instant: &Instant, at: &Contacts, regime: &Regime) -> Option<[[f64; 2]; 2]> {
+    let [s1, s2] = instant.palms.positions(at.r, at.d);
+    // u_k grows with ψ' by (s₂ − s₁ cos φ₂)/sin φ₂ and its mirror image.
+    let by_psi_rate = [s2 - s1 * instant.palms.cos2, s1 - s2 * instant.palms.cos2];
+    let [below, between, above] = slip_signs(by_psi_rate, regime.order?);
+    Some(match regime.place {
+        Place::Below => [below; 2],
+        Place::First => [below, between],
+        Place::Between => [between; 2],
+        Place::Second => [between, above],
+        Place::Above => [above; 2],
+        Place::Anywhere => [below, above],
+    })
+}
+
+/// The end whose moment is missed by least, where it does not vanish between them.
+pub(super) fn nearest_end(ends: [[f64; 2]; 2], moment_m: impl Fn([f64; 2]) -> f64) -> Option<[f64; 2]> {
+    let values = ends.map(&moment_m);
+    if ends[0] != ends[1] && values[0] * values[1] < 0.0 {
+        return None;
+    }
+    Some(ends[usize::from(values[1].abs() < values[0].abs())])
+}
+
+/// −ln of the prior of a coefficient of friction, with so many runs of samples that stick, its slope and its information.
+pub(super) struct OfFriction {
+    pub cost: f64,
+    pub slope: f64,
+    pub information: f64,
+}
+
+pub(super) fn prior_of_friction(friction: f64, runs: usize) -> OfFriction {
+    let ((mean, sd), runs) = (PRIOR, runs as f64);
+    let information = 1.0 / (sd * sd);
+    OfFriction {
+        cost: 0.5 * information * (friction - mean).powi(2) + runs * (2.0 * friction).ln(),
+        slope: information * (friction - mean) + runs / friction,
+        information,
+    }
+}
 
 /// One sample.
 struct Strip {
@@ -69,18 +111,7 @@ type Row = (f64, Vector4<f64>);
 impl Strip {
     fn new(instant: &Instant, coefficients: &[f64], psi: f64, psi_sd: f64, regime: &Regime) -> Option<Self> {
         let at = contacts(instant, coefficients, psi);
-        let [s1, s2] = instant.palms.positions(at.r, at.d);
-        // u_k grows with ψ' by (s₂ − s₁ cos φ₂)/sin φ₂ and its mirror image.
-        let by_psi_rate = [s2 - s1 * instant.palms.cos2, s1 - s2 * instant.palms.cos2];
-        let [below, between, above] = slip_signs(by_psi_rate, regime.order?);
-        let ends = match regime.place {
-            Place::Below => [below; 2],
-            Place::First => [below, between],
-            Place::Between => [between; 2],
-            Place::Second => [between, above],
-            Place::Above => [above; 2],
-            Place::Anywhere => [below, above],
-        };
+        let ends = ends(instant, &at, regime)?;
         Some(Self { instant: *instant, at, direction: [psi.cos(), psi.sin()], ends, psi_sd })
     }
 
@@ -94,13 +125,9 @@ impl Strip {
     fn row(&self, unknowns: &Vector4<f64>, allowance_m: f64) -> Option<Row> {
         let center = [unknowns[0], unknowns[1]];
         let tau = |signs: [f64; 2]| at_the_edges([unknowns[2], unknowns[3]], signs);
-        let values = self.ends.map(|signs| self.moment(center, tau(signs)));
-        let nearest = usize::from(values[1].abs() < values[0].abs());
-        if self.ends[0] != self.ends[1] && values[0] * values[1] < 0.0 {
-            return None;
-        }
-        let (signs, value) = (self.ends[nearest], values[nearest]);
+        let signs = nearest_end(self.ends, |signs| self.moment(center, tau(signs)))?;
         let at = tau(signs);
+        let value = self.moment(center, at);
         // Linear in each ratio.
         let by_ratio = |k: usize| {
             let (mut with, mut without) = (at, at);
@@ -147,7 +174,7 @@ pub(crate) fn center_and_friction(
 }
 
 /// Runs of samples that stick to palm 1 and to palm 2; what the motion does not say ends none.
-fn runs(regimes: &[Regime]) -> [usize; 2] {
+pub(crate) fn runs(regimes: &[Regime]) -> [usize; 2] {
     let mut runs = [0; 2];
     let mut before = None;
     for regime in regimes {
@@ -187,20 +214,19 @@ struct Normal {
 impl Problem<'_> {
     fn normal(&self, unknowns: &Vector4<f64>) -> Normal {
         let inverse_center = 1.0 / (CENTER_SD * self.size_m).powi(2);
-        let inverse_friction = 1.0 / (PRIOR.1 * PRIOR.1);
-        let prior = Vector4::new(inverse_center, inverse_center, inverse_friction, inverse_friction);
-        let off = unknowns - Vector4::new(0.0, 0.0, PRIOR.0, PRIOR.0);
+        let prior = Vector4::new(inverse_center, inverse_center, 0.0, 0.0);
         let mut normal = Normal {
-            cost: 0.5 * off.component_mul(&off).dot(&prior),
-            gradient: prior.component_mul(&off),
+            cost: 0.5 * unknowns.component_mul(unknowns).dot(&prior),
+            gradient: prior.component_mul(unknowns),
             information: Matrix4::from_diagonal(&prior),
             squares: 0.0,
             rows: 0,
         };
         for (palm, runs) in self.runs.into_iter().enumerate() {
-            let (friction, runs) = (unknowns[2 + palm], runs as f64);
-            normal.cost += runs * (2.0 * friction).ln();
-            normal.gradient[2 + palm] += runs / friction;
+            let of_friction = prior_of_friction(unknowns[2 + palm], runs);
+            normal.cost += of_friction.cost;
+            normal.gradient[2 + palm] += of_friction.slope;
+            normal.information[(2 + palm, 2 + palm)] += of_friction.information;
         }
         let allowance_m = FORM_ALLOWANCE * self.size_m;
         let strips = self.strips.iter().enumerate().filter(|(place, _)| !self.left_out.contains(place));
@@ -241,7 +267,7 @@ impl Problem<'_> {
             let mut next = unknowns + step;
             // A coefficient of friction is at most halved at once, and never negative.
             for palm in 2..4 {
-                next[palm] = next[palm].max(0.5 * unknowns[palm]).max(LEAST);
+                next[palm] = next[palm].max(0.5 * unknowns[palm]).max(LEAST_FRICTION);
             }
             let there = self.normal(&next);
             if there.cost.is_finite() && there.cost <= normal.cost {

@@ -5,10 +5,8 @@
 //!
 //! 1. [`palm_path`]: angles of the palms, their rates and accelerations at any time;
 //! 2. [`problem`]: residuals of contacts and forces, and their normal equations;
-//! 3. [`arrow`]: such equations solved, and the covariance of their solution;
-//! 4. [`smoother`]: the optimum, with the standard deviations of contacts and forces estimated.
+//! 3. [`smoother`]: the optimum, with the standard deviations of contacts and forces estimated.
 
-pub(crate) mod arrow;
 pub(crate) mod palm_path;
 pub(crate) mod problem;
 pub(crate) mod smoother;

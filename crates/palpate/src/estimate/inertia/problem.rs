@@ -1,15 +1,15 @@
 //! The residuals of contacts and forces of a log, and their normal equations, at some shape, motion, inertia and calibration.
 
-use super::arrow::{Arrow, ArrowBuilder};
 use super::palm_path::PalmPath;
-use crate::estimate::calibration::{CONSTANTS, Rows, Vector, changed, constants, prior_sd};
+use crate::estimate::calibration::{CONSTANTS, Rows, Vector, changed, constants_off};
 use crate::estimate::measurements::{Instant, Measurements};
-use crate::estimate::model::contact::{combine, contact_directions, supports};
+use crate::estimate::model::boundary::Boundary;
+use crate::estimate::model::contact::{combine, contact_directions};
 use crate::estimate::model::prior::{Convexity, Prior};
+use crate::estimate::solver::arrow::{Arrow, ArrowBuilder};
 use crate::log::Log;
 use crate::math::spline::{SUPPORT, SplineBasis, SplineRow};
 use crate::mechanics::inertial::{Inertia, InertialMoment, MovingPalms};
-use crate::palms::{ContactRow, Contacts};
 use crate::sensor::calibration::palm_rates_rad_per_s;
 use crate::sensor::{Calibration, Rig};
 use crate::shape::SupportFunction;
@@ -101,59 +101,6 @@ const PER_PIECE: usize = 4;
 /// Nodes of the convexity penalty: so many for each harmonic, and so many besides.
 const NODES: [usize; 2] = [16, 32];
 
-/// Contacts and what of the boundary is needed for rows there.
-struct Boundary {
-    at: Contacts,
-    v_by_theta: [f64; 2],
-    /// cos kθ and sin kθ at both contacts for k = 1 … K.
-    turns: Vec<([f64; 2], [f64; 2])>,
-}
-
-impl Boundary {
-    fn new(coefficients: &[f64], directions: ([f64; 2], [f64; 2])) -> Self {
-        let order = coefficients.len() / 2;
-        let mut turns = Vec::with_capacity(order);
-        let mut v_by_theta = [0.0; 2];
-        let (cos, sin) = directions;
-        let at = supports(coefficients, cos, sin, |index, cos, sin| {
-            let k = (index + 1) as f64;
-            for contact in 0..2 {
-                let slope = coefficients[1 + order + index] * cos[contact] - coefficients[1 + index] * sin[contact];
-                v_by_theta[contact] += k * (1.0 - k * k) * slope;
-            }
-            turns.push((cos, sin));
-        });
-        Self { at: at.into(), v_by_theta, turns }
-    }
-
-    /// A functional of (r, d, v) as one of the coefficients.
-    fn row_of(&self, by: &ContactRow, row: &mut [f64]) {
-        let order = self.turns.len();
-        row[0] = by.r[0] + by.r[1] + by.v[0] + by.v[1];
-        for (index, (cos, sin)) in self.turns.iter().enumerate() {
-            let k = (index + 1) as f64;
-            let (mut of_cos, mut of_sin) = (0.0, 0.0);
-            for contact in 0..2 {
-                let along = by.r[contact] + (1.0 - k * k) * by.v[contact];
-                let across = k * by.d[contact];
-                of_cos += along * cos[contact] + across * sin[contact];
-                of_sin += along * sin[contact] - across * cos[contact];
-            }
-            (row[1 + index], row[1 + order + index]) = (of_cos, of_sin);
-        }
-    }
-
-    /// The contacts after palm 1 and palm 2 have turned by these small angles, the object as it is.
-    fn turned(&self, palms: [f64; 2]) -> Contacts {
-        let Contacts { r, d, v } = self.at;
-        Contacts {
-            r: [0, 1].map(|k| r[k] - d[k] * palms[k]),
-            d: [0, 1].map(|k| d[k] + (r[k] - v[k]) * palms[k]),
-            v: [0, 1].map(|k| v[k] + self.v_by_theta[k] * palms[k]),
-        }
-    }
-}
-
 /// Steps of the numerical derivatives of W by the palms: radians, and seconds.
 const ANGLE_STEP: f64 = 1e-5;
 const CLOCK_STEP_S: f64 = 1e-5;
@@ -212,15 +159,6 @@ impl<'a> Problem<'a> {
         palms
     }
 
-    /// The constants in units of their priors, from where they are stated; and these units.
-    fn constants_off(&self, calibration: &Calibration) -> (Vector, Vector) {
-        let sd = Vector::from(prior_sd(&self.rig.tolerances));
-        let stated = Vector::from(constants(&self.rig.calibration));
-        let off = (Vector::from(constants(calibration)) - stated)
-            .zip_map(&sd, |off, sd| if sd > 0.0 { off / sd } else { 0.0 });
-        (off, sd)
-    }
-
     /// The unknowns after a step of the dense ones and of the spline.
     pub fn stepped(&self, from: &Unknowns, dense: &DVector<f64>, spline: &[f64]) -> Unknowns {
         let shape = from.coefficients.len();
@@ -228,7 +166,7 @@ impl<'a> Problem<'a> {
         to.coefficients.iter_mut().zip(dense.iter()).for_each(|(value, step)| *value += step);
         to.ln_gyration_m2 += dense[shape + GYRATION];
         to.damping_per_s += dense[shape + DAMPING];
-        let (_, sd) = self.constants_off(&from.calibration);
+        let (_, sd) = constants_off(&from.calibration, self.rig);
         if sd.amax() > 0.0 {
             let step = Vector::from_fn(|c, _| sd[c] * dense[shape + RIG + c]);
             to.calibration = changed(&from.calibration, &self.rig.tolerances, &step);
@@ -297,7 +235,7 @@ impl<'a> Problem<'a> {
         let [ln_sd, damping_sd] = inertia_sd(inertia);
         let of_inertia =
             ((at.ln_gyration_m2 - inertia.ln_gyration_m2) / ln_sd).powi(2) + (at.damping_per_s / damping_sd).powi(2);
-        let (off, _) = self.constants_off(&at.calibration);
+        let (off, _) = constants_off(&at.calibration, self.rig);
         0.5 * (of_shape + of_convexity + of_inertia + off.norm_squared())
     }
 
@@ -314,7 +252,7 @@ impl<'a> Problem<'a> {
         let [ln_sd, damping_sd] = inertia_sd(inertia);
         add(shape + GYRATION, at.ln_gyration_m2 - inertia.ln_gyration_m2, ln_sd);
         add(shape + DAMPING, at.damping_per_s, damping_sd);
-        let (off, _) = self.constants_off(&at.calibration);
+        let (off, _) = constants_off(&at.calibration, self.rig);
         (0..CONSTANTS).for_each(|c| add(shape + RIG + c, off[c], 1.0));
         let mut row = DVector::zeros(self.dense());
         for (node, residual) in self.convexity.violations(&at.coefficients) {
@@ -335,7 +273,7 @@ impl<'a> Problem<'a> {
     fn linearise_contacts(&self, at: &Unknowns, corrected: &Corrected) -> Arrow {
         let shape = at.coefficients.len();
         let support = SupportFunction::from_coefficients(&at.coefficients);
-        let (_, sd) = self.constants_off(&at.calibration);
+        let (_, sd) = constants_off(&at.calibration, self.rig);
         let is_open = sd.amax() > 0.0;
         let mut builder = ArrowBuilder::new(self.dense(), self.basis.len());
         let mut dense = vec![0.0; self.dense()];
@@ -375,7 +313,7 @@ impl<'a> Problem<'a> {
     fn linearise_forces(&self, at: &Unknowns, corrected: &Corrected) -> Arrow {
         let shape = at.coefficients.len();
         let inertia = at.inertia();
-        let (_, sd) = self.constants_off(&at.calibration);
+        let (_, sd) = constants_off(&at.calibration, self.rig);
         let mut builder = ArrowBuilder::new(self.dense(), self.basis.len());
         let mut dense = vec![0.0; self.dense()];
         for ((time_s, row, weight), palms) in self.collocations.iter().zip(&corrected.palms) {

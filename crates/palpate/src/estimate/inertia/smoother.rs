@@ -4,8 +4,8 @@
 //! While the forces are loose the motion follows the noise of the contacts, and a small radius of gyration makes little of it: so that the inertia
 //! is held until the forces have come down, and freed then.
 
-use super::arrow::{Arrow, Eliminated};
 use super::problem::{BESIDES_SHAPE, Corrected, InertiaPrior, Linearised, Problem, Squares, Unknowns};
+use crate::estimate::solver::arrow::{Arrow, Eliminated};
 use crate::math::spline::SplineRow;
 use nalgebra::DVector;
 
@@ -190,8 +190,8 @@ impl<'a> Problem<'a> {
     pub fn variance_of_motion(&self, optimum: &Optimum) -> Vec<f64> {
         let (covariance, given) = (optimum.eliminated.covariance(), optimum.eliminated.given_dense());
         let of_sample = |row: &SplineRow| {
-            let slope = given.slope(row);
-            given.variance(row) + (&covariance * &slope).dot(&slope)
+            let slope = given.slope(row.of_value());
+            given.variance(row.of_value()) + (&covariance * &slope).dot(&slope)
         };
         self.samples.iter().map(of_sample).collect()
     }

@@ -1,7 +1,7 @@
 //! The three residuals of one sample and their exact derivatives (`docs/theory.md`, maximum likelihood):
 //! predicted minus measured s1 and s2 (contact, eq. 3 of Moll & Erdmann 2001) and the balance g = d1 sin φ12 + d2 sin φ1.
 
-use crate::estimate::measurements::Instant;
+use crate::estimate::measurements::{Instant, Measurements};
 use crate::math::lanes::Number;
 use crate::mechanics::Forces;
 use crate::mechanics::force_model::{ForceModel, ForceResidual, MotionState};
@@ -111,6 +111,20 @@ pub(crate) fn by_palms(instant: &Instant, at: &Contacts) -> [[f64; 3]; 2] {
 /// The residuals of one sample for a shape and an orientation.
 pub(crate) fn residuals(instant: &Instant, coefficients: &[f64], psi: f64) -> Residuals {
     combine(instant, contacts(instant, coefficients, psi))
+}
+
+/// Standard deviation of ψ at every sample by its contacts alone, given the form and that of a contact position.
+pub(crate) fn psi_sd_by_contacts(
+    measurements: &Measurements,
+    coefficients: &[f64],
+    psi: &[f64],
+    sensor_m: f64,
+) -> Vec<f64> {
+    let sd = |(instant, psi): (&Instant, &f64)| {
+        let by_psi = residuals(instant, coefficients, *psi).by_psi;
+        sensor_m / (instant.weight1 * by_psi[0]).hypot(instant.weight2 * by_psi[1])
+    };
+    measurements.instants.iter().zip(psi).map(sd).collect()
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! The model of one instant: residuals and their derivatives, the distributions of their errors, and the prior of the shape.
 
 pub(crate) mod balance_tolerance;
+pub(crate) mod boundary;
 pub(crate) mod contact;
 pub(crate) mod contact_lanes;
 pub(crate) mod layout;

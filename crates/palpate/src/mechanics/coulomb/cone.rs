@@ -51,6 +51,15 @@ pub(crate) fn moment_by_psi<N: Number>(palms: &PalmAngles<N>, at: &Contacts<N>, 
     row.r[0] * r[0] + row.r[1] * r[1] + row.d[0] * d[0] + row.d[1] * d[1]
 }
 
+/// The derivative of W, linear in each ratio, by that of contact `k`, metres.
+#[inline(always)]
+pub(crate) fn moment_by_ratio(palms: &PalmAngles, at: &Contacts, mut tau: Ratios, k: usize) -> f64 {
+    tau[k] = 1.0;
+    let with = moment(palms, at, tau);
+    tau[k] = 0.0;
+    with - moment(palms, at, tau)
+}
+
 /// The derivatives of W by the angles of palm 1 and palm 2 against the horizontal, ψ as it is, metres.
 #[inline(always)]
 pub(crate) fn moment_by_palms<N: Number>(palms: &PalmAngles<N>, at: &Contacts<N>, tau: Ratios<N>) -> [N; 2] {
@@ -79,12 +88,8 @@ pub(crate) fn normal_forces(palms: &PalmAngles, tau: Ratios) -> Option<[f64; 2]>
 /// The ratio at contact `k` at which W = 0 while the other contact has its ratio in `tau`: W is linear in it. `None` where W does not depend
 /// on it.
 pub(crate) fn balancing_ratio(palms: &PalmAngles, at: &Contacts, mut tau: Ratios, k: usize) -> Option<f64> {
-    let value = |tau: Ratios| moment(palms, at, tau);
     tau[k] = 0.0;
-    let there = value(tau);
-    tau[k] = 1.0;
-    let slope = value(tau) - there;
-    let ratio = -there / slope;
+    let ratio = -moment(palms, at, tau) / moment_by_ratio(palms, at, tau, k);
     ratio.is_finite().then_some(ratio)
 }
 

@@ -9,7 +9,9 @@ mod mode;
 mod motion;
 mod slip;
 
-pub(crate) use cone::{Ratios, at_the_edges, moment, moment_by_psi, normal_forces, opening};
+pub(crate) use cone::{
+    Ratios, at_the_edges, moment, moment_by_psi, moment_by_ratio, moment_row, normal_forces, opening,
+};
 pub use mode::ContactMode;
 pub(crate) use motion::FrictionPursuit;
 pub(crate) use slip::slip_signs;

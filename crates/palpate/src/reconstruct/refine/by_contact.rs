@@ -1,7 +1,6 @@
 //! Refinement by contact alone, for objects on which friction acts (`docs/theory.md`, friction): form and motion from the contacts, whatever the
 //! forces are; then centre of mass and friction from what the forces within the friction cones ask of them.
 
-use super::calibrated::Solved;
 use super::job::{Job, LEAST_FIRST_SD, ORDER_SAMPLES, Refined};
 use super::resample::{carry_over, thinned_in_ranges};
 use crate::estimate::evidence::fit::{ROUNDS, fit};
@@ -11,49 +10,19 @@ use crate::estimate::model::contact::residuals;
 use crate::estimate::model::layout::Layout;
 use crate::estimate::model::noise::Noise;
 use crate::estimate::solver::gauss_newton::Estimate;
-use crate::reconstruct::result::friction::{FrictionEstimate, friction, is_hinged};
-use crate::reconstruct::result::reconstruction::{FoundSymmetry, Reconstruction};
+use crate::reconstruct::result::reconstruction::FoundSymmetry;
 use crate::reconstruct::search::schedule::{Found, Readings, search_by_contact};
 use crate::reconstruct::verdict::assemble::Candidate;
-use crate::reconstruct::verdict::doubt::{Doubt, Verdict};
 use nalgebra::{Matrix2, Vector2};
 
 /// Standard deviation of the origin of the form, as a share of the size: contact does not tell it, so it is held where it is.
 const ORIGIN_SD: f64 = 1e-6;
 
-/// The doubts of a result by contact alone, without those that rest on balance without friction. `None` where the contacts contradict it.
-fn doubts_with_friction(verdict: &Verdict, friction: &FrictionEstimate) -> Option<Vec<Doubt>> {
-    let rests_on_balance = |doubt: &&Doubt| {
-        matches!(
-            doubt,
-            Doubt::UnphysicalJumps { .. }
-                | Doubt::UnstablePoses { .. }
-                | Doubt::JumpReversals { .. }
-                | Doubt::Unbalanced { .. }
-                | Doubt::UnsettledRig { .. }
-        )
-    };
-    let others: Vec<Doubt> = verdict.doubts.iter().filter(|doubt| !rests_on_balance(doubt)).cloned().collect();
-    if others.iter().any(Doubt::is_contradiction) {
-        return None;
-    }
-    let of_friction = Doubt::Friction { coefficients: friction.coefficients, sds: friction.coefficient_sds };
-    Some(std::iter::once(of_friction).chain(others).collect())
-}
-
-/// What explains an arrangement by contact alone.
-pub(crate) enum ByContact {
-    /// Inertia.
-    Inertia(Box<Candidate>),
-    /// Friction, and the arrangement that led there.
-    Friction(Found, Box<Reconstruction>),
-}
-
 impl Job<'_> {
-    /// The result of a search by contact alone, where friction explains what the forces then ask, and the arrangement that led there.
-    pub fn explained_by_forces(&self) -> Option<ByContact> {
+    /// The result of a search by contact alone, where inertia or friction explains what the forces then ask, or friction may.
+    pub fn explained_by_forces(&self) -> Option<Candidate> {
         let job = self.clone().without_balance();
-        let mut explained = None;
+        let (mut explained, mut plausible) = (None, None);
         let calibrate = |found: &Found| job.corrected(found);
         search_by_contact(&Readings { thorough: false, ..job.readings() }, &calibrate, &mut |found| {
             // The contacts tell all of the rig but where gravity is.
@@ -61,23 +30,16 @@ impl Job<'_> {
             let job = calibrated.map_or_else(|| job.clone(), |(calibration, _)| job.recalibrated(job.raw, calibration));
             let Some(refined) = job.refined_by_contact(&found) else { return false };
             let (balanced, missed_m) = job.balanced(&refined);
-            if let Some(candidate) = job.explained_by_inertia(&refined, balanced, missed_m) {
-                explained = Some(ByContact::Inertia(Box::new(candidate)));
-            } else if is_hinged(self.raw) {
-                explained =
-                    job.explained_by_friction(refined).map(|result| ByContact::Friction(found, Box::new(result)));
+            explained = job.explained_by_inertia(&refined, balanced, missed_m);
+            if explained.is_none()
+                && let Some(candidate) = job.explained_by_friction(&refined)
+            {
+                let place = if candidate.result.verdict.doubts_friction() { &mut plausible } else { &mut explained };
+                place.get_or_insert(candidate);
             }
             explained.is_some()
         });
-        explained
-    }
-
-    /// What friction makes of an optimum by contact alone, where it explains the forces.
-    fn explained_by_friction(&self, refined: Refined) -> Option<Reconstruction> {
-        let Candidate { result, .. } = self.assemble(Solved { job: None, refined, as_likely: Vec::new() }).ok()?;
-        let friction = friction(self.raw, &result).filter(FrictionEstimate::explains)?;
-        let doubts = doubts_with_friction(&result.verdict, &friction)?;
-        Some(Reconstruction { verdict: Verdict::new(doubts), ..result.with_friction(friction) })
+        explained.or(plausible)
     }
 
     /// The coefficients of an optimum about the origin that misses the balance least, and by how much that does (root mean square, metres): the

@@ -1,6 +1,7 @@
 //! Refinement of one arrangement to the optimum over all samples (`docs/theory.md`, the search).
 
 pub(crate) mod by_contact;
+mod by_friction;
 mod by_inertia;
 pub(crate) mod calibrated;
 pub(crate) mod job;

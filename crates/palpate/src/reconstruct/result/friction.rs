@@ -3,7 +3,7 @@
 use crate::estimate::friction::regimes::{Place, Regime, regimes};
 use crate::estimate::friction::strips::center_and_friction;
 use crate::estimate::measurements::Measurements;
-use crate::estimate::model::contact::residuals;
+use crate::estimate::model::contact::psi_sd_by_contacts;
 use crate::log::Log;
 use crate::reconstruct::result::reconstruction::Reconstruction;
 
@@ -84,16 +84,7 @@ pub fn friction(log: &Log, result: &Reconstruction) -> Option<FrictionEstimate> 
     let psi: Vec<f64> = result.motion.iter().map(|pose| pose.psi_rad).collect();
     let starts: Vec<usize> = (1..psi.len()).filter(|&i| result.motion[i].piece != result.motion[i - 1].piece).collect();
     let coefficients = result.shape.coefficients();
-    // What the readings of a sample leave open, given the form.
-    let psi_sd: Vec<f64> = measurements
-        .instants
-        .iter()
-        .zip(&psi)
-        .map(|(instant, psi)| {
-            let by_psi = residuals(instant, &coefficients, *psi).by_psi;
-            result.sensor_sd_m / (instant.weight1 * by_psi[0]).hypot(instant.weight2 * by_psi[1])
-        })
-        .collect();
+    let psi_sd = psi_sd_by_contacts(&measurements, &coefficients, &psi, result.sensor_sd_m);
     let regimes: Vec<Regime> = regimes(&measurements, &psi, &psi_sd, &starts);
     if regimes.iter().all(|regime| regime.place == Place::Anywhere) {
         return None;

@@ -141,7 +141,8 @@ pub(crate) fn assemble(
     let mean_square = squares.sum::<f64>() / unambiguous().count().max(1) as f64;
     let slack_m = limits.stability_slack * coefficients[0].abs();
     let inertia = uncertainty.inertia();
-    let at_rest = inertia.is_none();
+    let friction = uncertainty.friction();
+    let at_rest = inertia.is_none() && friction.is_none();
     let unphysical = || jumps.iter().filter(|jump| at_rest && !jump.physical);
     let findings = Findings {
         mean_radius_m: coefficients[0],
@@ -204,7 +205,7 @@ pub(crate) fn assemble(
         sensor_sd_m: fit.noise.sensor_m,
         balance_sd_m: fit.noise.balance_m,
         calibration: of_rig.map(|rig| rig.estimate),
-        friction: None,
+        friction,
         inertia,
     };
     Some(Candidate { result, log_posterior })

@@ -320,6 +320,11 @@ impl Verdict {
     pub fn is_explained(&self) -> bool {
         !self.doubts.iter().any(Doubt::is_contradiction)
     }
+
+    /// Whether friction may explain the log and does not quite.
+    pub(crate) fn doubts_friction(&self) -> bool {
+        self.doubts.iter().any(|doubt| matches!(doubt, Doubt::Friction { .. }))
+    }
 }
 
 impl fmt::Display for Verdict {

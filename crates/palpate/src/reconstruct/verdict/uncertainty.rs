@@ -1,6 +1,6 @@
 //! What an optimum leaves open: error bars of boundary and poses, and of the constants of the rig.
 
-use crate::estimate::calibration::{CalibrationPosterior, Matrix, constants};
+use crate::estimate::calibration::{CONSTANTS, CalibrationPosterior, Matrix, constants, prior_sd};
 use crate::estimate::evidence::jump_prior::excess;
 use crate::estimate::jumps::DetectedJump;
 use crate::estimate::measurements::{Instant, Measurements};
@@ -8,8 +8,10 @@ use crate::estimate::model::noise_from_log::angle_scatter_rad;
 use crate::estimate::solver::error_bars::ErrorBars;
 use crate::estimate::solver::gauss_newton::Fit;
 use crate::reconstruct::result::calibration::{CalibrationEstimate, ConstantEstimate};
+use crate::reconstruct::result::friction::FrictionEstimate;
 use crate::reconstruct::result::inertia::InertiaEstimate;
-use crate::sensor::{Calibration, Rig};
+use crate::sensor::{Calibration, CalibrationConstant, Rig};
+use nalgebra::DMatrix;
 
 /// What an optimum leaves open. Angles are in the frame of the optimum.
 pub(crate) trait Uncertainty {
@@ -22,6 +24,9 @@ pub(crate) trait Uncertainty {
 
     /// What it told of the inertia of the object; `None` where the forces are in balance.
     fn inertia(&self) -> Option<InertiaEstimate>;
+
+    /// What it told of friction; `None` where there is none.
+    fn friction(&self) -> Option<FrictionEstimate>;
 }
 
 /// Error bars of boundary and poses.
@@ -61,6 +66,31 @@ impl FoundRig {
     }
 }
 
+impl FoundRig {
+    /// Of constants that were estimated together with all else, the last of the unknowns with this covariance, in units of their priors; `None`
+    /// where every constant is exact.
+    pub fn jointly(found: Calibration, rig: &Rig, all: &DMatrix<f64>, inflation: f64) -> Option<Self> {
+        let sd = prior_sd(&rig.tolerances);
+        if sd == [0.0; CONSTANTS] {
+            return None;
+        }
+        let first = all.nrows() - CONSTANTS;
+        // No correlation of errors takes away what was known before.
+        let within = |variance: f64, i: usize, j: usize| if i == j { variance.min(1.0) } else { variance };
+        let covariance = Matrix::from_fn(|i, j| within(inflation * all[(first + i, first + j)], i, j) * sd[i] * sd[j]);
+        let off = constants(&found).into_iter().zip(constants(&rig.calibration)).zip(sd);
+        let off = off.map(|((found, stated), sd)| if sd > 0.0 { (found - stated).abs() / sd } else { 0.0 });
+        let names = CalibrationConstant::ALL.iter().map(|constant| constant.name.to_owned());
+        let furthest = names.zip(off).max_by(|a, b| a.1.total_cmp(&b.1))?;
+        Some(Self {
+            estimate: Self::estimate(found, rig, &covariance),
+            furthest,
+            unsettled_sds: 0.0,
+            log_evidence: 0.0,
+        })
+    }
+}
+
 /// The same of an optimum with the forces in balance.
 pub(crate) struct OfBalance<'a> {
     pub measurements: &'a Measurements,
@@ -93,6 +123,10 @@ impl Uncertainty for OfBalance<'_> {
     }
 
     fn inertia(&self) -> Option<InertiaEstimate> {
+        None
+    }
+
+    fn friction(&self) -> Option<FrictionEstimate> {
         None
     }
 }

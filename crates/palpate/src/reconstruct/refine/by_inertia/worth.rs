@@ -1,24 +1,19 @@
 //! What an optimum with inertia is worth: whether it explains what balance does not, its error bars, and the result made of it.
 
 use super::{CONTACTS_ALLOWANCE, FORCES_FLOOR};
-use crate::estimate::calibration::{CONSTANTS, Matrix, constants, prior_sd};
-use crate::estimate::inertia::arrow::SplineGivenDense;
 use crate::estimate::inertia::problem::{BESIDES_SHAPE, Problem, Unknowns};
 use crate::estimate::inertia::smoother::Optimum;
-use crate::estimate::jumps::DetectedJump;
 use crate::estimate::measurements::{Instant, Measurements};
-use crate::estimate::model::layout::Layout;
 use crate::estimate::model::noise::Noise;
-use crate::estimate::solver::error_bars::pose_variances;
 use crate::estimate::solver::gauss_newton::{Estimate, Fit};
-use crate::estimate::solver::posterior::Posterior;
 use crate::reconstruct::refine::job::{Job, Refined};
+use crate::reconstruct::result::friction::FrictionEstimate;
 use crate::reconstruct::result::inertia::InertiaEstimate;
 use crate::reconstruct::result::reconstruction::FoundSymmetry;
 use crate::reconstruct::verdict::assemble::{Candidate, Expected, assemble};
+use crate::reconstruct::verdict::joint_error_bars::JointErrorBars;
 use crate::reconstruct::verdict::uncertainty::{FoundRig, PoseErrorBars, Uncertainty};
 use crate::shape::SupportFunction;
-use nalgebra::{DMatrix, DVector};
 
 /// Share of the places at which a palm may have to pull: errors of the motion between samples.
 const MOST_PULLING: f64 = 0.01;
@@ -131,73 +126,24 @@ fn rim_m(coefficients: &[f64]) -> f64 {
     (0..360).map(distance_m).fold(0.0, f64::max)
 }
 
-struct InertiaErrorBars<'a> {
-    of: &'a OfInertia<'a>,
-    layout: Layout,
-    covariance: DMatrix<f64>,
-    spline: SplineGivenDense,
-    inflation: f64,
-}
-
 impl Uncertainty for OfInertia<'_> {
     fn error_bars(&self, felt: &[f64], inflation: f64) -> Option<Box<dyn PoseErrorBars + '_>> {
-        let eliminated = &self.optimum.eliminated;
-        let layout = Layout { order: self.optimum.unknowns.coefficients.len() / 2, shared: BESIDES_SHAPE };
-        let mut mean = DVector::zeros(layout.unknowns());
-        let coefficients = &self.optimum.unknowns.coefficients;
-        mean.rows_mut(0, coefficients.len()).copy_from_slice(coefficients);
-        let information = eliminated.information().clone();
-        let covariance = Posterior { layout, mean, information }.covariance_over(felt)?;
-        Some(Box::new(InertiaErrorBars { of: self, layout, covariance, spline: eliminated.given_dense(), inflation }))
+        let Unknowns { coefficients, spline, .. } = &self.optimum.unknowns;
+        let rows = self.problem.samples.iter().map(|row| (row.of_value(), row.of(spline)[0])).collect();
+        let bars = JointErrorBars::new(&self.optimum.eliminated, (coefficients, BESIDES_SHAPE), rows, felt, inflation);
+        Some(Box::new(bars?))
     }
 
     fn of_rig(&self, inflation: f64) -> Option<FoundRig> {
-        let rig = &self.job.options.rig;
-        let sd = prior_sd(&rig.tolerances);
-        if sd == [0.0; CONSTANTS] {
-            return None;
-        }
-        let all = self.optimum.eliminated.covariance();
-        let first = all.nrows() - CONSTANTS;
-        // No correlation of errors takes away what was known before.
-        let within = |variance: f64, i: usize, j: usize| if i == j { variance.min(1.0) } else { variance };
-        let covariance = Matrix::from_fn(|i, j| within(inflation * all[(first + i, first + j)], i, j) * sd[i] * sd[j]);
-        let found = self.optimum.unknowns.calibration;
-        let off = constants(&found).into_iter().zip(constants(&rig.calibration)).zip(sd);
-        let off = off.map(|((found, stated), sd)| if sd > 0.0 { (found - stated).abs() / sd } else { 0.0 });
-        let names = crate::sensor::CalibrationConstant::ALL.iter().map(|constant| constant.name.to_owned());
-        let furthest = names.zip(off).max_by(|a, b| a.1.total_cmp(&b.1))?;
-        Some(FoundRig {
-            estimate: FoundRig::estimate(found, rig, &covariance),
-            furthest,
-            unsettled_sds: 0.0,
-            log_evidence: 0.0,
-        })
+        let covariance = self.optimum.eliminated.covariance();
+        FoundRig::jointly(self.optimum.unknowns.calibration, &self.job.options.rig, &covariance, inflation)
     }
 
     fn inertia(&self) -> Option<InertiaEstimate> {
         Some(self.estimate())
     }
-}
 
-impl PoseErrorBars for InertiaErrorBars<'_> {
-    fn r_sd_m(&self, theta: f64) -> f64 {
-        let row = self.layout.support_row(theta);
-        (self.inflation * (&self.covariance * &row).dot(&row).max(0.0)).sqrt()
-    }
-
-    fn pose_sd(&self, index: usize, instant: &Instant) -> (f64, f64) {
-        let row = &self.of.problem.samples[index];
-        let unknowns = &self.of.optimum.unknowns;
-        let psi = row.of(&unknowns.spline)[0];
-        let given = (self.spline.slope(row), self.spline.variance(row));
-        let at = (instant, &unknowns.coefficients[..], psi);
-        let (of_psi, of_center) = pose_variances(self.layout, &self.covariance, given, at);
-        ((self.inflation * of_psi).sqrt(), (self.inflation * of_center).sqrt())
-    }
-
-    fn deviance_of(&self, _: &[DetectedJump]) -> Option<f64> {
-        // The forces say where the object goes.
-        Some(0.0)
+    fn friction(&self) -> Option<FrictionEstimate> {
+        None
     }
 }

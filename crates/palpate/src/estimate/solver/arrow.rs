@@ -2,7 +2,7 @@
 //! band is eliminated first, so that a step costs in proportion to the length of the spline.
 
 use crate::math::banded::{Banded, BandedCholesky};
-use crate::math::spline::{SUPPORT, SplineRow};
+use crate::math::spline::SUPPORT;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 /// JᵀJ and Jᵀe of some residuals e.
@@ -15,6 +15,9 @@ pub(crate) struct Arrow {
     /// Dense unknown by coefficient of the spline: a column for each of the latter.
     pub cross: DMatrix<f64>,
 }
+
+/// Derivatives by six coefficients of the band, and the first of these.
+pub(crate) type BandRow = (usize, [f64; SUPPORT]);
 
 /// Residuals that are added to the dense corner in one product.
 const BLOCK: usize = 64;
@@ -40,7 +43,7 @@ impl ArrowBuilder {
     }
 
     /// Adds a residual with its derivatives by the dense unknowns, and by six coefficients of the spline from `first` on.
-    pub fn add(&mut self, value: f64, dense: &[f64], (first, spline): (usize, [f64; SUPPORT])) {
+    pub fn add(&mut self, value: f64, dense: &[f64], (first, spline): BandRow) {
         self.block.column_mut(self.filled).copy_from_slice(dense);
         self.filled += 1;
         let column = self.block.column(self.filled - 1);
@@ -156,18 +159,18 @@ pub(crate) struct SplineGivenDense {
 }
 
 impl SplineGivenDense {
-    /// Derivative of the spline at a time by the dense unknowns.
-    pub fn slope(&self, row: &SplineRow) -> DVector<f64> {
+    /// Derivative by the dense unknowns of what is a row of six coefficients from the first on.
+    pub fn slope(&self, (first, row): BandRow) -> DVector<f64> {
         let mut slope = DVector::zeros(self.slopes.nrows());
-        for (i, by) in row.derivatives[0].iter().enumerate() {
-            slope.axpy(-by, &self.slopes.column(row.first + i), 1.0);
+        for (i, by) in row.iter().enumerate() {
+            slope.axpy(-by, &self.slopes.column(first + i), 1.0);
         }
         slope
     }
 
-    /// Its variance there when they are held.
-    pub fn variance(&self, row: &SplineRow) -> f64 {
-        self.covariance.quadratic(row.first, &row.derivatives[0])
+    /// Its variance when they are held.
+    pub fn variance(&self, (first, row): BandRow) -> f64 {
+        self.covariance.quadratic(first, &row)
     }
 
     /// The share of the unknowns that some residuals determine: the trace of the covariance times their normal equations. `covariance` is that of
@@ -239,8 +242,9 @@ mod tests {
         let row = basis.at(1.3);
         let mut of_spline = DVector::zeros(DENSE + basis.len());
         (0..SUPPORT).for_each(|j| of_spline[DENSE + row.first + j] = row.derivatives[0][j]);
-        let slope = given.slope(&row);
-        let variance = given.variance(&row) + (&covariance * &slope).dot(&slope);
+        let row = row.of_value();
+        let slope = given.slope(row);
+        let variance = given.variance(row) + (&covariance * &slope).dot(&slope);
         assert!((variance / (&inverse * &of_spline).dot(&of_spline) - 1.0).abs() < 1e-9);
     }
 }

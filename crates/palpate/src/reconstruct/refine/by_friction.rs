@@ -1,0 +1,317 @@
+//! Refinement with friction (`docs/theory.md`, friction): form, motion, friction and centre of mass together, from contacts, rolling and forces.
+//!
+//! From what the contacts alone leave follow rough contact modes, friction and centre of mass. Then the optimum with these modes, and the modes
+//! that mechanics finds with that object, follow each other to a fixed point.
+
+mod growth;
+
+use self::growth::Grown;
+use super::job::{Job, Refined};
+use crate::estimate::friction::modes::{Decoded, Object, Sds, decode};
+use crate::estimate::friction::problem::{BESIDES_SHAPE, Corrected, Problem, Unknowns, of_sample};
+use crate::estimate::friction::regimes::{Place, Regime, regimes};
+use crate::estimate::friction::smoother::{Bounds, FrictionNoise, Optimum};
+use crate::estimate::friction::strips::{center_and_friction, runs};
+use crate::estimate::jumps::detect_jumps;
+use crate::estimate::measurements::Measurements;
+use crate::estimate::model::contact::psi_sd_by_contacts;
+use crate::estimate::model::layout::coefficients_to_order;
+use crate::estimate::model::noise::{Noise, STUDENT};
+use crate::estimate::model::prior::Prior;
+use crate::estimate::solver::gauss_newton::{Estimate, Fit};
+use crate::log::Log;
+use crate::palms::PalmPair;
+use crate::reconstruct::result::friction::{FrictionEstimate, is_hinged};
+use crate::reconstruct::result::inertia::InertiaEstimate;
+use crate::reconstruct::result::reconstruction::FoundSymmetry;
+use crate::reconstruct::verdict::assemble::{Candidate, Expected, assemble};
+use crate::reconstruct::verdict::doubt::{Doubt, Verdict};
+use crate::reconstruct::verdict::joint_error_bars::JointErrorBars;
+use crate::reconstruct::verdict::uncertainty::{FoundRig, PoseErrorBars, Uncertainty};
+use crate::shape::{SupportFunction, Symmetry};
+use nalgebra::DMatrix;
+
+/// Standard deviations that the first fit begins with: of the slip over a step that rolls, and of the forces, as shares of the mean radius.
+const FIRST_SLIP: f64 = 1e-3;
+const FIRST_FORCES: f64 = 3e-3;
+
+/// Least of them that are believed, and of a contact position, as shares of the mean radius: no palm is exact to less.
+const SLIP_FLOOR: f64 = 1e-5;
+const FORCES_FLOOR: f64 = 2e-4;
+const SENSOR_FLOOR: f64 = 1e-6;
+
+/// Friction explains the log where slip and forces come down to these shares of the mean radius: right arrangements leave half of it at most, and
+/// wrong ones three times as much. With up to the others it may: a result then, but no certificate.
+const EXPLAINED: [f64; 2] = [5e-4, 1.5e-3];
+const PLAUSIBLE: [f64; 2] = [2e-3, 3e-3];
+
+/// The contacts may be missed by so many times what contact alone leaves.
+const CONTACTS_ALLOWANCE: f64 = 1.3;
+
+/// Slip that is allowed to a contact that sticks when modes are told apart, as a share of the mean radius: while the fit is rough, that of
+/// its steps says little.
+const DECODED_SLIP: f64 = 1e-4;
+
+/// Times that the contact modes are found anew.
+const ROUNDS: usize = 8;
+
+/// Updates of the standard deviations in each of them.
+const UPDATES: usize = 12;
+
+/// Harmonics of what was grown, in turn; more are kept where the contacts fall below this share of what they were.
+const MORE_HARMONICS: [usize; 3] = [12, 18, 28];
+const HARMONICS_GAIN: f64 = 0.98;
+
+/// Standard deviations from 0 at which a coefficient of friction is told by the log.
+const TOLD_SDS: f64 = 5.0;
+
+/// What is to be explained.
+#[derive(Clone, Copy)]
+struct Setting<'a> {
+    log: &'a Log,
+    job: &'a Job<'a>,
+    /// The readings with their weights.
+    weighted: &'a Measurements,
+    order: usize,
+    prior: Prior,
+    bounds: Bounds,
+    /// Samples at which a jump has just ended.
+    starts: &'a [usize],
+}
+
+/// Where fit and contact modes come to.
+struct Settled {
+    optimum: Optimum,
+    regimes: Vec<Regime>,
+}
+
+impl Settled {
+    /// Whether the contacts are explained, and slip and forces come down to these shares of the mean radius.
+    fn leaves_at_most(&self, bounds: Bounds, [slip, forces]: [f64; 2]) -> bool {
+        let size_m = self.optimum.unknowns.coefficients[0];
+        let FrictionNoise { sensor_m, slip_m, forces_m } = self.optimum.noise;
+        sensor_m < bounds.sensor_m[1].max(FORCES_FLOOR * size_m) && slip_m < slip * size_m && forces_m < forces * size_m
+    }
+}
+
+impl<'a> Setting<'a> {
+    fn new(job: &'a Job<'a>, log: &'a Log, weighted: &'a Measurements, fit: &Fit, starts: &'a [usize]) -> Self {
+        let size_m = fit.estimate.coefficients[0];
+        let most_m = (CONTACTS_ALLOWANCE * fit.noise.sensor_m).max(FORCES_FLOOR * size_m);
+        let bounds = Bounds {
+            sensor_m: job.stated_m.map_or([SENSOR_FLOOR * size_m, most_m], |stated_m| [stated_m; 2]),
+            slip_m: SLIP_FLOOR * size_m,
+            forces_m: FORCES_FLOOR * size_m,
+        };
+        // What of it looks symmetric may be so without friction alone.
+        let prior = Prior { origin_sd_m: job.prior.size_m, symmetry: Symmetry::NONE, ..fit.prior };
+        Self { log, job, weighted, order: fit.order, prior, bounds, starts }
+    }
+
+    /// Noise that the first fit begins with.
+    fn first_noise(&self, fit: &Fit) -> FrictionNoise {
+        let size_m = fit.estimate.coefficients[0];
+        FrictionNoise { sensor_m: fit.noise.sensor_m, slip_m: FIRST_SLIP * size_m, forces_m: FIRST_FORCES * size_m }
+    }
+
+    /// Centre of mass, friction and contact modes that go with what contact alone leaves.
+    fn contacts_suggest(&self, fit: &Fit) -> Option<(Unknowns, Vec<Regime>)> {
+        let Estimate { coefficients, psi, .. } = &fit.estimate;
+        let psi_sd = psi_sd_by_contacts(self.weighted, coefficients, psi, fit.noise.sensor_m);
+        let regimes = regimes(self.weighted, psi, &psi_sd, self.starts);
+        let found = center_and_friction(self.weighted, coefficients, psi, &psi_sd, &regimes, coefficients[0])?;
+        let [x, y] = found.center_m;
+        let about_center = SupportFunction::from_coefficients(coefficients).translated(-x, -y);
+        let unknowns = Unknowns {
+            coefficients: about_center.coefficients(),
+            friction: found.coefficients,
+            calibration: self.job.calibration,
+            psi: psi.clone(),
+        };
+        Some((unknowns, regimes))
+    }
+
+    /// Fits and contact modes in turn, at most so many times.
+    fn settled(
+        &self,
+        (mut unknowns, mut regimes): (Unknowns, Vec<Regime>),
+        mut noise: FrictionNoise,
+        (rounds, updates): (usize, usize),
+    ) -> Option<Settled> {
+        let (mut last, mut starts) = (None, self.starts.to_vec());
+        for _ in 0..rounds {
+            let problem = Problem::new(self.log, &self.job.options.rig, self.weighted, self.order, self.prior);
+            let corrected = problem.corrected(&unknowns.calibration);
+            let mut problem = problem.with_regimes(&regimes, &starts, &unknowns, &corrected);
+            let optimum = problem.optimum(unknowns, noise, self.bounds, (updates, STUDENT))?;
+            (unknowns, noise) = (optimum.unknowns.clone(), optimum.noise);
+            let corrected = &optimum.corrected;
+            let found = self.decoded(corrected, &unknowns, None, noise, &starts);
+            let same = found.regimes == regimes && found.starts == starts;
+            if found.starts != starts {
+                // What does not jump is where mechanics has it.
+                unknowns.psi = found.psi;
+            }
+            starts = found.starts;
+            let before = std::mem::replace(&mut regimes, found.regimes);
+            last = Some(Settled { optimum, regimes: before });
+            if same {
+                break;
+            }
+        }
+        last
+    }
+
+    /// The contact modes that mechanics finds.
+    fn decoded(
+        &self,
+        corrected: &Corrected,
+        at: &Unknowns,
+        covariance: Option<&DMatrix<f64>>,
+        noise: FrictionNoise,
+        starts: &[usize],
+    ) -> Decoded {
+        let object = Object { coefficients: &at.coefficients, friction: at.friction, covariance };
+        let slip_m = noise.slip_m.min(DECODED_SLIP * at.coefficients[0]);
+        let sds = Sds { sensor_m: noise.sensor_m, slip_m, forces_m: noise.forces_m };
+        decode(&corrected.measurements, &corrected.base_shifts_m, object, sds, &at.psi, starts)
+    }
+}
+
+impl Job<'_> {
+    /// What friction makes of an optimum by contact alone, where it may explain the forces.
+    pub(super) fn explained_by_friction(&self, refined: &Refined) -> Option<Candidate> {
+        let fit = &refined.fine;
+        let shape = SupportFunction::from_coefficients(&fit.estimate.coefficients);
+        let palms: Vec<PalmPair> = self.log.samples.iter().map(|sample| sample.palms).collect();
+        let starts: Vec<usize> =
+            detect_jumps(&shape, &palms, &fit.estimate.psi).iter().map(|jump| jump.sample).collect();
+        let setting = Setting::new(self, self.raw, &refined.measurements, fit, &starts);
+        let settled = setting.settled(setting.contacts_suggest(fit)?, setting.first_noise(fit), (ROUNDS, UPDATES))?;
+        setting.candidate(settled)
+    }
+
+    /// The same of a motion that grows from where the object rolls.
+    pub fn explained_by_rolling(&self) -> Option<Candidate> {
+        if !is_hinged(self.raw) {
+            return None;
+        }
+        let job = self.clone().without_balance();
+        let Grown { mut fit, mut unknowns, mut noise } = growth::grown(&job)?;
+        let mut best: Option<Candidate> = None;
+        for order in MORE_HARMONICS {
+            fit.order = fit.order.max(order);
+            let setting = Setting::new(&job, job.raw, &job.measurements, &fit, &[]);
+            coefficients_to_order(&mut unknowns.coefficients, fit.order);
+            let regimes = setting.modes_of(&unknowns, noise);
+            let Some(settled) = setting.settled((unknowns.clone(), regimes), noise, (ROUNDS, UPDATES)) else { break };
+            let gains = best.is_none() || settled.optimum.noise.sensor_m < HARMONICS_GAIN * noise.sensor_m;
+            (unknowns, noise) = (settled.optimum.unknowns.clone(), settled.optimum.noise);
+            if !gains {
+                break;
+            }
+            best = setting.candidate(settled).or(best);
+        }
+        best
+    }
+}
+
+impl<'a> Setting<'a> {
+    /// The contact modes that mechanics finds with some object and motion.
+    fn modes_of(&self, at: &Unknowns, noise: FrictionNoise) -> Vec<Regime> {
+        let problem = Problem::new(self.log, &self.job.options.rig, self.weighted, self.order, self.prior);
+        self.decoded(&problem.corrected(&at.calibration), at, None, noise, self.starts).regimes
+    }
+
+    /// The result, where friction explains the log.
+    fn candidate(&self, settled: Settled) -> Option<Candidate> {
+        if !settled.leaves_at_most(self.bounds, PLAUSIBLE) {
+            return None;
+        }
+        let explains = settled.leaves_at_most(self.bounds, EXPLAINED) && settled.optimum.settled;
+        let mut candidate = OfFriction { job: self.job, settled }.candidate(self.order, self.prior)?;
+        if !explains {
+            let friction = candidate.result.friction?;
+            let doubt = Doubt::Friction { coefficients: friction.coefficients, sds: friction.coefficient_sds };
+            let doubts = std::iter::once(doubt).chain(candidate.result.verdict.doubts.iter().cloned()).collect();
+            candidate.result.verdict = Verdict::new(doubts);
+        }
+        Some(candidate)
+    }
+}
+
+/// An optimum with friction.
+struct OfFriction<'a> {
+    job: &'a Job<'a>,
+    settled: Settled,
+}
+
+impl OfFriction<'_> {
+    fn candidate(&self, order: usize, prior: Prior) -> Option<Candidate> {
+        let Self { job, settled: Settled { optimum, .. } } = self;
+        let Optimum { unknowns, noise, corrected, .. } = optimum;
+        let estimate = self.estimate();
+        let told = |palm: usize| estimate.coefficients[palm] > TOLD_SDS * estimate.coefficient_sds[palm];
+        if !told(0) && !told(1) {
+            return None;
+        }
+        let fit = Fit {
+            estimate: Estimate { coefficients: unknowns.coefficients.clone(), psi: unknowns.psi.clone(), cost: 0.0 },
+            order,
+            noise: Noise { sensor_m: noise.sensor_m, balance_m: noise.forces_m },
+            prior,
+            log_evidence: -optimum.cost,
+        };
+        let ambiguity_rad = vec![0.0; unknowns.psi.len()];
+        let expected = Expected { stated_m: job.stated_m, scatter_m: job.scatter_m, outliers: job.outliers };
+        let log = unknowns.calibration.corrected(job.raw);
+        assemble(
+            &log,
+            &corrected.measurements,
+            fit,
+            (&ambiguity_rad, FoundSymmetry::default()),
+            expected,
+            self,
+            &job.options.limits,
+        )
+    }
+
+    fn estimate(&self) -> FrictionEstimate {
+        let Settled { optimum, regimes } = &self.settled;
+        let covariance = optimum.eliminated.covariance();
+        let sd = |index: usize| covariance[(index, index)].max(0.0).sqrt();
+        let (order, friction) = (optimum.unknowns.coefficients.len() / 2, optimum.unknowns.coefficients.len());
+        FrictionEstimate {
+            coefficients: optimum.unknowns.friction,
+            coefficient_sds: [sd(friction), sd(friction + 1)],
+            center_m: [0.0; 2],
+            center_sd_m: [sd(1), sd(1 + order)],
+            misfit: optimum.misfit,
+            slides: regimes.iter().filter(|regime| regime.place == Place::Between).count(),
+            rolls: runs(regimes),
+        }
+    }
+}
+
+impl Uncertainty for OfFriction<'_> {
+    fn error_bars(&self, felt: &[f64], inflation: f64) -> Option<Box<dyn PoseErrorBars + '_>> {
+        let Unknowns { coefficients, psi, .. } = &self.settled.optimum.unknowns;
+        let samples = psi.iter().enumerate().map(|(index, at)| (of_sample(psi.len(), index), *at)).collect();
+        let eliminated = &self.settled.optimum.eliminated;
+        let bars = JointErrorBars::new(eliminated, (coefficients, BESIDES_SHAPE), samples, felt, inflation);
+        Some(Box::new(bars?))
+    }
+
+    fn of_rig(&self, inflation: f64) -> Option<FoundRig> {
+        let Optimum { unknowns, eliminated, .. } = &self.settled.optimum;
+        FoundRig::jointly(unknowns.calibration, &self.job.options.rig, &eliminated.covariance(), inflation)
+    }
+
+    fn inertia(&self) -> Option<InertiaEstimate> {
+        None
+    }
+
+    fn friction(&self) -> Option<FrictionEstimate> {
+        Some(self.estimate())
+    }
+}

@@ -1,0 +1,204 @@
+//! From nothing, where friction rules: a stretch of the log, begun as if the object rolled on one palm all along, is taken to its optimum by contact
+//! and then by mechanics, and grown. Rolling says where the object goes next without knowing its shape, and mechanics says when it slides.
+
+use super::{Setting, Settled};
+use crate::estimate::evidence::fit::{Fitted, fit};
+use crate::estimate::friction::problem::{Problem, Unknowns};
+use crate::estimate::friction::smoother::{FrictionNoise, Optimum};
+use crate::estimate::measurements::Measurements;
+use crate::estimate::model::noise::Noise;
+use crate::estimate::solver::gauss_newton::{Estimate, Fit};
+use crate::log::Log;
+use crate::reconstruct::refine::job::Job;
+use crate::reconstruct::search::initial_height::from_rolling;
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// Samples that are looked at: so many tell each step apart, and more cost in proportion.
+const MOST_SAMPLES: usize = 2000;
+
+/// Samples of the stretch that growth begins with: of windows of 200 every one that its contacts explain was right, of those of 60 half.
+const LENGTH: usize = 200;
+
+/// Stretches that are tried, and how many of them are grown at most.
+const STRETCHES: usize = 8;
+const GROWN: usize = 4;
+
+/// Harmonics of the fits by contact, in turn, and of growth.
+const ORDERS: [usize; 3] = [4, 8, 12];
+
+/// Updates of the noise in each of them.
+const FIT_ROUNDS: usize = 2;
+
+/// A stretch is explained by contact where that leaves so many times the scatter of neighbouring samples at most.
+const EXPLAINED_CONTACTS: f64 = 1.5;
+
+/// Times that the contact modes of a stretch are found anew: at the start, and after each growth.
+const FIRST_ROUNDS: usize = 4;
+const FURTHER_ROUNDS: usize = 3;
+
+/// Updates of the standard deviations in each of them.
+const UPDATES: usize = 4;
+
+/// Growth ends where the forces are missed by this share of the mean radius: no modes explain that.
+const LOST: f64 = 1e-2;
+
+/// A stretch grows by this share of its length at each end.
+const GROWTH: f64 = 0.25;
+
+/// What was grown over the whole log: the last fit by contact alone, and all else.
+pub(super) struct Grown {
+    pub fit: Fit,
+    pub unknowns: Unknowns,
+    pub noise: FrictionNoise,
+}
+
+/// A stretch with what is known there.
+struct Stretch {
+    range: Range<usize>,
+    fit: Fit,
+    settled: Settled,
+}
+
+/// The log as growth looks at it.
+struct Strided<'a> {
+    job: &'a Job<'a>,
+    log: Log,
+    measurements: Measurements,
+    stride: usize,
+}
+
+/// An arrangement of the whole log.
+pub(super) fn grown(job: &Job) -> Option<Grown> {
+    let count = job.measurements.len();
+    let stride = count.div_ceil(MOST_SAMPLES).max(1);
+    let log = Log { samples: job.raw.samples.iter().step_by(stride).copied().collect() };
+    let measurements = Measurements { instants: job.measurements.instants.iter().step_by(stride).copied().collect() };
+    let strided = Strided { job, log, measurements, stride };
+    let samples = strided.measurements.len();
+    let length = LENGTH.min(samples);
+    let last = samples - length;
+    let starts = (0..STRETCHES).map(|i| last * i / (STRETCHES - 1));
+    let mut windows: Vec<Range<usize>> = starts.map(|start| start..start + length).collect();
+    windows.dedup();
+    let mut tried: Vec<Stretch> = windows.into_par_iter().flat_map_iter(|range| strided.begun(&range)).collect();
+    // Where both slip and forces come down, mechanics holds.
+    let missed = |stretch: &Stretch| stretch.settled.optimum.noise.forces_m * stretch.settled.optimum.noise.slip_m;
+    tried.sort_by(|a, b| missed(a).total_cmp(&missed(b)));
+    tried.truncate(GROWN);
+    let grown: Vec<Option<Grown>> = tried.into_par_iter().map(|stretch| strided.grown(stretch)).collect();
+    grown.into_iter().flatten().next()
+}
+
+impl Strided<'_> {
+    fn part(&self, range: &Range<usize>) -> (Log, Measurements) {
+        let log = Log { samples: self.log.samples[range.clone()].to_vec() };
+        (log, Measurements { instants: self.measurements.instants[range.clone()].to_vec() })
+    }
+
+    /// A stretch at its optimum, from rolling on either palm.
+    fn begun(&self, range: &Range<usize>) -> Vec<Stretch> {
+        let job = self.job;
+        let (log, measurements) = self.part(range);
+        let loose = Noise { sensor_m: job.readings().tolerance_m, balance_m: job.readings().tolerance_m };
+        let begun = |start: Estimate| {
+            let fit = self.by_contact(&measurements, start, loose)?;
+            if fit.noise.sensor_m > EXPLAINED_CONTACTS * job.readings().tolerance_m {
+                return None;
+            }
+            let setting = Setting::new(job, &log, &measurements, &fit, &[]);
+            let settled =
+                setting.settled(setting.contacts_suggest(&fit)?, setting.first_noise(&fit), (FIRST_ROUNDS, UPDATES))?;
+            Some(Stretch { range: range.clone(), fit, settled })
+        };
+        from_rolling(&measurements, loose, job.prior, ORDERS[0]).into_iter().filter_map(begun).collect()
+    }
+
+    /// The optimum by contact alone, with more and more harmonics.
+    fn by_contact(&self, measurements: &Measurements, start: Estimate, loose: Noise) -> Option<Fit> {
+        let mut last: Option<Fit> = None;
+        for order in ORDERS {
+            let (estimate, noise, prior) = last
+                .as_ref()
+                .map_or((start.clone(), loose, self.job.prior), |fit| (fit.estimate.clone(), fit.noise, fit.prior));
+            let components = self.job.variance_components();
+            let Some(Fitted { fit, .. }) = fit(measurements, order, estimate, noise, prior, components, FIT_ROUNDS)
+            else {
+                break;
+            };
+            last = Some(fit);
+        }
+        last
+    }
+
+    /// A stretch grown over the whole log.
+    fn grown(&self, mut stretch: Stretch) -> Option<Grown> {
+        let samples = self.measurements.len();
+        while stretch.range.len() < samples {
+            let more = ((GROWTH * stretch.range.len() as f64) as usize).max(1);
+            let range = stretch.range.start.saturating_sub(more)..(stretch.range.end + more).min(samples);
+            let psi = self.followed(&stretch, &range);
+            let (log, measurements) = self.part(&range);
+            let setting = Setting::new(self.job, &log, &measurements, &stretch.fit, &[]);
+            let unknowns = Unknowns { psi, ..stretch.settled.optimum.unknowns.clone() };
+            let noise = stretch.settled.optimum.noise;
+            let problem = Problem::new(&log, &self.job.options.rig, &measurements, setting.order, setting.prior);
+            let corrected = problem.corrected(&unknowns.calibration);
+            let covariance = stretch.settled.optimum.covariance_of_object();
+            let regimes = setting.decoded(&corrected, &unknowns, covariance.as_ref(), noise, &[]).regimes;
+            let settled = setting.settled((unknowns, regimes), noise, (FURTHER_ROUNDS, UPDATES))?;
+            let Optimum { noise, unknowns, .. } = &settled.optimum;
+            if noise.sensor_m > EXPLAINED_CONTACTS * self.job.readings().tolerance_m
+                || noise.forces_m > LOST * unknowns.coefficients[0]
+            {
+                return None;
+            }
+            stretch = Stretch { range, settled, ..stretch };
+        }
+        let Optimum { unknowns, noise, .. } = stretch.settled.optimum;
+        Some(Grown { fit: stretch.fit, unknowns: self.at_all_samples(unknowns), noise })
+    }
+
+    /// ψ over a longer stretch: as it is within, and beyond both ends as mechanics continues it.
+    fn followed(&self, stretch: &Stretch, range: &Range<usize>) -> Vec<f64> {
+        let known = &stretch.settled.optimum.unknowns;
+        let continued = |part: Range<usize>, backwards: bool, psi: f64| {
+            let (mut log, mut measurements) = self.part(&part);
+            let mut friction = known.friction;
+            if backwards {
+                log.samples.reverse();
+                measurements.instants.reverse();
+                // Forces that resist the motion would drive it backwards.
+                friction = friction.map(|value| -value);
+            }
+            let setting = Setting::new(self.job, &log, &measurements, &stretch.fit, &[]);
+            let problem = Problem::new(&log, &self.job.options.rig, &measurements, setting.order, setting.prior);
+            let corrected = problem.corrected(&known.calibration);
+            let at = Unknowns { psi: vec![psi; part.len()], friction, ..known.clone() };
+            let noise = stretch.settled.optimum.noise;
+            let covariance = stretch.settled.optimum.covariance_of_object();
+            setting.decoded(&corrected, &at, covariance.as_ref(), noise, &[]).psi
+        };
+        let within = &stretch.range;
+        let mut psi = continued(range.start..within.start + 1, true, known.psi[0]);
+        psi.reverse();
+        psi.pop();
+        psi.extend(&known.psi);
+        let last = known.psi[known.psi.len() - 1];
+        psi.extend(continued(within.end - 1..range.end, false, last).into_iter().skip(1));
+        psi
+    }
+
+    /// The same with ψ of all samples.
+    fn at_all_samples(&self, unknowns: Unknowns) -> Unknowns {
+        let known = &unknowns.psi;
+        let psi = (0..self.job.measurements.len())
+            .map(|index| {
+                let (before, share) = (index / self.stride, (index % self.stride) as f64 / self.stride as f64);
+                let after = (before + 1).min(known.len() - 1);
+                known[before] + share * (known[after] - known[before])
+            })
+            .collect();
+        Unknowns { psi, ..unknowns }
+    }
+}
