@@ -25,7 +25,7 @@ use std::ops::Range;
 const TURNS: usize = 72;
 
 /// Noise of the trials, as a share of the size: loose, so that their grid is fine enough for it.
-const LOOSE: f64 = 0.01;
+pub(crate) const LOOSE: f64 = 0.01;
 
 /// A trial is a rival when it costs at most this much more for each instant than the present rotation.
 const RIVAL_COST: f64 = 0.5;
@@ -80,13 +80,13 @@ pub(crate) fn rival_rotations(measurements: &Measurements, fit: &Fit) -> Vec<Est
 }
 
 /// A part of the log turned by `omega` against the rest.
-struct Trial {
+pub(crate) struct Trial {
     /// Its least sum of squares at the loose noise, orientations given.
-    cost: f64,
-    part: Range<usize>,
-    omega: f64,
+    pub cost: f64,
+    pub part: Range<usize>,
+    pub omega: f64,
     /// The shape of that cost.
-    coefficients: Vec<f64>,
+    pub coefficients: Vec<f64>,
 }
 
 /// The rotations of each part that some shape explains about as well as the present one.
@@ -99,24 +99,35 @@ fn trials(measurements: &Measurements, present: &Estimate, loose: Noise, prior: 
     if jumps.len() > MOST_JUMPS || (explained.len() as f64) < LEAST_EXPLAINED * psi.len() as f64 {
         return Vec::new();
     }
-    let mut parts: Vec<Range<usize>> = jumps.iter().map(|&jump| jump..psi.len()).collect();
+    let order = Layout::of_coefficients(&present.coefficients).order;
+    let given = |samples: &[usize]| ShapeGivenMotion::of_samples(measurements, psi, samples, order, loose);
+    turned_parts(&jumps, &explained, psi.len(), (prior, order), &given)
+}
+
+/// The same of parts between or behind `jumps`, of samples whose equations are `given`.
+pub(crate) fn turned_parts(
+    jumps: &[usize],
+    explained: &[usize],
+    count: usize,
+    (prior, order): (Prior, usize),
+    given: &(dyn Fn(&[usize]) -> ShapeGivenMotion + Sync),
+) -> Vec<Trial> {
+    let mut parts: Vec<Range<usize>> = jumps.iter().map(|&jump| jump..count).collect();
     parts.extend(jumps.windows(2).map(|jump| jump[0]..jump[1]));
     parts.retain(|part| part.len() >= SHORT_SEGMENT && part.start >= SHORT_SEGMENT);
-    let order = Layout::of_coefficients(&present.coefficients).order;
     let of_part = |part: Range<usize>| {
         let (inside, outside): (Vec<usize>, Vec<usize>) = explained.iter().partition(|index| part.contains(index));
-        let given = |samples: Vec<usize>| ShapeGivenMotion::of_samples(measurements, psi, &samples, order, loose);
-        let (inside, mut rest) = (given(inside), ShapeGivenMotion::of_prior(prior, order));
-        rest += &given(outside);
+        let (inside, mut rest) = (given(&inside), ShapeGivenMotion::of_prior(prior, order));
+        rest += &given(&outside);
         let turned = |omega: f64| {
             let mut sum = inside.turned(omega);
             sum += &rest;
             sum.minimum().map(|(cost, coefficients)| Trial { cost, part: part.clone(), omega, coefficients })
         };
         let here = turned(0.0).map_or(f64::NEG_INFINITY, |trial| trial.cost);
-        let most = here + RIVAL_COST * psi.len() as f64;
+        let most = here + RIVAL_COST * count as f64;
         let omegas = (1..TURNS).map(|turn| TAU * turn as f64 / TURNS as f64);
-        let elsewhere = omegas.filter(|omega| !is_same_pose(0.0, *omega, period));
+        let elsewhere = omegas.filter(|omega| !is_same_pose(0.0, *omega, prior.symmetry.period_rad()));
         let mut trials: Vec<Trial> = elsewhere.filter_map(turned).filter(|trial| trial.cost < most).collect();
         trials.sort_by(|a, b| a.cost.total_cmp(&b.cost));
         trials.truncate(MOST_POLISHED);

@@ -406,6 +406,16 @@ impl<'a> Problem<'a> {
         }
     }
 
+    /// The moment at a sample that slides on both palms, which vanishes, as a function of the coefficients; `None` of any other sample.
+    pub fn sliding_row(&self, at: &Unknowns, corrected: &Corrected, index: usize) -> Option<DVector<f64>> {
+        let [signs, other] = self.ends[index]?;
+        let instant = &corrected.measurements.instants[index];
+        let mut row = DVector::zeros(at.coefficients.len());
+        let tau = at_the_edges(at.friction, signs);
+        Self::boundary(at, instant, at.psi[index]).row_of(&moment_row(&instant.palms, tau), row.as_mut_slice());
+        (signs == other).then_some(row)
+    }
+
     /// Steps that roll.
     pub fn steps_that_roll(&self) -> usize {
         self.rolls.len()

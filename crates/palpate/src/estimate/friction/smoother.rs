@@ -1,7 +1,7 @@
 //! The likeliest shape, motion, friction and calibration with some contact modes, and the standard deviations of contacts, slip and forces by
 //! variance components: squares over their redundancy.
 
-use super::problem::{Corrected, Linearised, Problem, Residuals, Unknowns};
+use super::problem::{Corrected, Linearised, Problem, Residuals, Squares, Unknowns};
 use crate::estimate::model::layout::Layout;
 use crate::estimate::solver::arrow::{Arrow, Eliminated, SplineGivenDense};
 use crate::estimate::solver::levenberg_marquardt::{LeastSquares, minimise};
@@ -14,6 +14,15 @@ pub(crate) struct FrictionNoise {
     pub sensor_m: f64,
     pub slip_m: f64,
     pub forces_m: f64,
+}
+
+impl FrictionNoise {
+    /// Half the squares over their variances.
+    fn cost(&self, squares: &Squares) -> f64 {
+        let Self { sensor_m, slip_m, forces_m } = self;
+        let over = |squares: f64, sd_m: &f64| 0.5 * squares / (sd_m * sd_m);
+        over(squares.contacts, sensor_m) + over(squares.rolls, slip_m) + over(squares.forces, forces_m)
+    }
 }
 
 /// Standard deviations that may be estimated, metres.
@@ -35,6 +44,7 @@ pub(crate) struct Optimum {
     pub settled: bool,
     /// Half the squares of all residuals, and what the prior adds.
     pub cost: f64,
+    squares: Squares,
     /// Root mean square of what the forces miss, in standard deviations.
     pub misfit: f64,
     /// The normal equations there: what error bars need.
@@ -59,6 +69,11 @@ const HELD: f64 = 1e12;
 const LEAST_REDUNDANCY: f64 = 3.0;
 
 impl Optimum {
+    /// Its cost at other standard deviations.
+    pub fn cost_at(&self, noise: FrictionNoise) -> f64 {
+        self.cost - self.noise.cost(&self.squares) + noise.cost(&self.squares)
+    }
+
     /// Covariance of shape and friction in a frame that does not turn.
     pub fn covariance_of_object(&self) -> Option<DMatrix<f64>> {
         let coefficients = &self.unknowns.coefficients;
@@ -110,12 +125,7 @@ impl LeastSquares for AtNoise<'_> {
     type Point = Point;
 
     fn cost(&self, at: &Point) -> f64 {
-        let squares = at.residuals.squares();
-        let FrictionNoise { sensor_m, slip_m, forces_m } = self.noise;
-        let of_residuals = squares.contacts / (sensor_m * sensor_m)
-            + squares.rolls / (slip_m * slip_m)
-            + squares.forces / (forces_m * forces_m);
-        0.5 * of_residuals + self.problem.prior_cost(&at.unknowns)
+        self.noise.cost(&at.residuals.squares()) + self.problem.prior_cost(&at.unknowns)
     }
 
     fn arrow(&self, at: &Point) -> Arrow {
@@ -163,9 +173,10 @@ impl Problem<'_> {
         let sliding = self.sliding(&at.residuals);
         let linearised = self.linearise(&at.unknowns, &at.corrected, &sliding);
         let eliminated = of_cost.summed(&at.unknowns, &linearised).eliminated(0.0)?;
-        let misfit = (at.residuals.squares().forces / at.residuals.missed().max(1) as f64).sqrt() / noise.forces_m;
+        let squares = at.residuals.squares();
+        let misfit = (squares.forces / at.residuals.missed().max(1) as f64).sqrt() / noise.forces_m;
         let Point { unknowns, corrected, .. } = at;
-        Some(Optimum { unknowns, corrected, noise, settled, cost, misfit, eliminated })
+        Some(Optimum { unknowns, corrected, noise, settled, cost, squares, misfit, eliminated })
     }
 }
 

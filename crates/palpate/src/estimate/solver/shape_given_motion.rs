@@ -31,20 +31,29 @@ impl ShapeGivenMotion {
 
     /// Those of some samples alone.
     pub fn of_samples(measurements: &Measurements, psi: &[f64], samples: &[usize], order: usize, noise: Noise) -> Self {
-        let unknowns = Layout::of_shape(order).unknowns();
-        let mut sum =
-            Self { information: DMatrix::zeros(unknowns, unknowns), right: DVector::zeros(unknowns), square: 0.0 };
+        let mut sum = Self::of_nothing(order);
         for &index in samples {
             let instant = &measurements.instants[index];
             let rows = rows(instant, psi[index], order);
             let measured = [instant.s1, instant.s2, 0.0];
             for ((row, measured), weight) in rows.column_iter().zip(measured).zip(noise.weights(instant)) {
-                sum.information.ger(weight * weight, &row, &row, 1.0);
-                sum.right.axpy(weight * weight * measured, &row, 1.0);
-                sum.square += (weight * measured).powi(2);
+                sum.add_row(&row.into_owned(), measured, weight);
             }
         }
         sum
+    }
+
+    /// Those that say nothing.
+    pub fn of_nothing(order: usize) -> Self {
+        let unknowns = Layout::of_shape(order).unknowns();
+        Self { information: DMatrix::zeros(unknowns, unknowns), right: DVector::zeros(unknowns), square: 0.0 }
+    }
+
+    /// Adds that the coefficients times `row` are `measured`, up to a standard deviation of one over the weight.
+    pub fn add_row(&mut self, row: &DVector<f64>, measured: f64, weight: f64) {
+        self.information.ger(weight * weight, row, row, 1.0);
+        self.right.axpy(weight * weight * measured, row, 1.0);
+        self.square += (weight * measured).powi(2);
     }
 
     /// The same with every orientation larger by `omega`, radians.

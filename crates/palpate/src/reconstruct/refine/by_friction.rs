@@ -4,15 +4,17 @@
 //! that mechanics finds with that object, follow each other to a fixed point.
 
 mod growth;
+mod rotations;
 
 use self::growth::Grown;
 use super::job::{Job, Refined};
+use crate::estimate::friction::falls::falls;
 use crate::estimate::friction::modes::{Decoded, Object, Sds, decode};
 use crate::estimate::friction::problem::{BESIDES_SHAPE, Corrected, Problem, Unknowns, of_sample};
 use crate::estimate::friction::regimes::{Place, Regime, regimes};
 use crate::estimate::friction::smoother::{Bounds, FrictionNoise, Optimum};
 use crate::estimate::friction::strips::{center_and_friction, runs};
-use crate::estimate::jumps::detect_jumps;
+use crate::estimate::jumps::{DetectedJump, detect_jumps};
 use crate::estimate::measurements::Measurements;
 use crate::estimate::model::contact::psi_sd_by_contacts;
 use crate::estimate::model::layout::coefficients_to_order;
@@ -83,6 +85,8 @@ struct Setting<'a> {
 struct Settled {
     optimum: Optimum,
     regimes: Vec<Regime>,
+    /// Samples at which a jump has just ended.
+    starts: Vec<usize>,
 }
 
 impl Settled {
@@ -140,7 +144,7 @@ impl<'a> Setting<'a> {
     ) -> Option<Settled> {
         let (mut last, mut starts) = (None, self.starts.to_vec());
         for _ in 0..rounds {
-            let problem = Problem::new(self.log, &self.job.options.rig, self.weighted, self.order, self.prior);
+            let problem = self.problem();
             let corrected = problem.corrected(&unknowns.calibration);
             let mut problem = problem.with_regimes(&regimes, &starts, &unknowns, &corrected);
             let optimum = problem.optimum(unknowns, noise, self.bounds, (updates, STUDENT))?;
@@ -152,9 +156,9 @@ impl<'a> Setting<'a> {
                 // What does not jump is where mechanics has it.
                 unknowns.psi = found.psi;
             }
-            starts = found.starts;
             let before = std::mem::replace(&mut regimes, found.regimes);
-            last = Some(Settled { optimum, regimes: before });
+            let starts_before = std::mem::replace(&mut starts, found.starts);
+            last = Some(Settled { optimum, regimes: before, starts: starts_before });
             if same {
                 break;
             }
@@ -219,8 +223,12 @@ impl Job<'_> {
 impl<'a> Setting<'a> {
     /// The contact modes that mechanics finds with some object and motion.
     fn modes_of(&self, at: &Unknowns, noise: FrictionNoise) -> Vec<Regime> {
-        let problem = Problem::new(self.log, &self.job.options.rig, self.weighted, self.order, self.prior);
+        let problem = self.problem();
         self.decoded(&problem.corrected(&at.calibration), at, None, noise, self.starts).regimes
+    }
+
+    fn problem(&self) -> Problem<'a> {
+        Problem::new(self.log, &self.job.options.rig, self.weighted, self.order, self.prior)
     }
 
     /// The result, where friction explains the log.
@@ -228,6 +236,19 @@ impl<'a> Setting<'a> {
         if !settled.leaves_at_most(self.bounds, PLAUSIBLE) {
             return None;
         }
+        let (settled, others) = rotations::likeliest(self, settled);
+        let mut candidate = self.judged(settled)?;
+        let result = &mut candidate.result;
+        result.others = others.into_iter().filter_map(|other| Some(self.judged(other)?.result)).collect();
+        result.alternatives = 1 + result.others.len();
+        if result.alternatives > 1 && result.is_certified() {
+            result.verdict = Verdict::new(vec![Doubt::Alternatives { objects: result.alternatives }]);
+        }
+        Some(candidate)
+    }
+
+    /// An optimum as a result, with its doubts.
+    fn judged(&self, settled: Settled) -> Option<Candidate> {
         let explains = settled.leaves_at_most(self.bounds, EXPLAINED) && settled.optimum.settled;
         let mut candidate = OfFriction { job: self.job, settled }.candidate(self.order, self.prior)?;
         if !explains {
@@ -277,7 +298,7 @@ impl OfFriction<'_> {
     }
 
     fn estimate(&self) -> FrictionEstimate {
-        let Settled { optimum, regimes } = &self.settled;
+        let Settled { optimum, regimes, .. } = &self.settled;
         let covariance = optimum.eliminated.covariance();
         let sd = |index: usize| covariance[(index, index)].max(0.0).sqrt();
         let (order, friction) = (optimum.unknowns.coefficients.len() / 2, optimum.unknowns.coefficients.len());
@@ -313,5 +334,9 @@ impl Uncertainty for OfFriction<'_> {
 
     fn friction(&self) -> Option<FrictionEstimate> {
         Some(self.estimate())
+    }
+
+    fn jumps(&self, shape: &SupportFunction, palms: &[PalmPair], psi: &[f64]) -> Vec<DetectedJump> {
+        falls(shape, palms, psi, &self.settled.starts)
     }
 }

@@ -590,7 +590,7 @@ impl<'a> Job<'a> {
         detect_jumps(&SupportFunction::from_coefficients(coefficients), &self.palms(), &psi)
     }
 
-    fn palms(&self) -> Vec<PalmPair> {
+    pub(super) fn palms(&self) -> Vec<PalmPair> {
         self.log.samples.iter().map(|sample| sample.palms).collect()
     }
 }

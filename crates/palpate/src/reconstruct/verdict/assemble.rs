@@ -4,7 +4,7 @@
 use super::certificate::Findings;
 use super::uncertainty::Uncertainty;
 use crate::estimate::coverage::{NODES, completed, contact_paths, touches};
-use crate::estimate::jumps::{DetectedJump, detect_jumps, jump_reversals};
+use crate::estimate::jumps::{DetectedJump, jump_reversals};
 use crate::estimate::measurements::{Instant, Measurements};
 use crate::estimate::model::balance_tolerance::unstable_samples;
 use crate::estimate::model::contact::residuals;
@@ -79,7 +79,7 @@ pub(crate) fn assemble(
     let (coefficients, psi) = (&fit.estimate.coefficients, &fit.estimate.psi);
     let shape = SupportFunction::from_coefficients(coefficients);
     let palms: Vec<PalmPair> = log.samples.iter().map(|sample| sample.palms).collect();
-    let jumps = detect_jumps(&shape, &palms, psi);
+    let jumps = uncertainty.jumps(&shape, &palms, psi);
     let starts: Vec<usize> = jumps.iter().map(|jump| jump.sample).collect();
     let piece_of = |index: usize| starts.iter().filter(|&&start| start <= index).count() as u32;
 
@@ -143,7 +143,8 @@ pub(crate) fn assemble(
     let inertia = uncertainty.inertia();
     let friction = uncertainty.friction();
     let at_rest = inertia.is_none() && friction.is_none();
-    let unphysical = || jumps.iter().filter(|jump| at_rest && !jump.physical);
+    // With inertia the object may be on its way at any sample.
+    let unphysical = || jumps.iter().filter(|jump| inertia.is_none() && !jump.physical);
     let findings = Findings {
         mean_radius_m: coefficients[0],
         concavity_m: shape.concavity_m(),

@@ -2,7 +2,7 @@
 
 use crate::estimate::calibration::{CONSTANTS, CalibrationPosterior, Matrix, constants, prior_sd};
 use crate::estimate::evidence::jump_prior::excess;
-use crate::estimate::jumps::DetectedJump;
+use crate::estimate::jumps::{DetectedJump, detect_jumps};
 use crate::estimate::measurements::{Instant, Measurements};
 use crate::estimate::model::noise_from_log::angle_scatter_rad;
 use crate::estimate::solver::error_bars::ErrorBars;
@@ -10,7 +10,9 @@ use crate::estimate::solver::gauss_newton::Fit;
 use crate::reconstruct::result::calibration::{CalibrationEstimate, ConstantEstimate};
 use crate::reconstruct::result::friction::FrictionEstimate;
 use crate::reconstruct::result::inertia::InertiaEstimate;
+use crate::palms::PalmPair;
 use crate::sensor::{Calibration, CalibrationConstant, Rig};
+use crate::shape::SupportFunction;
 use nalgebra::DMatrix;
 
 /// What an optimum leaves open. Angles are in the frame of the optimum.
@@ -27,6 +29,11 @@ pub(crate) trait Uncertainty {
 
     /// What it told of friction; `None` where there is none.
     fn friction(&self) -> Option<FrictionEstimate>;
+
+    /// The jumps of an object with this shape and motion, and whether the forces allow them.
+    fn jumps(&self, shape: &SupportFunction, palms: &[PalmPair], psi: &[f64]) -> Vec<DetectedJump> {
+        detect_jumps(shape, palms, psi)
+    }
 }
 
 /// Error bars of boundary and poses.

@@ -1,0 +1,119 @@
+//! Other rotations of what lies behind a jump, or between two, against the rest: rolling and forces say how a part of the log moves, and only what
+//! the parts share of the boundary, and the fall between them, say how they lie to each other.
+//!
+//! The rotation is profiled as without friction ([`turned_parts`]), with the forces at the edges of the cones where the contacts slide. What some
+//! shape explains is taken to its own optimum, contact modes and all; there the fits are compared.
+
+use super::{EXPLAINED, Setting, Settled};
+use crate::estimate::association::relative_rotation::{LOOSE, Trial, turned_parts};
+use crate::estimate::evidence::motion_prior::CERTAIN;
+use crate::estimate::friction::falls::falls;
+use crate::estimate::friction::problem::Unknowns;
+use crate::estimate::friction::smoother::FrictionNoise;
+use crate::estimate::model::layout::Layout;
+use crate::estimate::model::noise::Noise;
+use crate::estimate::motion::same_motion;
+use crate::estimate::solver::shape_given_motion::ShapeGivenMotion;
+use crate::math::angle::wrapped;
+use crate::palms::PalmPair;
+use crate::shape::SupportFunction;
+use rayon::prelude::*;
+use std::f64::consts::TAU;
+
+/// Trials that are taken to their optimum at most.
+const MOST_TRIED: usize = 16;
+
+/// Trials of one part closer than this lead to one optimum, radians.
+const APART_RAD: f64 = 0.2;
+
+/// Rounds of fit and modes for each, and updates of the standard deviations in each: from loose ones they fall fivefold in one.
+const ROUNDS: usize = 3;
+const UPDATES: usize = 6;
+
+/// Times that a likelier rotation takes the place of the present one, at most: one part after the other.
+const REPLACED: usize = 4;
+
+/// The likeliest rotations of the parts, and others that are about as likely.
+pub(super) fn likeliest(setting: &Setting, mut settled: Settled) -> (Settled, Vec<Settled>) {
+    let mut replaced = 0;
+    loop {
+        let (likelier, others): (Vec<_>, Vec<_>) =
+            rivals(setting, &settled).into_iter().partition(|(gain, _)| *gain > 0.0 && replaced < REPLACED);
+        replaced += 1;
+        match likelier.into_iter().next() {
+            Some((_, rival)) => settled = rival,
+            None => return (settled, others.into_iter().map(|(_, rival)| rival).collect()),
+        }
+    }
+}
+
+/// Optima with one part turned that are not much less likely than the present one, with the logarithm of by how much they are more; the likeliest
+/// first.
+fn rivals(setting: &Setting, present: &Settled) -> Vec<(f64, Settled)> {
+    let mut trials = trials(setting, present);
+    trials.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    let is_near = |a: &Trial, b: &Trial| a.part == b.part && wrapped(a.omega - b.omega).abs() < APART_RAD;
+    let mut apart: Vec<Trial> = Vec::new();
+    for trial in trials {
+        if apart.len() < MOST_TRIED && !apart.iter().any(|other| is_near(other, &trial)) {
+            apart.push(trial);
+        }
+    }
+    let weighed = |rival: Settled| {
+        let gain = present.optimum.cost - rival.optimum.cost_at(present.optimum.noise);
+        (gain > -CERTAIN.0).then_some((gain, rival))
+    };
+    let tried = apart.into_par_iter().filter_map(|trial| tried(setting, present, trial).and_then(weighed));
+    let mut rivals: Vec<(f64, Settled)> = tried.collect();
+    let same = |other: &Settled| same_motion(&other.optimum.unknowns.psi, &present.optimum.unknowns.psi, TAU);
+    rivals.retain(|(_, rival)| !same(rival));
+    rivals.sort_by(|a, b| b.0.total_cmp(&a.0));
+    rivals
+}
+
+/// The rotations of each part that some shape explains about as well as the present one.
+fn trials(setting: &Setting, present: &Settled) -> Vec<Trial> {
+    let Settled { optimum, regimes, starts } = present;
+    let Unknowns { coefficients, psi, .. } = &optimum.unknowns;
+    let sd_m = (LOOSE * coefficients[0]).max(optimum.noise.sensor_m);
+    let contacts = Noise { sensor_m: sd_m, balance_m: f64::INFINITY };
+    let order = Layout::of_coefficients(coefficients).order;
+    let problem = setting.problem().with_regimes(regimes, starts, &optimum.unknowns, &optimum.corrected);
+    let given = |samples: &[usize]| {
+        let mut sum = ShapeGivenMotion::of_samples(&optimum.corrected.measurements, psi, samples, order, contacts);
+        for row in samples.iter().filter_map(|&index| problem.sliding_row(&optimum.unknowns, &optimum.corrected, index)) {
+            sum.add_row(&row, 0.0, 1.0 / sd_m);
+        }
+        sum
+    };
+    let all: Vec<usize> = (0..psi.len()).collect();
+    turned_parts(starts, &all, psi.len(), (setting.prior, order), &given)
+}
+
+/// A trial at its optimum, where friction explains that and its jumps.
+fn tried(setting: &Setting, present: &Settled, Trial { part, omega, coefficients, .. }: Trial) -> Option<Settled> {
+    let Unknowns { friction, calibration, ref psi, .. } = present.optimum.unknowns;
+    let mut psi = psi.clone();
+    psi[part].iter_mut().for_each(|psi| *psi += omega);
+    let size_m = coefficients[0];
+    let noise = FrictionNoise {
+        sensor_m: (LOOSE * size_m).max(present.optimum.noise.sensor_m),
+        forces_m: LOOSE * size_m,
+        ..present.optimum.noise
+    };
+    let starts = present.starts.clone();
+    let unknowns = Unknowns { coefficients, friction, calibration, psi };
+    let setting = Setting { starts: &starts, ..*setting };
+    let settled = setting.settled((unknowns, present.regimes.clone()), noise, (ROUNDS, UPDATES))?;
+    let explains = settled.leaves_at_most(setting.bounds, EXPLAINED) && settled.falls(&setting.job.palms());
+    explains.then_some(settled)
+}
+
+impl Settled {
+    /// Whether the object may have fallen as it jumps.
+    fn falls(&self, palms: &[PalmPair]) -> bool {
+        let Unknowns { coefficients, psi, .. } = &self.optimum.unknowns;
+        let shape = SupportFunction::from_coefficients(coefficients);
+        falls(&shape, palms, psi, &self.starts).iter().all(|jump| jump.physical)
+    }
+}
