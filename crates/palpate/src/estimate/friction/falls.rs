@@ -5,7 +5,7 @@
 
 use crate::estimate::jumps::{BARRIER_ALLOWANCE, DetectedJump};
 use crate::mechanics::EnergyLandscape;
-use crate::mechanics::passage::barrier_m;
+use crate::mechanics::passage::{barrier_m, is_same_pose};
 use crate::palms::PalmPair;
 use crate::shape::SupportFunction;
 use std::f64::consts::TAU;
@@ -30,5 +30,44 @@ pub(crate) fn falls(shape: &SupportFunction, palms: &[PalmPair], psi: &[f64], st
             predicted: false,
         }
     };
-    starts.iter().filter(|&&sample| sample > 0 && sample < psi.len()).map(fall).collect()
+    // A pose that was lost and found again where it was is no jump.
+    let jumps = |sample: &&usize| **sample > 0 && **sample < psi.len() && !is_same_pose(psi[**sample - 1], psi[**sample]);
+    starts.iter().filter(jumps).map(fall).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shape::NamedShape;
+
+    /// A stone between palms at rest, and where it rests stably.
+    fn resting() -> (SupportFunction, Vec<PalmPair>, Vec<f64>) {
+        let shape = NamedShape::Stone.shape(0.03).expect("a positive size");
+        let palms = PalmPair::hinged(0.8, 1.3);
+        let stable = EnergyLandscape::new(&shape, &palms).stable_poses().iter().map(|pose| pose.psi_rad).collect();
+        (shape, vec![palms; 2], stable)
+    }
+
+    #[test]
+    fn an_object_falls_to_lower_poses_and_to_none_behind_a_crest() {
+        let (shape, palms, stable) = resting();
+        let bottom = stable[0];
+        let fall = |from: f64, to: f64| falls(&shape, &palms, &[from, to], &[1]);
+        // Down, perhaps not all the way.
+        for share in [0.5, 1.0] {
+            assert!(fall(bottom + 0.3, bottom + 0.3 * (1.0 - share))[0].physical, "{share}");
+        }
+        assert!(!fall(bottom, bottom + 0.3)[0].physical);
+        // Both ways round lead over the highest pose of all.
+        let landscape = EnergyLandscape::new(&shape, &palms[0]);
+        let opposite = (0..63).map(|i| 0.1 * f64::from(i)).max_by(|a, b| landscape.height_m(*a).total_cmp(&landscape.height_m(*b)));
+        assert!(!fall(bottom, opposite.expect("poses"))[0].physical);
+    }
+
+    #[test]
+    fn what_is_found_again_where_it_was_has_not_jumped() {
+        let (shape, palms, stable) = resting();
+        assert!(falls(&shape, &palms, &[stable[0], stable[0] + 0.05], &[1]).is_empty());
+        assert_eq!(falls(&shape, &palms, &[stable[0] + 0.3, stable[0]], &[1])[0].sample, 1);
+    }
 }

@@ -9,6 +9,7 @@ use super::strips::{ends, nearest_end};
 use crate::estimate::measurements::{Instant, Measurements};
 use crate::estimate::model::boundary::Boundary;
 use crate::estimate::model::contact::contact_directions;
+use crate::estimate::model::table::BoundaryTable;
 use crate::mechanics::coulomb::{at_the_edges, moment, moment_by_psi, moment_by_ratio, moment_row};
 use nalgebra::{DMatrix, DVector};
 
@@ -88,7 +89,7 @@ pub(crate) fn decode(
     starts: &[usize],
 ) -> Decoded {
     let count = psi.len();
-    let decoder = Decoder { measurements, base_shifts_m, object, sds };
+    let decoder = Decoder { measurements, base_shifts_m, object, table: BoundaryTable::new(object.coefficients), sds };
     let mut survivors: Vec<[Option<Survivor>; 5]> = Vec::with_capacity(count);
     let mut orders: Vec<Option<[usize; 2]>> = Vec::with_capacity(count);
     for (index, &thought) in psi.iter().enumerate() {
@@ -161,6 +162,8 @@ struct Decoder<'a> {
     measurements: &'a Measurements,
     base_shifts_m: &'a [[f64; 2]],
     object: Object<'a>,
+    /// Its boundary.
+    table: BoundaryTable,
     sds: Sds,
 }
 
@@ -185,16 +188,13 @@ struct Step {
 }
 
 impl Decoder<'_> {
-    fn boundary(&self, instant: &Instant, psi: f64) -> Boundary {
-        Boundary::new(self.object.coefficients, contact_directions(instant, psi))
-    }
-
     /// What is unknown at a sample, about some ψ.
     fn unknown(&self, instant: &Instant, psi: f64) -> Unknown {
         let Some(covariance) = self.object.covariance else {
             return Unknown { contacts_m2: [0.0; 2], forces_m2: [[0.0; 2]; 2] };
         };
-        let (boundary, shape) = (self.boundary(instant, psi), self.object.coefficients.len());
+        let boundary = Boundary::new(self.object.coefficients, contact_directions(instant, psi));
+        let shape = self.object.coefficients.len();
         let mut row = DVector::zeros(shape + 2);
         let variance = |row: &DVector<f64>| (covariance * row).dot(row).max(0.0);
         let contacts_m2 = [[1.0, 0.0], [0.0, 1.0]].map(|share| {
@@ -218,12 +218,12 @@ impl Decoder<'_> {
     /// L of both palms (see [`problem`](super::problem)) and its derivative by ψ.
     fn unrolled(&self, index: usize, psi: f64) -> [(f64, f64); 2] {
         let (instant, shift) = (&self.measurements.instants[index], self.base_shifts_m[index]);
-        let boundary = self.boundary(instant, psi);
-        let [s1, s2] = instant.palms.positions(boundary.at.r, boundary.at.d);
-        let arc = boundary.arc_m(self.object.coefficients, instant.contact_angles(psi).into());
-        let (r_by_psi, d_by_psi) = boundary.at.by_psi();
+        let at = self.table.contacts(instant, psi);
+        let [s1, s2] = instant.palms.positions(at.r, at.d);
+        let arc = <[f64; 2]>::from(instant.contact_angles(psi)).map(|theta| self.table.arc_m(theta));
+        let (r_by_psi, d_by_psi) = at.by_psi();
         let [by1, by2] = instant.palms.positions(r_by_psi, d_by_psi);
-        let v = boundary.at.v;
+        let v = at.v;
         [(s1 - shift[0] - arc[0], by1 + v[0]), (shift[1] - s2 - arc[1], v[1] - by2)]
     }
 
@@ -293,7 +293,7 @@ impl Decoder<'_> {
         unknown: &Unknown,
     ) -> Option<(Belief, f64)> {
         let variance_m2 = |signs: [f64; 2]| self.sds.forces_m * self.sds.forces_m + unknown.of_forces(signs);
-        let at = self.boundary(instant, predicted.psi).at;
+        let at = self.table.contacts(instant, predicted.psi);
         let ends = ends(instant, &at, regime)?;
         let tau = |signs: [f64; 2]| at_the_edges(self.object.friction, signs);
         if ends[0] != ends[1] {
@@ -308,7 +308,7 @@ impl Decoder<'_> {
         let mut psi = predicted.psi;
         let mut found = None;
         for _ in 0..NEWTON {
-            let at = self.boundary(instant, psi).at;
+            let at = self.table.contacts(instant, psi);
             let value = moment(&instant.palms, &at, tau);
             let by_psi = moment_by_psi(&instant.palms, &at, tau);
             let information = 1.0 / predicted.variance + by_psi * by_psi / variance_m2;
@@ -317,7 +317,7 @@ impl Decoder<'_> {
             found = Some((Belief { psi, variance: (1.0 / information).max(LEAST_VARIANCE) }, value));
         }
         let (belief, _) = found?;
-        let value = moment(&instant.palms, &self.boundary(instant, psi).at, tau);
+        let value = moment(&instant.palms, &self.table.contacts(instant, psi), tau);
         let cost = 0.5 * (psi - predicted.psi).powi(2) / predicted.variance + 0.5 * value * value / variance_m2;
         belief.psi.is_finite().then_some((belief, cost))
     }
@@ -332,7 +332,7 @@ impl Decoder<'_> {
         let mut psi = predicted.psi;
         let mut information = 1.0 / predicted.variance;
         let residuals = |psi: f64| {
-            let at = self.boundary(instant, psi).at;
+            let at = self.table.contacts(instant, psi);
             let (r_by_psi, d_by_psi) = at.by_psi();
             let [s1, s2] = instant.palms.positions(at.r, at.d);
             ([s1 - instant.s1, s2 - instant.s2], instant.palms.positions(r_by_psi, d_by_psi))

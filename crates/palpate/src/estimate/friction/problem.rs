@@ -43,6 +43,8 @@ pub(crate) struct Problem<'a> {
     weights: Vec<[f64; 2]>,
     order: usize,
     pub prior: Prior,
+    /// Coefficients of friction that are held where they are.
+    held: Option<[f64; 2]>,
     convexity: Convexity,
     /// Signs of the slips at the ends between which the moment of each sample vanishes; `None` where the motion does not say.
     ends: Vec<Option<[[f64; 2]; 2]>>,
@@ -97,6 +99,9 @@ const CONSTANT_STEP: f64 = 1e-3;
 /// Standard deviation of a step of the motion, radians: far more than any, but for jumps, and less than what a sample without contacts strays.
 const STEP_SD_RAD: f64 = 0.1;
 
+/// Standard deviation of a coefficient of friction that is held.
+const HELD_SD: f64 = 1e-4;
+
 /// Information on the motion where nothing else says where it is, rad⁻²: an angle known to a thousand turns.
 const MOTION_INFORMATION: f64 = 1e-8;
 
@@ -124,6 +129,7 @@ impl<'a> Problem<'a> {
             weights: weighted.instants.iter().map(|instant| [instant.weight1, instant.weight2]).collect(),
             order,
             prior,
+            held: None,
             convexity: Convexity::new(order, prior.size_m, NODES[0] * order + NODES[1]),
             ends: vec![None; weighted.len()],
             force_weights: vec![1.0; weighted.len()],
@@ -132,6 +138,17 @@ impl<'a> Problem<'a> {
             runs: [0; 2],
             starts: Vec::new(),
         }
+    }
+
+    /// The same with the coefficients of friction held here.
+    pub fn holding(mut self, held: Option<[f64; 2]>) -> Self {
+        self.held = held;
+        self
+    }
+
+    /// By how much the coefficients of friction are off where they are held, in standard deviations.
+    fn off_held(&self, friction: [f64; 2]) -> [f64; 2] {
+        self.held.map_or([0.0; 2], |held| [0, 1].map(|palm| (friction[palm] - held[palm]) / HELD_SD))
     }
 
     /// The same with these contact modes; at the samples `starts` a jump has just ended.
@@ -227,9 +244,10 @@ impl<'a> Problem<'a> {
         let of_shape: f64 = at.coefficients.iter().zip(&sd).map(|(value, sd)| (value / sd).powi(2)).sum();
         let of_convexity: f64 = self.convexity.violations(&at.coefficients).map(|(_, residual)| residual.powi(2)).sum();
         let of_friction: f64 = (0..2).map(|palm| prior_of_friction(at.friction[palm], self.runs[palm]).cost).sum();
+        let of_held: f64 = self.off_held(at.friction).iter().map(|off| 0.5 * off * off).sum();
         let (off, _) = constants_off(&at.calibration, self.rig);
         let of_motion: f64 = self.steps(at).map(|(_, step)| (step / STEP_SD_RAD).powi(2)).sum();
-        0.5 * (of_shape + of_convexity + off.norm_squared() + of_motion) + of_friction
+        0.5 * (of_shape + of_convexity + off.norm_squared() + of_motion) + of_friction + of_held
     }
 
     /// Steps of the motion without a jump, with the sample at which each begins.
@@ -251,6 +269,10 @@ impl<'a> Problem<'a> {
         for palm in 0..2 {
             let prior = prior_of_friction(at.friction[palm], self.runs[palm]);
             add(shape + FRICTION + palm, prior.slope, prior.information);
+            if self.held.is_some() {
+                let off = self.off_held(at.friction)[palm];
+                add(shape + FRICTION + palm, off / HELD_SD, 1.0 / (HELD_SD * HELD_SD));
+            }
         }
         let (off, _) = constants_off(&at.calibration, self.rig);
         (0..CONSTANTS).for_each(|c| add(shape + RIG + c, off[c], 1.0));

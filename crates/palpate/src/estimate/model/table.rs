@@ -68,9 +68,71 @@ impl SupportTable {
     }
 }
 
+/// The same with the length of the boundary.
+pub(crate) struct BoundaryTable {
+    support: SupportTable,
+    /// ∫ r dθ from 0 to each entry, metres.
+    integral: Vec<f64>,
+}
+
+impl BoundaryTable {
+    /// Of the coefficient vector (a0, a1 … aK, b1 … bK), metres.
+    pub fn new(coefficients: &[f64]) -> Self {
+        let step = TAU / ENTRIES as f64;
+        let order = coefficients.len() / 2;
+        let integral = |entry: usize| {
+            let theta = step * entry as f64;
+            let waves = (1..=order).map(|k| {
+                let (sin, cos) = (k as f64 * theta).sin_cos();
+                (coefficients[k] * sin + coefficients[order + k] * (1.0 - cos)) / k as f64
+            });
+            coefficients[0] * theta + waves.sum::<f64>()
+        };
+        Self { support: SupportTable::new(coefficients), integral: (0..=ENTRIES).map(integral).collect() }
+    }
+
+    /// r, d and v at both contacts of one sample.
+    pub fn contacts(&self, instant: &Instant, psi: f64) -> Contacts {
+        self.support.contacts(instant, psi)
+    }
+
+    /// The length of the boundary up to a normal angle, which is not wrapped, up to a constant, metres: ∫ v dθ = ∫ r dθ − d.
+    pub fn arc_m(&self, theta: f64) -> f64 {
+        let step = TAU / ENTRIES as f64;
+        let turns = (theta / TAU).floor();
+        let place = fraction_of_turn(theta) * ENTRIES as f64;
+        let entry = (place as usize).min(ENTRIES - 1);
+        let x = place - entry as f64;
+        let y = 1.0 - x;
+        let (from, to) = (self.integral[entry], self.integral[entry + 1]);
+        let (slope, end_slope) = (self.support.entries[entry].r, self.support.entries[entry + 1].r);
+        let cubic =
+            from * y * y * (1.0 + 2.0 * x) + to * x * x * (1.0 + 2.0 * y) + step * x * y * (slope * y - end_slope * x);
+        turns * self.integral[ENTRIES] + cubic - self.support.at(theta).d
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_length_of_the_boundary_is_that_of_the_series() {
+        use crate::estimate::model::boundary::Boundary;
+        let mut coefficients = vec![0.03];
+        coefficients.extend((1..=28).map(|k| 0.01 / f64::from(k * k)));
+        coefficients.extend((1..=28).map(|k| -0.007 / f64::from(k * k)));
+        let table = BoundaryTable::new(&coefficients);
+        let exact = |theta: f64| {
+            let at = Boundary::new(&coefficients, ([theta.cos(); 2], [theta.sin(); 2]));
+            at.arc_m(&coefficients, [theta; 2])[0]
+        };
+        for theta in (-700..700).map(|i| 0.0137 * f64::from(i)).chain([0.0, TAU, -TAU, -1e-18]) {
+            let (from, to) = (exact(0.3), exact(theta));
+            let read = table.arc_m(theta) - table.arc_m(0.3);
+            assert!((read - (to - from)).abs() < 4e-9, "{theta}: {read} {}", to - from);
+        }
+    }
 
     #[test]
     fn a_table_agrees_with_the_series() {

@@ -32,6 +32,7 @@ use crate::reconstruct::verdict::joint_error_bars::JointErrorBars;
 use crate::reconstruct::verdict::uncertainty::{FoundRig, PoseErrorBars, Uncertainty};
 use crate::shape::{SupportFunction, Symmetry};
 use nalgebra::DMatrix;
+use rayon::prelude::*;
 
 /// Standard deviations that the first fit begins with: of the slip over a step that rolls, and of the forces, as shares of the mean radius.
 const FIRST_SLIP: f64 = 1e-3;
@@ -60,12 +61,23 @@ const ROUNDS: usize = 8;
 /// Updates of the standard deviations in each of them.
 const UPDATES: usize = 12;
 
+/// Contact modes that were found with wrong coefficients of friction hold these where they are: so fit and modes begin anew with others, which are
+/// held for some rounds, while slip or forces are missed by more than so many times what palms are exact to.
+const OTHER_FRICTION: [[f64; 2]; 5] = [[1.25, 1.25], [0.8, 0.8], [1.6, 1.6], [1.5, 1.0], [1.0, 1.5]];
+const OTHER_FRICTION_ROUNDS: usize = 3;
+const HELD_ROUNDS: usize = 3;
+const EXACT: f64 = 2.0;
+
+/// Others take their place where they are likelier by so much for each sample (nats).
+const LIKELIER: f64 = 0.01;
+
 /// Harmonics of what was grown, in turn; more are kept where the contacts fall below this share of what they were.
 const MORE_HARMONICS: [usize; 3] = [12, 18, 28];
 const HARMONICS_GAIN: f64 = 0.98;
 
-/// Standard deviations from 0 at which a coefficient of friction is told by the log.
+/// Friction acts where a coefficient of it is so many standard deviations from 0, or where the object rolls for this share of the samples.
 const TOLD_SDS: f64 = 5.0;
+const MOSTLY_STICKS: f64 = 0.5;
 
 /// What is to be explained.
 #[derive(Clone, Copy)]
@@ -90,6 +102,21 @@ struct Settled {
 }
 
 impl Settled {
+    /// Whether slip and forces are explained to what palms are exact to.
+    fn is_exact(&self, bounds: Bounds) -> bool {
+        let FrictionNoise { slip_m, forces_m, .. } = self.optimum.noise;
+        slip_m < EXACT * bounds.slip_m && forces_m < EXACT * bounds.forces_m
+    }
+
+    /// −ln of the likelihood, up to a constant of the log: slip is missed where it sticks and forces where it slides.
+    fn missed(&self) -> f64 {
+        let Optimum { noise: FrictionNoise { sensor_m, slip_m, forces_m }, corrected, cost, .. } = &self.optimum;
+        let contacts = corrected.measurements.seen() as f64;
+        let sticks = self.regimes.iter().filter(|regime| regime.sticks().is_some()).count() as f64;
+        let slides = self.regimes.len() as f64 - sticks;
+        cost + contacts * sensor_m.ln() + sticks * slip_m.ln() + slides * forces_m.ln()
+    }
+
     /// Whether the contacts are explained, and slip and forces come down to these shares of the mean radius.
     fn leaves_at_most(&self, bounds: Bounds, [slip, forces]: [f64; 2]) -> bool {
         let size_m = self.optimum.unknowns.coefficients[0];
@@ -138,6 +165,17 @@ impl<'a> Setting<'a> {
     /// Fits and contact modes in turn, at most so many times.
     fn settled(
         &self,
+        start: (Unknowns, Vec<Regime>),
+        noise: FrictionNoise,
+        (rounds, updates): (usize, usize),
+    ) -> Option<Settled> {
+        self.settled_holding(None, start, noise, (rounds, updates))
+    }
+
+    /// The same, with coefficients of friction that are held.
+    fn settled_holding(
+        &self,
+        held: Option<[f64; 2]>,
         (mut unknowns, mut regimes): (Unknowns, Vec<Regime>),
         mut noise: FrictionNoise,
         (rounds, updates): (usize, usize),
@@ -146,7 +184,7 @@ impl<'a> Setting<'a> {
         for _ in 0..rounds {
             let problem = self.problem();
             let corrected = problem.corrected(&unknowns.calibration);
-            let mut problem = problem.with_regimes(&regimes, &starts, &unknowns, &corrected);
+            let mut problem = problem.with_regimes(&regimes, &starts, &unknowns, &corrected).holding(held);
             let optimum = problem.optimum(unknowns, noise, self.bounds, (updates, STUDENT))?;
             (unknowns, noise) = (optimum.unknowns.clone(), optimum.noise);
             let corrected = &optimum.corrected;
@@ -192,7 +230,7 @@ impl Job<'_> {
             detect_jumps(&shape, &palms, &fit.estimate.psi).iter().map(|jump| jump.sample).collect();
         let setting = Setting::new(self, self.raw, &refined.measurements, fit, &starts);
         let settled = setting.settled(setting.contacts_suggest(fit)?, setting.first_noise(fit), (ROUNDS, UPDATES))?;
-        setting.candidate(settled)
+        setting.candidate(setting.with_other_friction(settled))
     }
 
     /// The same of a motion that grows from where the object rolls.
@@ -209,6 +247,7 @@ impl Job<'_> {
             coefficients_to_order(&mut unknowns.coefficients, fit.order);
             let regimes = setting.modes_of(&unknowns, noise);
             let Some(settled) = setting.settled((unknowns.clone(), regimes), noise, (ROUNDS, UPDATES)) else { break };
+            let settled = if best.is_none() { setting.with_other_friction(settled) } else { settled };
             let gains = best.is_none() || settled.optimum.noise.sensor_m < HARMONICS_GAIN * noise.sensor_m;
             (unknowns, noise) = (settled.optimum.unknowns.clone(), settled.optimum.noise);
             if !gains {
@@ -221,6 +260,36 @@ impl Job<'_> {
 }
 
 impl<'a> Setting<'a> {
+    /// The best of what other coefficients of friction lead to.
+    fn with_other_friction(&self, mut best: Settled) -> Settled {
+        for _ in 0..OTHER_FRICTION_ROUNDS {
+            if best.is_exact(self.bounds) {
+                break;
+            }
+            let led = OTHER_FRICTION.into_par_iter().filter_map(|factors| self.from_other_friction(&best, factors));
+            let likeliest = led.collect::<Vec<_>>().into_iter().min_by(|a, b| a.missed().total_cmp(&b.missed()));
+            match likeliest.filter(|other| other.missed() < best.missed() - LIKELIER * self.log.samples.len() as f64) {
+                Some(other) => best = other,
+                None => break,
+            }
+        }
+        best
+    }
+
+    /// Where fit and contact modes come to from coefficients of friction other by these factors, held at first.
+    fn from_other_friction(&self, from: &Settled, factors: [f64; 2]) -> Option<Settled> {
+        let Optimum { unknowns, noise, .. } = &from.optimum;
+        let friction = [0, 1].map(|palm| factors[palm] * unknowns.friction[palm]);
+        let start = Unknowns { friction, ..unknowns.clone() };
+        let setting = Setting { starts: &from.starts, ..*self };
+        let regimes = from.regimes.clone();
+        let held = setting.settled_holding(Some(friction), (start, regimes), *noise, (HELD_ROUNDS, UPDATES))?;
+        let setting = Setting { starts: &held.starts, ..*self };
+        let Optimum { unknowns, noise, .. } = held.optimum;
+        let regimes = setting.modes_of(&unknowns, noise);
+        setting.settled((unknowns, regimes), noise, (ROUNDS, UPDATES))
+    }
+
     /// The contact modes that mechanics finds with some object and motion.
     fn modes_of(&self, at: &Unknowns, noise: FrictionNoise) -> Vec<Regime> {
         let problem = self.problem();
@@ -273,7 +342,8 @@ impl OfFriction<'_> {
         let Optimum { unknowns, noise, corrected, .. } = optimum;
         let estimate = self.estimate();
         let told = |palm: usize| estimate.coefficients[palm] > TOLD_SDS * estimate.coefficient_sds[palm];
-        if !told(0) && !told(1) {
+        let sticks = self.settled.regimes.iter().filter(|regime| regime.sticks().is_some()).count();
+        if !told(0) && !told(1) && (sticks as f64) < MOSTLY_STICKS * unknowns.psi.len() as f64 {
             return None;
         }
         let fit = Fit {

@@ -1,7 +1,7 @@
 //! From nothing, where friction rules: a stretch of the log, begun as if the object rolled on one palm all along, is taken to its optimum by contact
 //! and then by mechanics, and grown. Rolling says where the object goes next without knowing its shape, and mechanics says when it slides.
 
-use super::{Setting, Settled};
+use super::{EXPLAINED, Setting, Settled};
 use crate::estimate::evidence::fit::{Fitted, fit};
 use crate::estimate::friction::problem::{Problem, Unknowns};
 use crate::estimate::friction::smoother::{FrictionNoise, Optimum};
@@ -23,6 +23,7 @@ const LENGTH: usize = 200;
 /// Stretches that are tried, and how many of them are grown at most.
 const STRETCHES: usize = 8;
 const GROWN: usize = 4;
+const GROWN_AT_ONCE: usize = 2;
 
 /// Harmonics of the fits by contact, in turn, and of growth.
 const ORDERS: [usize; 3] = [4, 8, 12];
@@ -45,12 +46,22 @@ const LOST: f64 = 1e-2;
 
 /// A stretch grows by this share of its length at each end.
 const GROWTH: f64 = 0.25;
+const LEAST_GROWTH: f64 = 0.05;
+const WORSE: f64 = 2.0;
+const FINE: [f64; 2] = [2e-4, 4e-4];
 
 /// What was grown over the whole log: the last fit by contact alone, and all else.
 pub(super) struct Grown {
     pub fit: Fit,
     pub unknowns: Unknowns,
     pub noise: FrictionNoise,
+}
+
+impl Grown {
+    fn is_explained(&self) -> bool {
+        let size_m = self.unknowns.coefficients[0];
+        self.noise.slip_m < EXPLAINED[0] * size_m && self.noise.forces_m < EXPLAINED[1] * size_m
+    }
 }
 
 /// A stretch with what is known there.
@@ -86,8 +97,15 @@ pub(super) fn grown(job: &Job) -> Option<Grown> {
     let missed = |stretch: &Stretch| stretch.settled.optimum.noise.forces_m * stretch.settled.optimum.noise.slip_m;
     tried.sort_by(|a, b| missed(a).total_cmp(&missed(b)));
     tried.truncate(GROWN);
-    let grown: Vec<Option<Grown>> = tried.into_par_iter().map(|stretch| strided.grown(stretch)).collect();
-    grown.into_iter().flatten().next()
+    let missed = |grown: &Grown| grown.noise.forces_m * grown.noise.slip_m;
+    let mut best: Option<Grown> = None;
+    while !tried.is_empty() && !best.as_ref().is_some_and(Grown::is_explained) {
+        let some: Vec<Stretch> = tried.drain(..GROWN_AT_ONCE.min(tried.len())).collect();
+        let grown: Vec<Option<Grown>> = some.into_par_iter().map(|stretch| strided.grown(stretch)).collect();
+        let all = grown.into_iter().flatten().chain(best);
+        best = all.min_by(|a, b| missed(a).total_cmp(&missed(b)));
+    }
+    best
 }
 
 impl Strided<'_> {
@@ -134,8 +152,9 @@ impl Strided<'_> {
     /// A stretch grown over the whole log.
     fn grown(&self, mut stretch: Stretch) -> Option<Grown> {
         let samples = self.measurements.len();
+        let mut growth = GROWTH;
         while stretch.range.len() < samples {
-            let more = ((GROWTH * stretch.range.len() as f64) as usize).max(1);
+            let more = ((growth * stretch.range.len() as f64) as usize).max(1);
             let range = stretch.range.start.saturating_sub(more)..(stretch.range.end + more).min(samples);
             let psi = self.followed(&stretch, &range);
             let (log, measurements) = self.part(&range);
@@ -148,11 +167,22 @@ impl Strided<'_> {
             let regimes = setting.decoded(&corrected, &unknowns, covariance.as_ref(), noise, &[]).regimes;
             let settled = setting.settled((unknowns, regimes), noise, (FURTHER_ROUNDS, UPDATES))?;
             let Optimum { noise, unknowns, .. } = &settled.optimum;
+            let mut lost = false;
             if noise.sensor_m > EXPLAINED_CONTACTS * self.job.readings().tolerance_m
                 || noise.forces_m > LOST * unknowns.coefficients[0]
             {
-                return None;
+                lost = true;
             }
+            let before = stretch.settled.optimum.noise;
+            let size_m = unknowns.coefficients[0];
+            let worse = |now: f64, before: f64, fine: f64| now > (WORSE * before).max(fine * size_m);
+            let suspicious = lost || !settled.starts.is_empty() || worse(noise.slip_m, before.slip_m, FINE[0]) || worse(noise.forces_m, before.forces_m, FINE[1]);
+            if suspicious && growth > LEAST_GROWTH {
+                growth *= 0.5;
+                continue;
+            }
+            if lost { return None; }
+            growth = (1.5 * growth).min(GROWTH);
             stretch = Stretch { range, settled, ..stretch };
         }
         let Optimum { unknowns, noise, .. } = stretch.settled.optimum;

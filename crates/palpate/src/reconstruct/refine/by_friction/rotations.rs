@@ -37,8 +37,10 @@ const REPLACED: usize = 4;
 pub(super) fn likeliest(setting: &Setting, mut settled: Settled) -> (Settled, Vec<Settled>) {
     let mut replaced = 0;
     loop {
+        // What falls as no object does gives way to any that is about as likely.
+        let least_gain = if settled.falls(&setting.job.palms()) { 0.0 } else { f64::NEG_INFINITY };
         let (likelier, others): (Vec<_>, Vec<_>) =
-            rivals(setting, &settled).into_iter().partition(|(gain, _)| *gain > 0.0 && replaced < REPLACED);
+            rivals(setting, &settled).into_iter().partition(|(gain, _)| *gain > least_gain && replaced < REPLACED);
         replaced += 1;
         match likelier.into_iter().next() {
             Some((_, rival)) => settled = rival,
