@@ -38,6 +38,7 @@ mod sweep_error;
 mod threads;
 
 pub use folder::{Done, SweepFolder, journal, table};
+pub use job::forces::{ActingForces, DrawnForces, ForcesJob};
 pub use job::log_job::LogJob;
 pub use job::object::{Object, ShapeName};
 pub use job::row::{Row, Status};

@@ -1,5 +1,6 @@
 //! Studies: each measures something and writes the table that the documentation quotes.
 
+mod acting_forces;
 pub(crate) mod limits;
 pub(crate) mod methods;
 pub(crate) mod monte_carlo;

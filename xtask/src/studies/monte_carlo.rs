@@ -11,10 +11,11 @@ use std::time::Instant;
 use anyhow::bail;
 use palpate::sensor::Rig;
 use palpate_sweep::{
-    Conditions, Job, MotionKind, MotionShape, NoiseShape, Object, Outcome, ReconstructChoice, Row, ScoreChoice,
-    SimulateJob, Source, Status, Sweep, Touchpads, VariedJob,
+    ActingForces, Conditions, Job, MotionKind, MotionShape, NoiseShape, Object, Outcome, ReconstructChoice, Row,
+    ScoreChoice, SimulateJob, Source, Status, Sweep, Touchpads, VariedJob,
 };
 
+use crate::studies::acting_forces;
 use crate::studies::rows;
 use crate::studies::tables::{self, Place, Table, Write};
 
@@ -33,6 +34,12 @@ pub struct Arguments {
     /// Rigs that nobody calibrated, drawn from the default tolerances (only with `--jumps`, over the mixture).
     #[arg(long, requires = "jumps", conflicts_with_all = ["symmetric", "varied"])]
     rig: bool,
+    /// Palms with friction, each object, motion and coefficient drawn.
+    #[arg(long, conflicts_with_all = ["jumps", "symmetric", "varied", "rig", "fast", "keep", "csv"])]
+    friction: bool,
+    /// Palms so fast that the inertia of the object counts.
+    #[arg(long, conflicts_with_all = ["jumps", "symmetric", "varied", "rig", "keep", "csv"])]
+    fast: bool,
     /// Trials; with jumps in all, without for each kind of noise [default: 500 with jumps, 200 without].
     #[arg(long)]
     trials: Option<u64>,
@@ -58,7 +65,16 @@ pub struct Arguments {
 impl Arguments {
     /// Trials from each seed on; without jumps for each kind of noise.
     fn trials(&self) -> u64 {
-        self.trials.unwrap_or(if self.jumps { 500 } else { 200 })
+        self.trials.unwrap_or(if self.jumps || self.forces().is_some() { 500 } else { 200 })
+    }
+
+    /// What acts besides gravity.
+    fn forces(&self) -> Option<ActingForces> {
+        match (self.friction, self.fast) {
+            (true, _) => Some(ActingForces::Friction),
+            (_, true) => Some(ActingForces::Inertia),
+            _ => None,
+        }
     }
 
     /// The command that makes these tables again.
@@ -73,16 +89,23 @@ impl Arguments {
         let symmetric = if self.symmetric { " --symmetric" } else { "" };
         let varied = if self.varied { " --varied" } else { "" };
         let rig = if self.rig { " --rig" } else { "" };
-        format!("cargo xtask monte-carlo{jumps}{symmetric}{varied}{rig} --trials {trials} --seed {}", seeds.join(","))
+        let friction = if self.friction { " --friction" } else { "" };
+        let fast = if self.fast { " --fast" } else { "" };
+        format!(
+            "cargo xtask monte-carlo{jumps}{symmetric}{varied}{rig}{friction}{fast} --trials {trials} --seed {}",
+            seeds.join(",")
+        )
     }
 
     /// The tables that this study is for: the whole one, and the short one of the README. None has sets of trials without jumps.
     fn places(&self) -> &'static [Place] {
         match (self.jumps, self.seed.len()) {
+            (_, 1) if self.friction => &[tables::MONTE_CARLO_FRICTION],
+            (_, 1) if self.fast => &[tables::MONTE_CARLO_FAST],
             (_, 1) if self.varied => &[tables::MONTE_CARLO_VARIED],
             (_, 1) if self.rig => &[tables::MONTE_CARLO_RIG],
             (_, 1) if self.symmetric => &[tables::MONTE_CARLO_SYMMETRIC],
-            _ if self.symmetric || self.varied || self.rig => &[],
+            _ if self.symmetric || self.varied || self.rig || self.friction || self.fast => &[],
             (false, 1) => &[tables::MONTE_CARLO, tables::ACCURACY],
             (true, 1) => &[tables::MONTE_CARLO_JUMPS, tables::ACCURACY_JUMPS],
             (true, _) => &[tables::MONTE_CARLO_SETS],
@@ -219,7 +242,7 @@ impl Trial<'_> {
         let simulated = match self.source {
             Source::Simulate(job) => job.simulate()?,
             Source::Varied(job) => job.simulate()?,
-            Source::Log(_) => return Ok(()),
+            Source::Forces(_) | Source::Log(_) => return Ok(()),
         };
         let path = folder.join(format!("{}-{}.csv", self.seed, self.noise.name().replace(' ', "-")));
         palpate_io::write_log(&path, &simulated.simulation.log, &[("object".to_owned(), simulated.object)])?;
@@ -241,6 +264,14 @@ fn number(value: Option<f64>) -> f64 {
 /// Runs the study, prints its tables, and writes them where that is asked for.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     arguments.write.check(arguments.places())?;
+    if let Some(forces) = arguments.forces() {
+        let command = arguments.command();
+        let seeds = arguments.seed.iter().flat_map(|first| *first..first + arguments.trials());
+        let text = acting_forces::run(forces, seeds, arguments.verbose, arguments.out.as_ref(), &command)?;
+        println!("{text}");
+        let tables: Vec<Table> = arguments.places().iter().map(|place| (*place, text.clone())).collect();
+        return arguments.write.tables(&tables, &command);
+    }
     let started = Instant::now();
     let trials: Vec<(u64, u64, NoiseKind)> =
         arguments.seed.iter().flat_map(|first| set(*first, arguments.trials(), arguments.jumps)).collect();

@@ -53,6 +53,10 @@ pub const MONTE_CARLO_VARIED: Place = Place { file: "docs/monte-carlo.md", name:
 pub const MONTE_CARLO_SYMMETRIC: Place = Place { file: "docs/monte-carlo.md", name: "monte-carlo-symmetric" };
 /// `cargo xtask monte-carlo --jumps --rig`.
 pub const MONTE_CARLO_RIG: Place = Place { file: "docs/monte-carlo.md", name: "monte-carlo-rig" };
+/// `cargo xtask monte-carlo --friction`.
+pub const MONTE_CARLO_FRICTION: Place = Place { file: "docs/monte-carlo.md", name: "monte-carlo-friction" };
+/// `cargo xtask monte-carlo --fast`.
+pub const MONTE_CARLO_FAST: Place = Place { file: "docs/monte-carlo.md", name: "monte-carlo-fast" };
 /// `cargo xtask limits --jumps`.
 pub const LIMITS: Place = Place { file: "docs/constants.md", name: "limits" };
 /// `cargo xtask methods`.

@@ -84,7 +84,7 @@ macro_rules! column {
 }
 
 /// All columns, in order; [`Row`] says what they mean.
-const COLUMNS: [Column; 38] = [
+const COLUMNS: [Column; 42] = [
     column!(Count, job),
     Column { name: "status", of: Of::Text(|row| row.status.name()) },
     column!(MaybeCount, seed),
@@ -122,6 +122,10 @@ const COLUMNS: [Column; 38] = [
     column!(Number, sensor_sd_m),
     column!(Number, constants_inside_band),
     column!(Number, worst_constant_sds),
+    column!(Number, com_error_sds),
+    column!(Number, worst_friction_error),
+    column!(Number, worst_friction_sds),
+    column!(Number, gyration_error_sds),
     Column { name: "reason", of: Of::Text(|row| &row.reason) },
 ];
 

@@ -1,6 +1,7 @@
 //! A job: plain data that gives the same row however often and on however many threads it is run, to the bit on one kind of processor
 //! and one platform, to rounding on others.
 
+pub(crate) mod forces;
 pub(crate) mod log_job;
 pub(crate) mod object;
 pub(crate) mod row;
@@ -17,9 +18,10 @@ use palpate::reconstruct::{CertificateLimits, ReconstructOptions, Reconstruction
 use palpate::sensor::Touchpad;
 use serde::{Deserialize, Serialize};
 
+use crate::job::forces::ForcesJob;
 use crate::job::log_job::LogJob;
 use crate::job::row::{Row, Status};
-use crate::job::score::{Known, ReconstructChoice, ScoreChoice, Scored, score};
+use crate::job::score::{Known, ReconstructChoice, ScoreChoice, Scored, TrueForces, score, tell_of_forces};
 use crate::job::simulate_job::{NoLog, SimulateJob, Simulated};
 use crate::job::varied::VariedJob;
 use crate::sweep_error::SweepError;
@@ -43,6 +45,8 @@ pub enum Source {
     Simulate(SimulateJob),
     /// A simulation under conditions that are drawn.
     Varied(VariedJob),
+    /// A simulation with friction, or with inertia, that is drawn.
+    Forces(ForcesJob),
     /// A file.
     Log(LogJob),
 }
@@ -73,6 +77,7 @@ impl Job {
         let scored = panics_told(&mut row, |row| match &self.source {
             Source::Simulate(job) => self.simulate(job, &options, row),
             Source::Varied(job) => self.varied(*job, &options, row),
+            Source::Forces(job) => self.forces(*job, &options, row),
             Source::Log(job) => self.read(job, base, &options, row),
         });
         let outcome = |reconstruct_s| Outcome { row, reconstruct_s, job_s: clock.elapsed().as_secs_f64() };
@@ -114,6 +119,20 @@ impl Job {
         row.noise_sd_m = Some(conditions.sensor.sd_m);
         row.dropout = Some(conditions.sensor.missing);
         self.simulated(job.simulate(), conditions.sensor.sd_m, options, row)
+    }
+
+    fn forces(&self, job: ForcesJob, options: &ReconstructOptions, row: &mut Row) -> Option<Scored> {
+        let drawn = job.drawn();
+        row.seed = Some(job.seed);
+        row.noise_sd_m = Some(drawn.noise_sd_m);
+        let simulated = job.simulate();
+        let even_m = simulated.as_ref().map_or(f64::NAN, |simulated| simulated.shape.uniform_gyration_radius_m());
+        let scored = self.simulated(simulated, drawn.noise_sd_m, options, row)?;
+        if let Some(found) = &scored.found {
+            let gyration_radius_m = drawn.inertia.map(|(gyration, _)| gyration * even_m);
+            tell_of_forces(row, found, &TrueForces { friction: drawn.friction, gyration_radius_m });
+        }
+        Some(scored)
     }
 
     fn simulated(

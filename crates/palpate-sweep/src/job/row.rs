@@ -80,6 +80,14 @@ pub struct Row {
     pub constants_inside_band: Option<f64>,
     /// The largest error of any of them, in its own standard deviations.
     pub worst_constant_sds: Option<f64>,
+    /// RMS error of the centre of mass over its RMS standard deviation.
+    pub com_error_sds: Option<f64>,
+    /// The larger error of the coefficients of friction, where any were found; and in their own standard deviations.
+    pub worst_friction_error: Option<f64>,
+    /// See above.
+    pub worst_friction_sds: Option<f64>,
+    /// Error of the radius of gyration, where it was found, in its own standard deviations.
+    pub gyration_error_sds: Option<f64>,
     /// Why the result is not certified, or why there is none.
     pub reason: String,
 }

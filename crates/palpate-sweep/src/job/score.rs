@@ -154,6 +154,7 @@ fn tell(row: &mut Row, found: &Reconstruction, truth: Option<&Truth>) {
             row.wrong = row.is_beyond_chance().map(|beyond| row.certified && beyond);
             let beyond = claims(found, &errors).into_iter().any(Claimed::is_beyond);
             row.beyond_error_bars = Some(row.certified && beyond);
+            row.com_error_sds = finite(errors.rms_com_m / com_sd_m(found));
         }
         Err(error) if row.reason.is_empty() => row.reason = error.to_string(),
         Err(error) => row.reason = format!("{}; {error}", row.reason),
@@ -175,18 +176,35 @@ fn tell_of_rig(row: &mut Row, constants: &[ConstantEstimate], truth: &Calibratio
     }
 }
 
+/// What acted besides gravity.
+pub(crate) struct TrueForces {
+    pub(crate) friction: [f64; 2],
+    pub(crate) gyration_radius_m: Option<f64>,
+}
+
+/// How far friction and inertia are from the true ones, where the result has them.
+pub(crate) fn tell_of_forces(row: &mut Row, found: &Reconstruction, truth: &TrueForces) {
+    if let Some(friction) = &found.friction {
+        let errors_sds = [0, 1].map(|palm: usize| {
+            ((friction.coefficients[palm] - truth.friction[palm]) / friction.coefficient_sds[palm]).abs()
+        });
+        let errors = [0, 1].map(|palm: usize| (friction.coefficients[palm] - truth.friction[palm]).abs());
+        row.worst_friction_sds = finite(errors_sds.into_iter().fold(0.0, f64::max));
+        row.worst_friction_error = finite(errors.into_iter().fold(0.0, f64::max));
+    }
+    if let (Some(inertia), Some(truth_m)) = (&found.inertia, truth.gyration_radius_m) {
+        row.gyration_error_sds = finite(((inertia.gyration_radius_m - truth_m) / inertia.gyration_radius_sd_m).abs());
+    }
+}
+
 /// The errors of what is certified, each with the error bar that the result gives it.
 fn claims(found: &Reconstruction, errors: &TruthError) -> Vec<Claimed> {
-    let mean_square = |values: &mut dyn Iterator<Item = f64>| {
-        let (sum, count) = values.fold((0.0, 0_usize), |(sum, count), value| (sum + value * value, count + 1));
-        sum / count.max(1) as f64
-    };
     let of = |error: f64, sd: f64, harmless: f64| Claimed { error, sd, harmless };
     let length = HARMLESS_LENGTH * found.shape.mean_radius_m();
     let felt = found.outline.iter().filter(|point| point.touches > 0);
     let r_sd = mean_square(&mut felt.map(|point| point.r_sd_m)).sqrt();
     let psi_sd = mean_square(&mut found.motion.iter().map(|pose| pose.psi_sd_rad)).sqrt();
-    let com_sd = mean_square(&mut found.motion.iter().map(|pose| pose.com_sd_m)).sqrt();
+    let com_sd = com_sd_m(found);
     let mut claims = vec![of(errors.rms_r_m, r_sd, length), of(errors.rms_psi_rad, psi_sd, HARMLESS_RAD)];
     if found.is_com_certified() {
         claims.push(of(errors.rms_com_m, com_sd, length));
@@ -195,6 +213,16 @@ fn claims(found: &Reconstruction, errors: &TruthError) -> Vec<Claimed> {
         claims[0].error = errors.rms_form_m;
     }
     claims
+}
+
+/// Root mean square of the standard deviation of the centre of mass, metres.
+fn com_sd_m(found: &Reconstruction) -> f64 {
+    mean_square(&mut found.motion.iter().map(|pose| pose.com_sd_m)).sqrt()
+}
+
+fn mean_square(values: &mut dyn Iterator<Item = f64>) -> f64 {
+    let (sum, count) = values.fold((0.0, 0_usize), |(sum, count), value| (sum + value * value, count + 1));
+    sum / count.max(1) as f64
 }
 
 /// Share of the felt outline whose true r lies inside the 95 % band, after the best rotation; `None` without bands.

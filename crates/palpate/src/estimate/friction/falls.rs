@@ -31,7 +31,8 @@ pub(crate) fn falls(shape: &SupportFunction, palms: &[PalmPair], psi: &[f64], st
         }
     };
     // A pose that was lost and found again where it was is no jump.
-    let jumps = |sample: &&usize| **sample > 0 && **sample < psi.len() && !is_same_pose(psi[**sample - 1], psi[**sample]);
+    let jumps =
+        |sample: &&usize| **sample > 0 && **sample < psi.len() && !is_same_pose(psi[**sample - 1], psi[**sample]);
     starts.iter().filter(jumps).map(fall).collect()
 }
 
@@ -60,7 +61,9 @@ mod tests {
         assert!(!fall(bottom, bottom + 0.3)[0].physical);
         // Both ways round lead over the highest pose of all.
         let landscape = EnergyLandscape::new(&shape, &palms[0]);
-        let opposite = (0..63).map(|i| 0.1 * f64::from(i)).max_by(|a, b| landscape.height_m(*a).total_cmp(&landscape.height_m(*b)));
+        let opposite = (0..63)
+            .map(|i| 0.1 * f64::from(i))
+            .max_by(|a, b| landscape.height_m(*a).total_cmp(&landscape.height_m(*b)));
         assert!(!fall(bottom, opposite.expect("poses"))[0].physical);
     }
 

@@ -266,7 +266,7 @@ impl<'a> Setting<'a> {
             if best.is_exact(self.bounds) {
                 break;
             }
-            let led = OTHER_FRICTION.into_par_iter().filter_map(|factors| self.from_other_friction(&best, factors));
+            let led = OTHER_FRICTION.into_par_iter().filter_map(|factors| self.beginning_with_friction(&best, factors));
             let likeliest = led.collect::<Vec<_>>().into_iter().min_by(|a, b| a.missed().total_cmp(&b.missed()));
             match likeliest.filter(|other| other.missed() < best.missed() - LIKELIER * self.log.samples.len() as f64) {
                 Some(other) => best = other,
@@ -277,7 +277,7 @@ impl<'a> Setting<'a> {
     }
 
     /// Where fit and contact modes come to from coefficients of friction other by these factors, held at first.
-    fn from_other_friction(&self, from: &Settled, factors: [f64; 2]) -> Option<Settled> {
+    fn beginning_with_friction(&self, from: &Settled, factors: [f64; 2]) -> Option<Settled> {
         let Optimum { unknowns, noise, .. } = &from.optimum;
         let friction = [0, 1].map(|palm| factors[palm] * unknowns.friction[palm]);
         let start = Unknowns { friction, ..unknowns.clone() };

@@ -20,7 +20,8 @@ const MOST_SAMPLES: usize = 2000;
 /// Samples of the stretch that growth begins with: of windows of 200 every one that its contacts explain was right, of those of 60 half.
 const LENGTH: usize = 200;
 
-/// Stretches that are tried, and how many of them are grown at most.
+/// Stretches that are tried, and how many of them are grown at most, so many at once: of these the best is kept, and further ones are grown where
+/// that is not explained.
 const STRETCHES: usize = 8;
 const GROWN: usize = 4;
 const GROWN_AT_ONCE: usize = 2;
@@ -44,9 +45,13 @@ const UPDATES: usize = 4;
 /// Growth ends where the forces are missed by this share of the mean radius: no modes explain that.
 const LOST: f64 = 1e-2;
 
-/// A stretch grows by this share of its length at each end.
+/// A stretch grows by this share of its length at each end; by half of it where it then is worse, down to this least share.
 const GROWTH: f64 = 0.25;
 const LEAST_GROWTH: f64 = 0.05;
+const SLOWER: f64 = 0.5;
+const FASTER: f64 = 1.5;
+
+/// It is worse where slip or forces are so many times what they were, and more than these shares of the mean radius.
 const WORSE: f64 = 2.0;
 const FINE: [f64; 2] = [2e-4, 4e-4];
 
@@ -108,6 +113,15 @@ pub(super) fn grown(job: &Job) -> Option<Grown> {
     best
 }
 
+/// Whether a stretch that has grown is worse than it was, or has lost its way between.
+fn is_worse(grown: &Settled, before: &Settled) -> bool {
+    let (now, then, size_m) = (grown.optimum.noise, before.optimum.noise, grown.optimum.unknowns.coefficients[0]);
+    let is_worse = |now: f64, then: f64, fine: f64| now > (WORSE * then).max(fine * size_m);
+    !grown.starts.is_empty()
+        || is_worse(now.slip_m, then.slip_m, FINE[0])
+        || is_worse(now.forces_m, then.forces_m, FINE[1])
+}
+
 impl Strided<'_> {
     fn part(&self, range: &Range<usize>) -> (Log, Measurements) {
         let log = Log { samples: self.log.samples[range.clone()].to_vec() };
@@ -166,27 +180,26 @@ impl Strided<'_> {
             let covariance = stretch.settled.optimum.covariance_of_object();
             let regimes = setting.decoded(&corrected, &unknowns, covariance.as_ref(), noise, &[]).regimes;
             let settled = setting.settled((unknowns, regimes), noise, (FURTHER_ROUNDS, UPDATES))?;
-            let Optimum { noise, unknowns, .. } = &settled.optimum;
-            let mut lost = false;
-            if noise.sensor_m > EXPLAINED_CONTACTS * self.job.readings().tolerance_m
-                || noise.forces_m > LOST * unknowns.coefficients[0]
-            {
-                lost = true;
-            }
-            let before = stretch.settled.optimum.noise;
-            let size_m = unknowns.coefficients[0];
-            let worse = |now: f64, before: f64, fine: f64| now > (WORSE * before).max(fine * size_m);
-            let suspicious = lost || !settled.starts.is_empty() || worse(noise.slip_m, before.slip_m, FINE[0]) || worse(noise.forces_m, before.forces_m, FINE[1]);
-            if suspicious && growth > LEAST_GROWTH {
-                growth *= 0.5;
+            let lost = self.is_lost(&settled);
+            if (lost || is_worse(&settled, &stretch.settled)) && growth > LEAST_GROWTH {
+                growth *= SLOWER;
                 continue;
             }
-            if lost { return None; }
-            growth = (1.5 * growth).min(GROWTH);
+            if lost {
+                return None;
+            }
+            growth = (FASTER * growth).min(GROWTH);
             stretch = Stretch { range, settled, ..stretch };
         }
         let Optimum { unknowns, noise, .. } = stretch.settled.optimum;
         Some(Grown { fit: stretch.fit, unknowns: self.at_all_samples(unknowns), noise })
+    }
+
+    /// Whether no modes explain a stretch.
+    fn is_lost(&self, settled: &Settled) -> bool {
+        let Optimum { noise, unknowns, .. } = &settled.optimum;
+        noise.sensor_m > EXPLAINED_CONTACTS * self.job.readings().tolerance_m
+            || noise.forces_m > LOST * unknowns.coefficients[0]
     }
 
     /// ψ over a longer stretch: as it is within, and beyond both ends as mechanics continues it.

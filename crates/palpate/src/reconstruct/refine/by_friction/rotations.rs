@@ -83,7 +83,8 @@ fn trials(setting: &Setting, present: &Settled) -> Vec<Trial> {
     let problem = setting.problem().with_regimes(regimes, starts, &optimum.unknowns, &optimum.corrected);
     let given = |samples: &[usize]| {
         let mut sum = ShapeGivenMotion::of_samples(&optimum.corrected.measurements, psi, samples, order, contacts);
-        for row in samples.iter().filter_map(|&index| problem.sliding_row(&optimum.unknowns, &optimum.corrected, index)) {
+        for row in samples.iter().filter_map(|&index| problem.sliding_row(&optimum.unknowns, &optimum.corrected, index))
+        {
             sum.add_row(&row, 0.0, 1.0 / sd_m);
         }
         sum

@@ -19,7 +19,8 @@ pub(super) fn least_share_left(
     gyration_m: f64,
 ) -> f64 {
     let at = |index: usize| contacts(&measurements.instants[index], coefficients, psi[index]);
-    let centers: Vec<[f64; 2]> = (0..psi.len()).map(|index| measurements.instants[index].palms.center(at(index).r)).collect();
+    let centers: Vec<[f64; 2]> =
+        (0..psi.len()).map(|index| measurements.instants[index].palms.center(at(index).r)).collect();
     let acceleration = |index: usize, value: &dyn Fn(usize) -> f64| {
         let rate = |from: usize| (value(from + 1) - value(from)) / (times_s[from + 1] - times_s[from]);
         2.0 * (rate(index) - rate(index - 1)) / (times_s[index + 1] - times_s[index - 1])
