@@ -3,6 +3,7 @@
 //! Friction takes energy and gives none, and slow palms give none within a jump: on the way the centre of mass rises nowhere above where it was.
 //! Where the object comes to rest depends on its inertia, since friction may hold it at any pose that it comes by.
 
+use crate::estimate::association::transitions::LONGEST_STEP;
 use crate::estimate::jumps::{BARRIER_ALLOWANCE, DetectedJump};
 use crate::mechanics::EnergyLandscape;
 use crate::mechanics::passage::{barrier_m, is_same_pose};
@@ -30,10 +31,12 @@ pub(crate) fn falls(shape: &SupportFunction, palms: &[PalmPair], psi: &[f64], st
             predicted: false,
         }
     };
-    // A pose that was lost and found again where it was is no jump.
-    let jumps =
-        |sample: &&usize| **sample > 0 && **sample < psi.len() && !is_same_pose(psi[**sample - 1], psi[**sample]);
-    starts.iter().filter(jumps).map(fall).collect()
+    // A pose that was lost and found again where it was is no jump, and a step that no palms make is one.
+    let jumps = |sample: &usize| {
+        let started = starts.contains(sample) && !is_same_pose(psi[*sample - 1], psi[*sample]);
+        started || (psi[*sample] - psi[*sample - 1]).abs() > LONGEST_STEP
+    };
+    (1..psi.len()).filter(jumps).map(|sample| fall(&sample)).collect()
 }
 
 #[cfg(test)]
@@ -71,6 +74,9 @@ mod tests {
     fn what_is_found_again_where_it_was_has_not_jumped() {
         let (shape, palms, stable) = resting();
         assert!(falls(&shape, &palms, &[stable[0], stable[0] + 0.05], &[1]).is_empty());
-        assert_eq!(falls(&shape, &palms, &[stable[0] + 0.3, stable[0]], &[1])[0].sample, 1);
+        assert_eq!(falls(&shape, &palms, &[stable[0] + 0.1, stable[0]], &[1])[0].sample, 1);
+        // Whether it was thought to jump or not.
+        let turned = |turn: f64| falls(&shape, &palms, &[stable[0] + turn, stable[0]], &[]).len();
+        assert_eq!((turned(0.99 * LONGEST_STEP), turned(1.01 * LONGEST_STEP)), (0, 1));
     }
 }

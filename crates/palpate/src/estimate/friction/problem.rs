@@ -13,6 +13,7 @@ use crate::estimate::model::prior::{Convexity, Prior};
 use crate::estimate::solver::arrow::{Arrow, ArrowBuilder, BandRow};
 use crate::log::Log;
 use crate::math::spline::SUPPORT;
+use crate::math::statistics::correlation_time;
 use crate::mechanics::coulomb::{Ratios, at_the_edges, moment, moment_by_psi, moment_by_ratio, moment_row};
 use crate::sensor::{Calibration, Rig};
 use nalgebra::DVector;
@@ -112,6 +113,16 @@ impl Residuals {
             rolls: self.rolls_m.iter().map(|value| value * value).sum(),
             forces: self.forces_m.iter().map(|(.., value)| value * value).sum(),
         }
+    }
+
+    /// Variance of a sum of many of slip or forces over that of as many independent ones, at least 1.
+    pub fn inflation(&self, slip_m: f64, forces_m: f64) -> f64 {
+        let of = |values: &[f64], sd_m: f64| {
+            let squares: f64 = values.iter().map(|value| value * value).sum();
+            correlation_time(values) * squares / (values.len().max(1) as f64 * sd_m * sd_m)
+        };
+        let forces: Vec<f64> = self.forces_m.iter().map(|(.., value)| *value).collect();
+        of(&self.rolls_m, slip_m).max(of(&forces, forces_m)).max(1.0)
     }
 
     /// Samples whose forces miss something.

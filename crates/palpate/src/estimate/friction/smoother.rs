@@ -49,6 +49,8 @@ pub(crate) struct Optimum {
     pub misfit: f64,
     /// The normal equations there: what error bars need.
     pub eliminated: Eliminated,
+    /// By how much slip and forces say less than their equations: pads creep the same way for many samples.
+    pub inflation: f64,
 }
 
 /// Change of a logarithm at which the standard deviations have settled.
@@ -175,8 +177,9 @@ impl Problem<'_> {
         let eliminated = of_cost.summed(&at.unknowns, &linearised).eliminated(0.0)?;
         let squares = at.residuals.squares();
         let misfit = (squares.forces / at.residuals.missed().max(1) as f64).sqrt() / noise.forces_m;
+        let inflation = at.residuals.inflation(noise.slip_m, noise.forces_m);
         let Point { unknowns, corrected, .. } = at;
-        Some(Optimum { unknowns, corrected, noise, settled, cost, squares, misfit, eliminated })
+        Some(Optimum { unknowns, corrected, noise, settled, cost, squares, misfit, eliminated, inflation })
     }
 }
 

@@ -20,6 +20,7 @@ use crate::estimate::model::contact::psi_sd_by_contacts;
 use crate::estimate::model::layout::coefficients_to_order;
 use crate::estimate::model::noise::{Noise, STUDENT};
 use crate::estimate::model::prior::Prior;
+use crate::estimate::motion::{ELSEWHERE, SHORT_SEGMENT, short_segments};
 use crate::estimate::solver::gauss_newton::{Estimate, Fit};
 use crate::log::Log;
 use crate::palms::PalmPair;
@@ -33,6 +34,7 @@ use crate::reconstruct::verdict::uncertainty::{FoundRig, PoseErrorBars, Uncertai
 use crate::shape::{SupportFunction, Symmetry};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
+use std::f64::consts::PI;
 
 /// Standard deviations that the first fit begins with: of the slip over a step that rolls, and of the forces, as shares of the mean radius.
 const FIRST_SLIP: f64 = 1e-3;
@@ -43,10 +45,16 @@ const SLIP_FLOOR: f64 = 1e-5;
 const FORCES_FLOOR: f64 = 2e-4;
 const SENSOR_FLOOR: f64 = 1e-6;
 
+/// Error bars are never less than of contacts that are read to this share of the mean radius, 3 µm: what is exact to less has errors of other
+/// kinds, pads that yield and creep, which no residual tells from a zero of the rig.
+const EXACT_CONTACTS: f64 = 1e-4;
+
 /// Friction explains the log where slip and forces come down to these shares of the mean radius: right arrangements leave half of it at most, and
 /// wrong ones three times as much. With up to the others it may: a result then, but no certificate.
 const EXPLAINED: [f64; 2] = [5e-4, 1.5e-3];
 const PLAUSIBLE: [f64; 2] = [2e-3, 3e-3];
+
+const FAR_BELOW: f64 = 0.2;
 
 /// The contacts may be missed by so many times what contact alone leaves.
 const CONTACTS_ALLOWANCE: f64 = 1.3;
@@ -115,6 +123,14 @@ impl Settled {
         let sticks = self.regimes.iter().filter(|regime| regime.sticks().is_some()).count() as f64;
         let slides = self.regimes.len() as f64 - sticks;
         cost + contacts * sensor_m.ln() + sticks * slip_m.ln() + slides * forces_m.ln()
+    }
+
+    /// How far each sample may be elsewhere, radians: a few between two jumps, or before the first, bend the shape to any pose of theirs.
+    fn ambiguity_rad(&self) -> Vec<f64> {
+        let samples = self.optimum.unknowns.psi.len();
+        let mut ambiguity_rad = vec![0.0; samples];
+        short_segments(&self.starts, samples).into_iter().for_each(|short| ambiguity_rad[short].fill(PI));
+        ambiguity_rad
     }
 
     /// Whether the contacts are explained, and slip and forces come down to these shares of the mean radius.
@@ -189,10 +205,17 @@ impl<'a> Setting<'a> {
             (unknowns, noise) = (optimum.unknowns.clone(), optimum.noise);
             let corrected = &optimum.corrected;
             let found = self.decoded(corrected, &unknowns, None, noise, &starts);
-            let same = found.regimes == regimes && found.starts == starts;
+            let pairs = unknowns.psi.iter().zip(&found.psi);
+            let elsewhere: Vec<usize> =
+                pairs.enumerate().filter(|(_, (a, b))| (*a - *b).abs() > ELSEWHERE).map(|(index, _)| index).collect();
+            let strayed = (1..SHORT_SEGMENT).contains(&elsewhere.len());
+            let same = found.regimes == regimes && found.starts == starts && !strayed;
             if found.starts != starts {
                 // What does not jump is where mechanics has it.
                 unknowns.psi = found.psi;
+            } else if strayed {
+                // So are a few samples that a fit leaves on boundary that nothing else has felt.
+                elsewhere.into_iter().for_each(|index| unknowns.psi[index] = found.psi[index]);
             }
             let before = std::mem::replace(&mut regimes, found.regimes);
             let starts_before = std::mem::replace(&mut starts, found.starts);
@@ -318,7 +341,10 @@ impl<'a> Setting<'a> {
 
     /// An optimum as a result, with its doubts.
     fn judged(&self, settled: Settled) -> Option<Candidate> {
-        let explains = settled.leaves_at_most(self.bounds, EXPLAINED) && settled.optimum.settled;
+        // Standard deviations far below what is asked need not have settled.
+        let far_below = EXPLAINED.map(|share| FAR_BELOW * share);
+        let explains = settled.leaves_at_most(self.bounds, EXPLAINED)
+            && (settled.optimum.settled || settled.leaves_at_most(self.bounds, far_below));
         let mut candidate = OfFriction { job: self.job, settled }.candidate(self.order, self.prior)?;
         if !explains {
             let friction = candidate.result.friction?;
@@ -353,7 +379,7 @@ impl OfFriction<'_> {
             prior,
             log_evidence: -optimum.cost,
         };
-        let ambiguity_rad = vec![0.0; unknowns.psi.len()];
+        let ambiguity_rad = self.settled.ambiguity_rad();
         let expected = Expected { stated_m: job.stated_m, scatter_m: job.scatter_m, outliers: job.outliers };
         let log = unknowns.calibration.corrected(job.raw);
         assemble(
@@ -367,10 +393,16 @@ impl OfFriction<'_> {
         )
     }
 
+    /// By how much variances are larger than the equations of the optimum say.
+    fn inflation(&self) -> f64 {
+        let Optimum { unknowns, noise, inflation, .. } = &self.settled.optimum;
+        inflation.max((EXACT_CONTACTS * unknowns.coefficients[0] / noise.sensor_m).powi(2))
+    }
+
     fn estimate(&self) -> FrictionEstimate {
         let Settled { optimum, regimes, .. } = &self.settled;
         let covariance = optimum.eliminated.covariance();
-        let sd = |index: usize| covariance[(index, index)].max(0.0).sqrt();
+        let sd = |index: usize| (self.inflation() * covariance[(index, index)].max(0.0)).sqrt();
         let (order, friction) = (optimum.unknowns.coefficients.len() / 2, optimum.unknowns.coefficients.len());
         FrictionEstimate {
             coefficients: optimum.unknowns.friction,
@@ -386,6 +418,7 @@ impl OfFriction<'_> {
 
 impl Uncertainty for OfFriction<'_> {
     fn error_bars(&self, felt: &[f64], inflation: f64) -> Option<Box<dyn PoseErrorBars + '_>> {
+        let inflation = inflation.max(self.inflation());
         let Unknowns { coefficients, psi, .. } = &self.settled.optimum.unknowns;
         let samples = psi.iter().enumerate().map(|(index, at)| (of_sample(psi.len(), index), *at)).collect();
         let eliminated = &self.settled.optimum.eliminated;
@@ -395,6 +428,7 @@ impl Uncertainty for OfFriction<'_> {
 
     fn of_rig(&self, inflation: f64) -> Option<FoundRig> {
         let Optimum { unknowns, eliminated, .. } = &self.settled.optimum;
+        let inflation = inflation.max(self.inflation());
         FoundRig::jointly(unknowns.calibration, &self.job.options.rig, &eliminated.covariance(), inflation)
     }
 
@@ -410,3 +444,6 @@ impl Uncertainty for OfFriction<'_> {
         falls(shape, palms, psi, &self.settled.starts)
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,141 @@
+use super::*;
+use crate::palms::PalmPair;
+use crate::reconstruct::ReconstructOptions;
+use crate::sensor::Touchpad;
+use crate::simulate::{SimulateOptions, Simulation, simulate};
+
+const RADIUS_M: f64 = 0.03;
+const FRICTION: [f64; 2] = [0.15, 0.1];
+
+/// An object of three harmonics, carried along and sliding.
+fn felt() -> (SupportFunction, Simulation) {
+    let shape = SupportFunction::new(RADIUS_M, vec![[2e-3, -1e-3], [1.8e-3, 6e-4], [-5e-4, 7e-4]]);
+    let at = |index: u32| {
+        let t = 0.08 * f64::from(index);
+        (t, PalmPair::hinged(0.9 + 0.3 * (0.7 * t).sin(), 1.2 + 0.4 * (0.9 * t + 0.5).sin()))
+    };
+    let motion: Vec<(f64, PalmPair)> = (0..900).map(at).collect();
+    let touchpad = Touchpad { noise_sd_m: 1e-5, ..Touchpad::ideal() };
+    let options = SimulateOptions { friction: FRICTION, start_psi_rad: 0.4, touchpad, ..SimulateOptions::default() };
+    let run = simulate(&shape, &motion, &options).expect("possible");
+    (shape, run)
+}
+
+/// The truth as an optimum by contact alone.
+fn fit(job: &Job, shape: &SupportFunction, run: &Simulation) -> Fit {
+    let psi = run.truth.motion.iter().map(|pose| pose.psi_rad).collect();
+    let estimate = Estimate { coefficients: shape.coefficients(), psi, cost: 0.0 };
+    let noise = Noise { sensor_m: 1e-5, balance_m: 1e-3 };
+    Fit { estimate, order: 3, noise, prior: job.prior, log_evidence: 0.0 }
+}
+
+/// Shape and motion as they are, with these coefficients of friction.
+fn unknowns(fit: &Fit, friction: [f64; 2]) -> Unknowns {
+    let Estimate { coefficients, psi, .. } = fit.estimate.clone();
+    Unknowns { coefficients, friction, calibration: crate::sensor::Calibration::default(), psi }
+}
+
+const CLOSE: FrictionNoise = FrictionNoise { sensor_m: 1e-5, slip_m: 1e-3 * RADIUS_M, forces_m: 3e-3 * RADIUS_M };
+
+fn friction_is_right(settled: &Settled) {
+    for (found, truth) in settled.optimum.unknowns.friction.iter().zip(FRICTION) {
+        assert!((found - truth).abs() < 0.03 * truth, "{found} {truth}");
+    }
+}
+
+#[test]
+fn rolling_leads_to_form_friction_and_centre_of_mass() {
+    let (_, run) = felt();
+    let options = ReconstructOptions::default();
+    let found = Job::new(&run.log, &options).explained_by_rolling().expect("friction explains it").result;
+    assert!(!found.verdict.doubts_friction(), "{}", found.verdict);
+    let friction = found.friction.expect("friction acts");
+    for (found, truth) in friction.coefficients.iter().zip(FRICTION) {
+        assert!((found - truth).abs() < 0.05 * truth, "{found} {truth}");
+    }
+    let errors = crate::compare::compare(&found, &run.truth).expect("of one log");
+    assert!(
+        errors.rms_form_m < 1e-3 * RADIUS_M && errors.rms_com_m < 5e-3 * RADIUS_M,
+        "{errors:?} {} {:?} {:?}",
+        found.verdict,
+        found.jumps,
+        run.jumps
+    );
+}
+
+#[test]
+fn wrong_coefficients_of_friction_are_left() {
+    let (shape, run) = felt();
+    let options = ReconstructOptions::default();
+    let job = Job::new(&run.log, &options);
+    let fit = fit(&job, &shape, &run);
+    let setting = Setting::new(&job, job.raw, &job.measurements, &fit, &[]);
+    for factor in [0.7, 1.4] {
+        let wrong = unknowns(&fit, FRICTION.map(|friction| factor * friction));
+        let regimes = setting.modes_of(&wrong, CLOSE);
+        let held = setting.settled_holding(Some(wrong.friction), (wrong.clone(), regimes), CLOSE, (ROUNDS, UPDATES));
+        let held = held.expect("an optimum");
+        for (found, wrong) in held.optimum.unknowns.friction.iter().zip(wrong.friction) {
+            assert!((found - wrong).abs() < 0.05 * wrong, "{found} is held at {wrong}");
+        }
+        assert!(!held.is_exact(setting.bounds));
+        friction_is_right(&setting.with_other_friction(held));
+    }
+}
+
+#[test]
+fn a_result_is_certified_up_to_what_slip_and_forces_may_miss() {
+    let (shape, run) = felt();
+    let options = ReconstructOptions::default();
+    let job = Job::new(&run.log, &options);
+    let fit = fit(&job, &shape, &run);
+    let setting = Setting::new(&job, job.raw, &job.measurements, &fit, &[]);
+    let result_with = |shares: [f64; 2]| {
+        let start = unknowns(&fit, FRICTION);
+        let regimes = setting.modes_of(&start, CLOSE);
+        let mut settled = setting.settled((start, regimes), CLOSE, (ROUNDS, UPDATES)).expect("an optimum");
+        friction_is_right(&settled);
+        let size_m = settled.optimum.unknowns.coefficients[0];
+        (settled.optimum.noise.slip_m, settled.optimum.noise.forces_m) = (shares[0] * size_m, shares[1] * size_m);
+        setting.candidate(settled).map(|candidate| candidate.result.verdict.doubts_friction())
+    };
+    let times = |factor: f64, shares: [f64; 2]| shares.map(|share| factor * share);
+    assert_eq!(result_with(times(0.99, EXPLAINED)), Some(false));
+    assert_eq!(result_with([1.01 * EXPLAINED[0], 0.5 * EXPLAINED[1]]), Some(true));
+    assert_eq!(result_with([0.5 * EXPLAINED[0], 1.01 * EXPLAINED[1]]), Some(true));
+    assert_eq!(result_with(times(0.99, PLAUSIBLE)), Some(true));
+    assert_eq!(result_with([1.01 * PLAUSIBLE[0], 0.5 * PLAUSIBLE[1]]), None);
+    assert_eq!(result_with([0.5 * PLAUSIBLE[0], 1.01 * PLAUSIBLE[1]]), None);
+}
+
+#[test]
+fn what_another_rotation_explains_as_well_is_told() {
+    let (shape, run) = felt();
+    let options = ReconstructOptions::default();
+    let job = Job::new(&run.log, &options);
+    let fit = fit(&job, &shape, &run);
+    let setting = Setting::new(&job, job.raw, &job.measurements, &fit, &[]);
+    let start = unknowns(&fit, FRICTION);
+    let regimes = setting.modes_of(&start, CLOSE);
+    let mut settled = setting.settled((start, regimes), CLOSE, (ROUNDS, UPDATES)).expect("an optimum");
+    // Both halves of this log feel the same boundary: as if it jumped between them, only one rotation explains it.
+    settled.starts = vec![450];
+    let (found, others) = rotations::likeliest(&setting, settled);
+    assert!(others.is_empty(), "{}", others.len());
+    friction_is_right(&found);
+}
+
+#[test]
+fn a_few_samples_between_jumps_may_be_elsewhere() {
+    let (shape, run) = felt();
+    let options = ReconstructOptions::default();
+    let job = Job::new(&run.log, &options);
+    let fit = fit(&job, &shape, &run);
+    let setting = Setting::new(&job, job.raw, &job.measurements, &fit, &[]);
+    let start = unknowns(&fit, FRICTION);
+    let regimes = setting.modes_of(&start, CLOSE);
+    let mut settled = setting.settled((start, regimes), CLOSE, (1, UPDATES)).expect("an optimum");
+    settled.starts = vec![5, 300, 306, 311];
+    let ambiguous = settled.ambiguity_rad().iter().filter(|ambiguity_rad| **ambiguity_rad > 0.0).count();
+    assert_eq!(ambiguous, 5 + 5);
+}
