@@ -5,6 +5,10 @@ use crate::math::statistics::median;
 use std::f64::consts::TAU;
 use std::ops::Range;
 
+/// Largest turn from one sample to the next without a jump, radians: far above what slow palms turn an object by within one
+/// sample, and below the turn of most jumps.
+pub(crate) const LONGEST_STEP: f64 = 0.15;
+
 /// A turn by less than this between two samples never stands out, radians: noise alone turns a pose as far.
 pub(crate) const SMALLEST_STEP: f64 = 0.02;
 

@@ -2,7 +2,7 @@
 //! the decoded motion). The decoding ([`super::decode`]) compares poses for a given shape; here each alternative motion is
 //! smoothed to an optimum of its own, with a shape of its own, and the difference of the log evidences decides.
 
-use crate::estimate::association::transitions::{LONGEST_STEP, near};
+use crate::estimate::association::transitions::near;
 use crate::estimate::evidence::jump_prior::deviance;
 use crate::estimate::evidence::laplace::log_evidence;
 use crate::estimate::evidence::motion_prior::CERTAIN;
@@ -10,6 +10,7 @@ use crate::estimate::evidence::variance_components::with_balance_weights;
 use crate::estimate::jumps::DetectedJump;
 use crate::estimate::measurements::Measurements;
 use crate::estimate::model::balance_tolerance::with_exact_balance;
+use crate::estimate::motion::LONGEST_STEP;
 use crate::estimate::motion::{common_rotation, moved};
 use crate::estimate::solver::gauss_newton::{Estimate, Fit, Smoother, StoppingCriteria};
 use crate::math::angle::wrapped_to;

@@ -5,16 +5,13 @@ use crate::estimate::association::candidates::Choice;
 use crate::estimate::evidence::motion_prior::{EXCLUDED, PER_HALF_TURN, PREDICTED_JUMP, UNPREDICTED_JUMP};
 use crate::estimate::measurements::Instant;
 use crate::estimate::model::table::SupportTable;
+use crate::estimate::motion::LONGEST_STEP;
 use crate::math::angle::wrapped_to;
 use crate::mechanics::passage::{SAME_POSE_RAD, barrier_m, carried};
 use crate::mechanics::{EnergyLandscape, Forces};
 use crate::palms::PalmPair;
 use crate::shape::SupportFunction;
 use std::f64::consts::{PI, TAU};
-
-/// Largest turn from one sample to the next without a jump, radians: far above what slow palms turn an object by within one
-/// sample, and below the turn of most jumps.
-pub(crate) const LONGEST_STEP: f64 = 0.15;
 
 /// Palms that turn by less than this from one sample to the next are at rest, radians: above it, the contacts of an object that does not turn
 /// move by as much as those that count as still.

@@ -3,8 +3,8 @@
 //! Friction takes energy and gives none, and slow palms give none within a jump: on the way the centre of mass rises nowhere above where it was.
 //! Where the object comes to rest depends on its inertia, since friction may hold it at any pose that it comes by.
 
-use crate::estimate::association::transitions::LONGEST_STEP;
 use crate::estimate::jumps::{BARRIER_ALLOWANCE, DetectedJump};
+use crate::estimate::motion::LONGEST_STEP;
 use crate::mechanics::EnergyLandscape;
 use crate::mechanics::passage::{barrier_m, is_same_pose};
 use crate::palms::PalmPair;

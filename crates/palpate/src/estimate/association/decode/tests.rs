@@ -1,8 +1,9 @@
 use super::*;
-use crate::estimate::association::transitions::{LONGEST_STEP, PALMS_AT_REST_RAD};
+use crate::estimate::association::transitions::PALMS_AT_REST_RAD;
 use crate::estimate::evidence::motion_prior::{EXCLUDED, PER_HALF_TURN, PREDICTED_JUMP, UNPREDICTED_JUMP};
 use crate::estimate::model::noise::Noise;
 use crate::estimate::model::prior::Prior;
+use crate::estimate::motion::LONGEST_STEP;
 use crate::estimate::solver::gauss_newton::Estimate;
 use crate::log::{Log, Sample};
 use crate::mechanics::EnergyLandscape;
