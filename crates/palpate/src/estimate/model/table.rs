@@ -18,6 +18,21 @@ pub(crate) fn fraction_of_turn(theta: f64) -> f64 {
     if left < 0.0 { left + 1.0 } else { left }
 }
 
+/// The entry before an angle, and how far on to the next it is.
+fn place(theta: f64) -> (usize, f64) {
+    let place = fraction_of_turn(theta) * ENTRIES as f64;
+    // It may round up to a whole turn; the table has an entry there.
+    let entry = (place as usize).min(ENTRIES - 1);
+    (entry, place - entry as f64)
+}
+
+/// The cubic between two entries with these values and slopes.
+fn cubic(x: f64, [from, to]: [f64; 2], [slope, end_slope]: [f64; 2]) -> f64 {
+    let y = 1.0 - x;
+    let step = TAU / ENTRIES as f64;
+    from * y * y * (1.0 + 2.0 * x) + to * x * x * (1.0 + 2.0 * y) + step * x * y * (slope * y - end_slope * x)
+}
+
 /// r, d and v of one shape at equally spaced normal angles.
 pub(crate) struct SupportTable {
     entries: Vec<ContactSupport>,
@@ -33,16 +48,9 @@ impl SupportTable {
     /// r, d and v at a normal angle: cubics through r with its slope −d and through d with its slope r − v; v between two
     /// entries is linear.
     pub fn at(&self, theta: f64) -> ContactSupport {
-        let step = TAU / ENTRIES as f64;
-        let place = fraction_of_turn(theta) * ENTRIES as f64;
-        // It may round up to a whole turn; the table has an entry there.
-        let entry = (place as usize).min(ENTRIES - 1);
-        let x = place - entry as f64;
+        let (entry, x) = place(theta);
         let (a, b) = (&self.entries[entry], &self.entries[entry + 1]);
-        let cubic = |from: f64, to: f64, slope: f64, end_slope: f64| {
-            let y = 1.0 - x;
-            from * y * y * (1.0 + 2.0 * x) + to * x * x * (1.0 + 2.0 * y) + step * x * y * (slope * y - end_slope * x)
-        };
+        let cubic = |from: f64, to: f64, slope: f64, end_slope: f64| cubic(x, [from, to], [slope, end_slope]);
         ContactSupport {
             r: cubic(a.r, b.r, -a.d, -b.d),
             d: cubic(a.d, b.d, a.r - a.v, b.r - b.v),
@@ -98,17 +106,11 @@ impl BoundaryTable {
 
     /// The length of the boundary up to a normal angle, which is not wrapped, up to a constant, metres: ∫ v dθ = ∫ r dθ − d.
     pub fn arc_m(&self, theta: f64) -> f64 {
-        let step = TAU / ENTRIES as f64;
+        let (entry, x) = place(theta);
+        let of = |entry: usize| (self.integral[entry], self.support.entries[entry].r);
+        let ((from, slope), (to, end_slope)) = (of(entry), of(entry + 1));
         let turns = (theta / TAU).floor();
-        let place = fraction_of_turn(theta) * ENTRIES as f64;
-        let entry = (place as usize).min(ENTRIES - 1);
-        let x = place - entry as f64;
-        let y = 1.0 - x;
-        let (from, to) = (self.integral[entry], self.integral[entry + 1]);
-        let (slope, end_slope) = (self.support.entries[entry].r, self.support.entries[entry + 1].r);
-        let cubic =
-            from * y * y * (1.0 + 2.0 * x) + to * x * x * (1.0 + 2.0 * y) + step * x * y * (slope * y - end_slope * x);
-        turns * self.integral[ENTRIES] + cubic - self.support.at(theta).d
+        turns * self.integral[ENTRIES] + cubic(x, [from, to], [slope, end_slope]) - self.support.at(theta).d
     }
 }
 
@@ -116,12 +118,18 @@ impl BoundaryTable {
 mod tests {
     use super::*;
 
+    /// Harmonics that fall as those of a shape with sharp corners do.
+    fn with_sharp_corners(order: i32) -> Vec<f64> {
+        let mut coefficients = vec![0.03];
+        coefficients.extend((1..=order).map(|k| 0.01 / f64::from(k * k)));
+        coefficients.extend((1..=order).map(|k| -0.007 / f64::from(k * k)));
+        coefficients
+    }
+
     #[test]
     fn the_length_of_the_boundary_is_that_of_the_series() {
         use crate::estimate::model::boundary::Boundary;
-        let mut coefficients = vec![0.03];
-        coefficients.extend((1..=28).map(|k| 0.01 / f64::from(k * k)));
-        coefficients.extend((1..=28).map(|k| -0.007 / f64::from(k * k)));
+        let coefficients = with_sharp_corners(28);
         let table = BoundaryTable::new(&coefficients);
         let exact = |theta: f64| {
             let at = Boundary::new(&coefficients, ([theta.cos(); 2], [theta.sin(); 2]));
@@ -136,10 +144,7 @@ mod tests {
 
     #[test]
     fn a_table_agrees_with_the_series() {
-        // 48 harmonics that fall as those of a shape with sharp corners do.
-        let mut coefficients = vec![0.03];
-        coefficients.extend((1..=48).map(|k| 0.01 / f64::from(k * k)));
-        coefficients.extend((1..=48).map(|k| -0.007 / f64::from(k * k)));
+        let coefficients = with_sharp_corners(48);
         let table = SupportTable::new(&coefficients);
         for theta in (-700..700).map(|i| 0.0137 * f64::from(i)).chain([0.0, TAU, -1e-18]) {
             let (exact, read) = (support(&coefficients, theta.rem_euclid(TAU)), table.at(theta));

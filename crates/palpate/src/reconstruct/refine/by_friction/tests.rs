@@ -35,6 +35,20 @@ fn unknowns(fit: &Fit, friction: [f64; 2]) -> Unknowns {
     Unknowns { coefficients, friction, calibration: crate::sensor::Calibration::default(), psi }
 }
 
+/// What comes of an optimum that begins at the truth.
+fn from_truth<T>(then: impl Fn(&Setting, Settled) -> T) -> T {
+    let (shape, run) = felt();
+    let options = ReconstructOptions::default();
+    let job = Job::new(&run.log, &options);
+    let fit = fit(&job, &shape, &run);
+    let setting = Setting::new(&job, job.raw, &job.measurements, &fit, &[]);
+    let start = unknowns(&fit, FRICTION);
+    let regimes = setting.modes_of(&start, CLOSE);
+    let settled = setting.settled((start, regimes), CLOSE, (ROUNDS, UPDATES)).expect("an optimum");
+    friction_is_right(&settled);
+    then(&setting, settled)
+}
+
 const CLOSE: FrictionNoise = FrictionNoise { sensor_m: 1e-5, slip_m: 1e-3 * RADIUS_M, forces_m: 3e-3 * RADIUS_M };
 
 fn friction_is_right(settled: &Settled) {
@@ -85,19 +99,13 @@ fn wrong_coefficients_of_friction_are_left() {
 
 #[test]
 fn a_result_is_certified_up_to_what_slip_and_forces_may_miss() {
-    let (shape, run) = felt();
-    let options = ReconstructOptions::default();
-    let job = Job::new(&run.log, &options);
-    let fit = fit(&job, &shape, &run);
-    let setting = Setting::new(&job, job.raw, &job.measurements, &fit, &[]);
     let result_with = |shares: [f64; 2]| {
-        let start = unknowns(&fit, FRICTION);
-        let regimes = setting.modes_of(&start, CLOSE);
-        let mut settled = setting.settled((start, regimes), CLOSE, (ROUNDS, UPDATES)).expect("an optimum");
-        friction_is_right(&settled);
-        let size_m = settled.optimum.unknowns.coefficients[0];
-        (settled.optimum.noise.slip_m, settled.optimum.noise.forces_m) = (shares[0] * size_m, shares[1] * size_m);
-        setting.candidate(settled).map(|candidate| candidate.result.verdict.doubts_friction())
+        from_truth(|setting, mut settled| {
+            let size_m = settled.optimum.unknowns.coefficients[0];
+            (settled.optimum.noise.slip_m, settled.optimum.noise.forces_m) = (shares[0] * size_m, shares[1] * size_m);
+            settled.optimum.settled = true;
+            setting.candidate(settled).map(|candidate| candidate.result.verdict.doubts_friction())
+        })
     };
     let times = |factor: f64, shares: [f64; 2]| shares.map(|share| factor * share);
     assert_eq!(result_with(times(0.99, EXPLAINED)), Some(false));
@@ -109,33 +117,34 @@ fn a_result_is_certified_up_to_what_slip_and_forces_may_miss() {
 }
 
 #[test]
+fn standard_deviations_that_have_not_settled_must_be_far_below_what_is_asked() {
+    let doubts_with = |share: f64| {
+        from_truth(|setting, mut settled| {
+            let size_m = settled.optimum.unknowns.coefficients[0];
+            settled.optimum.noise.slip_m = share * EXPLAINED[0] * size_m;
+            settled.optimum.settled = false;
+            setting.candidate(settled).expect("a result").result.verdict.doubts_friction()
+        })
+    };
+    assert!(!doubts_with(0.99 * FAR_BELOW) && doubts_with(1.01 * FAR_BELOW));
+}
+
+#[test]
 fn what_another_rotation_explains_as_well_is_told() {
-    let (shape, run) = felt();
-    let options = ReconstructOptions::default();
-    let job = Job::new(&run.log, &options);
-    let fit = fit(&job, &shape, &run);
-    let setting = Setting::new(&job, job.raw, &job.measurements, &fit, &[]);
-    let start = unknowns(&fit, FRICTION);
-    let regimes = setting.modes_of(&start, CLOSE);
-    let mut settled = setting.settled((start, regimes), CLOSE, (ROUNDS, UPDATES)).expect("an optimum");
     // Both halves of this log feel the same boundary: as if it jumped between them, only one rotation explains it.
-    settled.starts = vec![450];
-    let (found, others) = rotations::likeliest(&setting, settled);
-    assert!(others.is_empty(), "{}", others.len());
-    friction_is_right(&found);
+    from_truth(|setting, mut settled| {
+        settled.starts = vec![450];
+        let (found, others) = rotations::likeliest(setting, settled);
+        assert!(others.is_empty(), "{}", others.len());
+        friction_is_right(&found);
+    });
 }
 
 #[test]
 fn a_few_samples_between_jumps_may_be_elsewhere() {
-    let (shape, run) = felt();
-    let options = ReconstructOptions::default();
-    let job = Job::new(&run.log, &options);
-    let fit = fit(&job, &shape, &run);
-    let setting = Setting::new(&job, job.raw, &job.measurements, &fit, &[]);
-    let start = unknowns(&fit, FRICTION);
-    let regimes = setting.modes_of(&start, CLOSE);
-    let mut settled = setting.settled((start, regimes), CLOSE, (1, UPDATES)).expect("an optimum");
-    settled.starts = vec![5, 300, 306, 311];
-    let ambiguous = settled.ambiguity_rad().iter().filter(|ambiguity_rad| **ambiguity_rad > 0.0).count();
-    assert_eq!(ambiguous, 5 + 5);
+    from_truth(|_, mut settled| {
+        settled.starts = vec![5, 300, 306, 311];
+        let ambiguous = settled.ambiguity_rad().iter().filter(|ambiguity_rad| **ambiguity_rad > 0.0).count();
+        assert_eq!(ambiguous, 5 + 5);
+    });
 }
