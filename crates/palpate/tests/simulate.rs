@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use palpate::mechanics::EnergyLandscape;
 use palpate::palms::{Palm, PalmMotion, PalmMove, PalmPair};
-use palpate::plan::{PalmLimits, plan_jump_free, plan_turn};
+use palpate::plan::{PalmFriction, PalmLimits, PlanError, plan_jump_free, plan_turn, plan_turn_with_friction};
 use palpate::sensor::{PadContact, Touchpad};
 use palpate::shape::{NamedShape, RandomShape, SupportFunction, random_shape};
 use palpate::simulate::{SimulateError, SimulateOptions, coverage, simulate};
@@ -239,4 +239,79 @@ fn a_schedule_runs_through_the_simulator() {
         simulate(&shape, &motion.sample(20.0).expect("possible"), &SimulateOptions::default()).expect("possible");
     assert_eq!(simulation.log.samples.len(), 401);
     assert_eq!(simulation.truth.motion.len(), 401);
+}
+
+#[test]
+fn palms_with_friction_carry_an_object_round_whatever_the_friction_in_its_band() {
+    let shape = "egg".parse::<NamedShape>().expect("a name").shape(0.03).expect("a shape");
+    let friction = PalmFriction { coefficients: [0.1, 0.3], coefficient_sds: [0.005, 0.01] };
+    let limits = PalmLimits::default();
+    let planned = plan_turn_with_friction(&shape, &limits, 60.0, &friction).expect("a way");
+    let palms = planned.motion.sample(20.0).expect("samples");
+    for sds in [-2.0, -0.7, 0.0, 1.3, 2.0] {
+        let options = SimulateOptions {
+            friction: [0.1 + sds * 0.005, 0.3 + sds * 0.01],
+            start_psi_rad: planned.start_psi_rad,
+            ..SimulateOptions::default()
+        };
+        let run = simulate(&shape, &palms, &options).expect("it stays between the palms");
+        let turned = run.truth.motion[run.truth.motion.len() - 1].psi_rad - run.truth.motion[0].psi_rad;
+        assert!(run.jumps.is_empty(), "{sds}");
+        assert_eq!(turned.abs() >= std::f64::consts::TAU - 1e-6, planned.full_turn, "{sds} {turned}");
+    }
+    // Where friction carries it round, palms without any would let it slide back.
+    let slick = SimulateOptions { start_psi_rad: planned.start_psi_rad, ..SimulateOptions::default() };
+    let run = simulate(&shape, &palms, &slick).expect("it stays between the palms");
+    let turned = run.truth.motion[run.truth.motion.len() - 1].psi_rad - run.truth.motion[0].psi_rad;
+    assert!(turned.abs() < 3.0, "{turned}");
+    // Known to be none, it is the way of slick palms; what is no friction is named.
+    assert_eq!(
+        plan_turn_with_friction(&shape, &limits, 60.0, &PalmFriction::known([0.0; 2])),
+        plan_turn(&shape, &limits, 60.0)
+    );
+    let refused = plan_turn_with_friction(&shape, &limits, 60.0, &PalmFriction::known([f64::NAN, 0.1]));
+    assert_eq!(refused, Err(PlanError::OutOfRange { what: "a coefficient of friction" }));
+    // Palms that hardly open, and grip: whatever they do, it is held.
+    let narrow = PalmLimits { largest_phi2_rad: 0.6, ..limits };
+    let held = plan_turn_with_friction(&shape, &narrow, 60.0, &PalmFriction::known([1.0; 2]));
+    assert!(matches!(held, Err(PlanError::Sticks { .. })), "{held:?}");
+}
+
+#[test]
+fn measured_forces_tell_the_weight_and_that_they_were_exchanged() {
+    let shape = "egg".parse::<NamedShape>().expect("a name").shape(0.03).expect("a shape");
+    let planned = plan_turn(&shape, &PalmLimits::default(), 30.0).expect("a way");
+    let palms = planned.motion.sample(10.0).expect("samples");
+    let options = SimulateOptions {
+        with_forces: true,
+        mass_kg: 0.05,
+        start_psi_rad: planned.start_psi_rad,
+        touchpad: Touchpad { noise_sd_m: 3e-5, ..Touchpad::ideal() },
+        ..SimulateOptions::default()
+    };
+    let mut log = simulate(&shape, &palms, &options).expect("possible").log;
+    let result = palpate::reconstruct(&log).expect("a result");
+    let forces = palpate::reconstruct::measured_forces(&log, &result).expect("they were measured");
+    assert!((forces.mass_kg() - 0.05).abs() < 1e-4 && forces.oddities().is_empty(), "{forces:?}");
+    // In grams instead of newtons, of one sensor of another scale, and of the other palm.
+    let with = |change: &dyn Fn(Option<f64>, Option<f64>) -> (Option<f64>, Option<f64>)| {
+        let mut log = log.clone();
+        for sample in &mut log.samples {
+            (sample.force1_n, sample.force2_n) = change(sample.force1_n, sample.force2_n);
+        }
+        palpate::reconstruct::measured_forces(&log, &result).expect("they were measured").oddities().concat()
+    };
+    let grams = |force_n: Option<f64>| force_n.map(|force_n| force_n / 9.80665e-3);
+    assert!(with(&|first, second| (grams(first), grams(second))).contains("are they in grams"));
+    assert!(
+        with(&|first, second| (first, second.map(|force_n| 1.2 * force_n))).contains("20 % more force than palm 1")
+    );
+    assert!(with(&|first, second| (second, first)).contains("exchange force1 and force2"));
+    // What is exchanged is not used, and what is no force is refused.
+    for sample in &mut log.samples {
+        (sample.force1_n, sample.force2_n) = (sample.force2_n, sample.force1_n);
+    }
+    assert_eq!(palpate::reconstruct(&log).expect("a result").motion, result.motion);
+    log.samples[7].force1_n = Some(-0.1);
+    assert!(palpate::reconstruct(&log).expect_err("it pulls").to_string().contains("a palm only pushes"));
 }

@@ -82,7 +82,7 @@ pub enum Friction {
 }
 
 impl Friction {
-    fn of_palms(&self) -> [f64; 2] {
+    pub fn of_palms(&self) -> [f64; 2] {
         match *self {
             Self::Both(friction) => [friction; 2],
             Self::Each(first, second) => [first, second],

@@ -1,15 +1,18 @@
 //! `plan_turn` and `plan_jump_free`: motions planned with the shape known.
 
+use std::collections::HashMap;
 use std::sync::Arc;
 
-use palpate::plan::{PalmLimits, PlanError, PlannedMotion};
+use palpate::plan::{PalmFriction, PalmLimits, PlanError, PlannedMotion};
 use palpate::shape::SupportFunction;
+use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 
 use crate::interop::errors::OrRaise;
 use crate::interop::pickled::{self, Pickled};
 use crate::interop::whole::Whole;
 use crate::interop::work;
+use crate::measured::simulate::Friction;
 use crate::object::shape::Shape;
 use crate::palms_motion::motion::{Made, Motion};
 
@@ -113,22 +116,29 @@ pub struct Plan {
     pub limits: Option<PalmLimits>,
     /// A motion that depends on this seed, instead of the turn.
     pub seed: Option<u64>,
+    /// Coefficients of friction of both palms and their standard deviations.
+    pub friction: Option<[f64; 4]>,
     pub duration_s: f64,
 }
 
 impl Plan {
     /// Plans.
     pub fn carried_out(&self) -> Result<PlannedMotion, PlanError> {
+        let limits = self.limits.unwrap_or_default();
+        if let Some([mu1, mu2, mu1_sd, mu2_sd]) = self.friction {
+            let friction = PalmFriction { coefficients: [mu1, mu2], coefficient_sds: [mu1_sd, mu2_sd] };
+            return palpate::plan::plan_turn_with_friction(&self.shape, &limits, self.duration_s, &friction);
+        }
         match self.seed {
             Some(seed) => palpate::plan::plan_jump_free(&self.shape, seed, self.duration_s),
-            None => palpate::plan::plan_turn(&self.shape, &self.limits.unwrap_or_default(), self.duration_s),
+            None => palpate::plan::plan_turn(&self.shape, &limits, self.duration_s),
         }
     }
 }
 
 impl Made for Plan {
     fn call<'py>(&self, py: Python<'py>) -> Pickled<'py> {
-        let arguments = (Shape(self.shape.clone()), self.limits.map(Limits), self.seed, self.duration_s);
+        let arguments = (Shape(self.shape.clone()), self.limits.map(Limits), self.seed, self.duration_s, self.friction);
         pickled::by_method::<Planned>(py, "_motion", arguments)
     }
 }
@@ -175,8 +185,15 @@ impl Planned {
     }
 
     #[staticmethod]
-    fn _motion(shape: &Shape, limits: Option<PyRef<Limits>>, seed: Option<u64>, duration_s: f64) -> PyResult<Motion> {
-        let plan = Plan { shape: shape.0.clone(), limits: limits.map(|limits| limits.0), seed, duration_s };
+    #[pyo3(signature = (shape, limits, seed, duration_s, friction=None))]
+    fn _motion(
+        shape: &Shape,
+        limits: Option<PyRef<Limits>>,
+        seed: Option<u64>,
+        duration_s: f64,
+        friction: Option<[f64; 4]>,
+    ) -> PyResult<Motion> {
+        let plan = Plan { shape: shape.0.clone(), limits: limits.map(|limits| limits.0), seed, friction, duration_s };
         let planned = plan.carried_out().or_raise()?;
         Ok(Motion::planned(planned.motion, Arc::new(plan)))
     }
@@ -205,6 +222,9 @@ fn planned(py: Python<'_>, plan: Plan) -> PyResult<Planned> {
 ///     How long the motion takes, seconds.
 /// limits : PalmLimits, optional
 ///     Where the palms may go.
+/// friction : float, pair of float or dict, optional
+///     Coefficient of friction of both palms or of each, or `Result.friction`, whose standard deviations the motion then bears twice over. The object
+///     is carried round: it sticks to one palm while the other slides past it. Takes some seconds. Without, palms are slick.
 ///
 /// Returns
 /// -------
@@ -216,10 +236,48 @@ fn planned(py: Python<'_>, plan: Plan) -> PyResult<Planned> {
 /// MotionError
 ///     If there is no motion without a jump within the limits, or a number is out of range.
 #[pyfunction]
-#[pyo3(signature = (shape, duration_s, *, limits=None))]
-pub fn plan_turn(py: Python<'_>, shape: &Shape, duration_s: f64, limits: Option<PyRef<Limits>>) -> PyResult<Planned> {
+#[pyo3(signature = (shape, duration_s, *, limits=None, friction=None))]
+pub fn plan_turn(
+    py: Python<'_>,
+    shape: &Shape,
+    duration_s: f64,
+    limits: Option<PyRef<Limits>>,
+    friction: Option<KnownFriction>,
+) -> PyResult<Planned> {
     let limits = limits.map(|limits| limits.0);
-    planned(py, Plan { shape: shape.0.clone(), limits, seed: None, duration_s })
+    let friction = friction.map(KnownFriction::numbers).transpose()?;
+    planned(py, Plan { shape: shape.0.clone(), limits, seed: None, friction, duration_s })
+}
+
+/// Friction on the palms, in any of the ways it is given.
+#[derive(FromPyObject)]
+pub enum KnownFriction {
+    #[pyo3(transparent)]
+    Stated(Friction),
+    #[pyo3(transparent, annotation = "dict")]
+    Found(HashMap<String, f64>),
+}
+
+impl KnownFriction {
+    fn numbers(self) -> PyResult<[f64; 4]> {
+        match self {
+            Self::Stated(friction) => {
+                let [mu1, mu2] = friction.of_palms();
+                Ok([mu1, mu2, 0.0, 0.0])
+            }
+            Self::Found(by_name) => {
+                let of = |name: &str, usual: Option<f64>| {
+                    let value = by_name.get(name).copied().or(usual);
+                    value.ok_or_else(|| {
+                        PyKeyError::new_err(format!(
+                            "friction lacks {name:?}: give mu1 and mu2, as Result.friction has them"
+                        ))
+                    })
+                };
+                Ok([of("mu1", None)?, of("mu2", None)?, of("mu1_sd", Some(0.0))?, of("mu2_sd", Some(0.0))?])
+            }
+        }
+    }
 }
 
 /// Plan a motion without jumps that depends on a seed, for studies over many motions.
@@ -244,5 +302,5 @@ pub fn plan_turn(py: Python<'_>, shape: &Shape, duration_s: f64, limits: Option<
 ///     If no motion without a jump is found, or a number is out of range.
 #[pyfunction]
 pub fn plan_jump_free(py: Python<'_>, shape: &Shape, seed: Whole, duration_s: f64) -> PyResult<Planned> {
-    planned(py, Plan { shape: shape.0.clone(), limits: None, seed: Some(seed.0), duration_s })
+    planned(py, Plan { shape: shape.0.clone(), limits: None, seed: Some(seed.0), friction: None, duration_s })
 }

@@ -3,8 +3,9 @@
 //! The stable poses of the object form a `surface` over the palm angles (Moll & Erdmann 2001, section 3). A shortest closed
 //! path on it along which ψ grows by 2π turns the object once around (`turn`), and so feels all of the boundary, with either
 //! palm. Where there is none, a path that visits whatever can be felt (`visit`) is gone there and back. Either becomes a
-//! smooth motion (`timing`) that is tried in simulation before it is handed out (`planned`).
+//! smooth motion (`timing`) that is tried in simulation before it is handed out (`planned`). With friction the object is carried round (`carry`).
 
+mod carry;
 mod error;
 mod limits;
 mod planned;
@@ -16,12 +17,14 @@ mod visit;
 
 use std::f64::consts::TAU;
 
+pub use carry::PalmFriction;
 pub use error::PlanError;
 pub use limits::PalmLimits;
 pub use planned::PlannedMotion;
 
 use crate::palms::PalmMotion;
 use crate::shape::SupportFunction;
+use carry::Carrying;
 use planned::{checked, realised};
 use surface::Surface;
 use turn::Taste;
@@ -36,6 +39,36 @@ const MARGINS: [f64; 4] = [0.4, 0.2, 0.08, 0.01];
 /// When no motion without a jump exists within `limits`, or a number is out of range.
 pub fn plan_turn(shape: &SupportFunction, limits: &PalmLimits, duration_s: f64) -> Result<PlannedMotion, PlanError> {
     plan(shape, limits, duration_s, &Taste::default())
+}
+
+/// The same between palms with friction: a motion that carries the object round, as it sticks to one palm while the other slides past it. It holds
+/// for all friction within two standard deviations of what is known. Where no whole turn is found, a motion that turns the object as far as one
+/// does. Takes some seconds.
+///
+/// ```
+/// use palpate::plan::{PalmFriction, PalmLimits, plan_turn_with_friction};
+/// use palpate::shape::SupportFunction;
+///
+/// let egg = SupportFunction::new(0.03, vec![[2e-3, 0.0], [2e-3, 0.0], [4e-4, 0.0]]);
+/// let friction = PalmFriction::known([0.2, 0.3]);
+/// let planned = plan_turn_with_friction(&egg, &PalmLimits::default(), 60.0, &friction)?;
+/// assert!(planned.full_turn);
+/// # Ok::<(), palpate::plan::PlanError>(())
+/// ```
+///
+/// # Errors
+/// When friction holds the object wherever the palms go, or a number is out of range.
+pub fn plan_turn_with_friction(
+    shape: &SupportFunction,
+    limits: &PalmLimits,
+    duration_s: f64,
+    friction: &PalmFriction,
+) -> Result<PlannedMotion, PlanError> {
+    check(shape, limits, duration_s)?;
+    if friction.coefficients == [0.0; 2] && friction.coefficient_sds == [0.0; 2] {
+        return plan_turn(shape, limits, duration_s);
+    }
+    Carrying::new(shape, limits, friction).planned(duration_s)
 }
 
 /// A motion of `duration_s` seconds without jumps that depends on `seed`: of random motions of several widths the one

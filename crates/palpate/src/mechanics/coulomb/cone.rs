@@ -85,6 +85,15 @@ pub(crate) fn normal_forces(palms: &PalmAngles, tau: Ratios) -> Option<[f64; 2]>
     (opening > 0.0).then(|| levers(palms, tau).map(|lever| lever / opening))
 }
 
+/// Derivatives of the normal forces over the weight by the ratio of contact `k`, where they are `normal`.
+pub(crate) fn normal_forces_by_ratio(palms: &PalmAngles, tau: Ratios, normal: [f64; 2], k: usize) -> [f64; 2] {
+    let opening_by = [tau[1] * palms.sin2 + palms.cos2, tau[0] * palms.sin2 - palms.cos2][k];
+    // The ratio of one contact stands in the lever of the other.
+    let levers_by = [[0.0, -palms.cos1], [-palms.cos12, 0.0]][k];
+    let opening = opening(palms, tau);
+    [0, 1].map(|of: usize| (levers_by[of] - normal[of] * opening_by) / opening)
+}
+
 /// The ratio at contact `k` at which W = 0 while the other contact has its ratio in `tau`: W is linear in it. `None` where W does not depend
 /// on it.
 pub(crate) fn balancing_ratio(palms: &PalmAngles, at: &Contacts, mut tau: Ratios, k: usize) -> Option<f64> {
@@ -155,6 +164,26 @@ mod tests {
         let [by_palm1, by_palm2] = moment_by_palms(&angles, &at, TAU);
         for (exact, numeric) in [by_palm1, by_palm2, moment_by_psi(&angles, &at, TAU)].into_iter().zip(numeric) {
             assert!((exact - numeric).abs() < 1e-10, "{exact} {numeric}");
+        }
+    }
+
+    #[test]
+    fn normal_forces_follow_the_ratios_as_their_derivatives_say() {
+        const STEP: f64 = 1e-6;
+        let (_, angles, _) = setting(0.6, 1.9, 0.7);
+        let normal = normal_forces(&angles, TAU).expect("not jammed");
+        for k in 0..2 {
+            let there = |step: f64| {
+                let mut tau = TAU;
+                tau[k] += step;
+                normal_forces(&angles, tau).expect("not jammed")
+            };
+            let (more, less) = (there(STEP), there(-STEP));
+            let exact = normal_forces_by_ratio(&angles, TAU, normal, k);
+            for of in 0..2 {
+                let numeric = (more[of] - less[of]) / (2.0 * STEP);
+                assert!((exact[of] - numeric).abs() < 1e-9, "{k} {of}: {} {numeric}", exact[of]);
+            }
         }
     }
 

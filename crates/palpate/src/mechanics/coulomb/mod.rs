@@ -10,7 +10,8 @@ mod motion;
 mod slip;
 
 pub(crate) use cone::{
-    Ratios, at_the_edges, moment, moment_by_psi, moment_by_ratio, moment_row, normal_forces, opening,
+    Ratios, at_the_edges, balancing_ratio, moment, moment_by_psi, moment_by_ratio, moment_row, normal_forces,
+    normal_forces_by_ratio, opening,
 };
 pub use mode::ContactMode;
 pub(crate) use motion::FrictionPursuit;

@@ -31,8 +31,26 @@ impl ContactMode {
     }
 
     /// Sliding in the direction of a sign.
-    pub(super) fn sliding(sign: f64) -> Self {
+    pub(crate) fn sliding(sign: f64) -> Self {
         if sign > 0.0 { Self::SlidePlus } else { Self::SlideMinus }
+    }
+
+    /// Sign of the slip along t̄, 0 where it sticks.
+    pub fn slip_sign(self) -> f64 {
+        match self {
+            Self::Stick => 0.0,
+            Self::SlidePlus => 1.0,
+            Self::SlideMinus => -1.0,
+        }
+    }
+
+    /// That with a sign of the slip; `None` where it is not a number.
+    pub fn of_slip_sign(sign: f64) -> Option<Self> {
+        match sign {
+            _ if sign.is_nan() => None,
+            0.0 => Some(Self::Stick),
+            sign => Some(Self::sliding(sign)),
+        }
     }
 }
 
@@ -50,8 +68,9 @@ mod tests {
     fn names_lead_back() {
         for mode in [ContactMode::Stick, ContactMode::SlidePlus, ContactMode::SlideMinus] {
             assert_eq!(ContactMode::named(&mode.to_string()), Some(mode));
+            assert_eq!(ContactMode::of_slip_sign(mode.slip_sign()), Some(mode));
         }
-        assert_eq!(ContactMode::named("slide"), None);
+        assert_eq!((ContactMode::named("slide"), ContactMode::of_slip_sign(f64::NAN)), (None, None));
         assert_eq!(
             (ContactMode::sliding(2.0), ContactMode::sliding(-0.1)),
             (ContactMode::SlidePlus, ContactMode::SlideMinus)

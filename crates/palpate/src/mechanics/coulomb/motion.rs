@@ -109,7 +109,8 @@ impl Instant {
         let at = Contacts::from([shape.at(theta1), shape.at(theta2)]);
         let slip = Slip::new(palms, &angles, &at, &rates);
         let rolling = [slip.rolling_rate(0), slip.rolling_rate(1)];
-        let order = if rolling[0] <= rolling[1] { [0, 1] } else { [1, 0] };
+        // Between palms that turn as one both rates are that of the palms: rounding must not decide their order.
+        let order = if rolling[0] <= rolling[1] + SAME_RATE { [0, 1] } else { [1, 0] };
         let signs = slip_signs(slip.by_psi_rate, order);
         let moments_m = signs.map(|signs| moment(&angles, &at, at_the_edges(friction, signs)));
         Self { angles, at, rates, slip, order, rolling: order.map(|k| rolling[k]), signs, moments_m }
@@ -352,8 +353,7 @@ impl<'a> FrictionPursuit<'a> {
             Motion::Slide(signs) => (at_the_edges(self.friction, signs), signs.map(ContactMode::sliding)),
             Motion::Roll(k) if (instant.rolling[1] - instant.rolling[0]).abs() > SAME_RATE => {
                 let other = 1 - k;
-                let slip =
-                    instant.slip.by_psi_rate[other] * instant.slip.rolling_rate(k) + instant.slip.of_palms[other];
+                let slip = instant.slip.at(other, instant.slip.rolling_rate(k));
                 let mut tau = [0.0; 2];
                 tau[other] = -self.friction[other] * slip.signum();
                 tau[k] = balancing_ratio(&instant.angles, &instant.at, tau, k).unwrap_or(0.0);

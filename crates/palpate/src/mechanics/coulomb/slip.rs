@@ -7,7 +7,8 @@
 //! a₁ = (s₂ − s₁ cos φ₂)/sin φ₂,  a₂ = (s₁ − s₂ cos φ₂)/sin φ₂ (s from the point where the lines of the palms meet).
 //!
 //! It vanishes where the object rolls on palm k: Ω = −e_k/a_k. For palms hinged at a point that stays this needs no shape,
-//! ψ' = φ₁' + φ₂' s₂/(s₂ − s₁ cos φ₂) and ψ' = φ₁₂' − φ₂' s₁/(s₁ − s₂ cos φ₂).
+//! ψ' = φ₁' + φ₂' s₂/(s₂ − s₁ cos φ₂) and ψ' = φ₁₂' − φ₂' s₁/(s₁ − s₂ cos φ₂). Between palms that turn as one an object turns with them, wherever
+//! it is felt: rates are therefore those beyond palm 1, which no rounding enlarges where a_k is small.
 
 use crate::palms::{Contacts, Palm, PalmAngles, PalmPair};
 
@@ -24,43 +25,61 @@ impl PalmRates {
     /// Of an even motion from one pair to another, by the share of it.
     pub fn between(from: &PalmPair, to: &PalmPair) -> Self {
         let point = |a: [f64; 2], b: [f64; 2]| [b[0] - a[0], b[1] - a[1]];
+        let first = to.phi1_rad - from.phi1_rad;
+        let opening = to.phi2_rad - from.phi2_rad;
+        let opening = if opening.abs() > ROUNDING_RAD { opening } else { 0.0 };
         Self {
-            angles: [to.phi1_rad - from.phi1_rad, to.phi12_rad() - from.phi12_rad()],
+            angles: [first, first + opening],
             bases_m: [point(from.base1_m, to.base1_m), point(from.base2_m, to.base2_m)],
         }
     }
 }
 
-/// Slip along both palms as a function of ψ': u_k = `by_psi_rate`\[k\] ψ' + `of_palms`\[k\].
+/// Changes of the opening that are rounding, radians.
+const ROUNDING_RAD: f64 = 1e-14;
+
+/// Slip along both palms as a function of ψ': u_k = `by_psi_rate`\[k\] (ψ' − `of_palm1`) + `beyond`\[k\].
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Slip {
     pub by_psi_rate: [f64; 2],
-    pub of_palms: [f64; 2],
+    /// The rate of palm 1.
+    of_palm1: f64,
+    beyond: [f64; 2],
 }
 
 impl Slip {
     pub fn new(palms: &PalmPair, angles: &PalmAngles, at: &Contacts, rates: &PalmRates) -> Self {
         let [s1, s2] = angles.positions(at.r, at.d);
         let shift = palms.base_shifts_m(angles);
-        // Along t̄ from the base points.
-        let sigma = [s1 - shift[0], shift[1] - s2];
         let along =
             |k: usize, direction: [f64; 2]| rates.bases_m[k][0] * direction[0] + rates.bases_m[k][1] * direction[1];
         let normal = [palms.normal(Palm::One), palms.normal(Palm::Two)];
         let tangent = [palms.tangent(Palm::One), palms.tangent(Palm::Two)];
-        let carried = [0, 1].map(|k| rates.angles[k] * sigma[k] + along(k, normal[k]));
+        let [of_palm1, of_palm2] = rates.angles;
+        // σ₁ = s₁ − shift₁ and σ₂ = shift₂ − s₂: what base points apart and in motion carry besides.
+        let carried = [along(0, normal[0]) - of_palm1 * shift[0], along(1, normal[1]) + of_palm2 * shift[1]];
+        let opened = (of_palm2 - of_palm1) * s2;
         Self {
             by_psi_rate: [(s2 - s1 * angles.cos2) * angles.inverse2, (s1 - s2 * angles.cos2) * angles.inverse2],
-            of_palms: [
-                (angles.cos2 * carried[0] + carried[1]) * angles.inverse2 - along(0, tangent[0]),
-                -(carried[0] + angles.cos2 * carried[1]) * angles.inverse2 - along(1, tangent[1]),
+            of_palm1,
+            beyond: [
+                (angles.cos2 * carried[0] + carried[1] - opened) * angles.inverse2 - along(0, tangent[0]),
+                (angles.cos2 * (opened - carried[1]) - carried[0]) * angles.inverse2 - along(1, tangent[1]),
             ],
         }
     }
 
+    /// The slip along palm `k` (0 or 1) at some ψ'.
+    pub fn at(&self, k: usize, rate: f64) -> f64 {
+        self.by_psi_rate[k] * (rate - self.of_palm1) + self.beyond[k]
+    }
+
     /// ψ' of an object that rolls on palm `k` (0 or 1).
     pub fn rolling_rate(&self, k: usize) -> f64 {
-        -self.of_palms[k] / self.by_psi_rate[k]
+        match self.beyond[k] {
+            0.0 => self.of_palm1,
+            beyond => self.of_palm1 - beyond / self.by_psi_rate[k],
+        }
     }
 }
 
@@ -125,7 +144,7 @@ mod tests {
         for (psi, rate) in [(0.7, 0.4), (0.7, -1.3), (2.9, 0.0)] {
             let slip = Slip::new(&here, &here.angles(), &contacts(&here, psi), &rates);
             for k in 0..2 {
-                let exact = slip.by_psi_rate[k] * rate + slip.of_palms[k];
+                let exact = slip.at(k, rate);
                 assert!((exact - numeric(k, psi, rate)).abs() < 1e-9, "{k}: {exact} {}", numeric(k, psi, rate));
             }
         }
@@ -141,6 +160,17 @@ mod tests {
         let expected = [0.2 + 0.3 * s2 / (s2 - s1 * cos2), 0.5 - 0.3 * s1 / (s1 - s2 * cos2)];
         for (k, expected) in expected.into_iter().enumerate() {
             assert!((slip.rolling_rate(k) - expected).abs() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn between_palms_that_turn_as_one_an_object_turns_with_them() {
+        // Rounding leaves 4e-16 of an opening.
+        let (from, to) = (PalmPair::hinged(2.0, 0.5), PalmPair::hinged(2.1, 0.5 + 4e-16));
+        let rates = PalmRates::between(&from, &to);
+        for psi in [0.0, 1.0, 8.175_697_197_628] {
+            let slip = Slip::new(&from, &from.angles(), &contacts(&from, psi), &rates);
+            assert_eq!([slip.rolling_rate(0), slip.rolling_rate(1)], [rates.angles[0]; 2]);
         }
     }
 }
