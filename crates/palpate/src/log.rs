@@ -33,6 +33,11 @@ pub struct Sample {
 }
 
 impl Sample {
+    /// Normal forces at contact 1 and contact 2, newtons; `None` where not measured.
+    pub(crate) fn forces_n(&self) -> [Option<f64>; 2] {
+        [self.force1_n, self.force2_n]
+    }
+
     /// A sample with both contacts seen and nothing stated about noise or force.
     pub fn new(time_s: f64, palms: PalmPair, s1_m: f64, s2_m: f64) -> Self {
         Self {

@@ -52,11 +52,12 @@ impl Trial<'_> {
         let (row, drawn) = (self.row(), self.drawn);
         let sds = |name: &str, of: Option<f64>| of.map_or_else(String::new, |sds| format!(" {name} {sds:.1} sd"));
         println!(
-            "seed {} {}: mu {:.3} {:.3} speed {:.1} samples {} jumps {} felt {:.2} right {} certified {} centre {} wrong {} form {:.4} mm psi {:.2} deg centre {:.4} mm{}{}{} {:.1} s; {}",
+            "seed {} {}: mu {:.3} {:.3} pads {} speed {:.1} samples {} jumps {} felt {:.2} right {} certified {} centre {} wrong {} form {:.4} mm psi {:.2} deg centre {:.4} mm{}{}{} {:.1} s; {}",
             self.job.seed,
             row.object,
             drawn.friction[0],
             drawn.friction[1],
+            drawn.measured.iter().filter(|measured| **measured).count(),
             drawn.speed,
             row.samples.unwrap_or(0),
             row.jumps.unwrap_or(0),
@@ -137,6 +138,7 @@ fn groups<'a>(forces: ActingForces, trials: &'a [Trial<'a>]) -> Vec<(String, Vec
                 groups.push(of(&name, &|t| largest(t) > low && largest(t) <= high));
             }
             groups.push(of("equal on both palms", &|t| t.drawn.friction[0] == t.drawn.friction[1] && largest(t) > 0.0));
+            groups.push(of("with measured forces", &|t| t.drawn.measured != [false; 2] && largest(t) > 0.0));
             groups.push(of("without a jump", &|t| t.row().jumps == Some(0) && largest(t) > 0.0));
             groups.push(of("at least 25 % felt", &|t| {
                 t.row().coverage.is_some_and(|felt| felt >= 0.25) && largest(t) > 0.0

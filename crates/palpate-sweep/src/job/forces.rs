@@ -9,6 +9,7 @@ use palpate::shape::SupportFunction;
 use palpate::simulate::{ObjectInertia, SimulateError, SimulateOptions, Simulation, simulate};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use rand_distr::StandardNormal;
 use serde::{Deserialize, Serialize};
 
 use crate::job::object::Object;
@@ -39,8 +40,16 @@ const RATES_HZ: (f64, f64) = (20.0, 1000.0);
 const GYRATION: (f64, f64) = (0.7, 1.1);
 const DAMPING_PER_S: (f64, f64) = (0.0, 2.0);
 
+/// Share of logs with measured forces, and of these that of logs in which only one palm measures them; their noise, as a share of each.
+const MEASURED: f64 = 1.0 / 3.0;
+const BY_ONE_PALM: f64 = 0.25;
+const FORCE_NOISE: f64 = 0.02;
+
 /// Standard deviations of the contact positions, metres.
 const NOISES_M: [f64; 3] = [0.03e-3, 0.05e-3, 0.1e-3];
+
+/// Streams of random numbers for what forces are measured, apart from all else.
+const FORCES_STREAM: u64 = 1;
 
 /// Which forces act besides gravity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -72,10 +81,13 @@ pub struct DrawnForces {
     pub speed: f64,
     /// Radius of gyration over that of an even mass, and damping in 1/s.
     pub inertia: Option<(f64, f64)>,
+    /// Which palms measure their normal forces.
+    pub measured: [bool; 2],
 }
 
 impl DrawnForces {
     fn draw(forces: ActingForces, rng: &mut ChaCha8Rng) -> Self {
+        let measured = Self::draw_measured(rng.clone());
         let noise_sd_m = NOISES_M[rng.random_range(0..NOISES_M.len())];
         match forces {
             ActingForces::Friction => {
@@ -83,15 +95,25 @@ impl DrawnForces {
                 let second = rng.random_range(FRICTION.0..FRICTION.1);
                 let friction = if rng.random_bool(EQUAL) { [first; 2] } else { [first, second] };
                 let friction = if rng.random_bool(WITHOUT_FRICTION) { [0.0; 2] } else { friction };
-                Self { noise_sd_m, friction, speed: 1.0, inertia: None }
+                Self { noise_sd_m, friction, speed: 1.0, inertia: None, measured }
             }
             ActingForces::Inertia => {
                 let speed = FASTEST.powf(rng.random_range(0.0..1.0));
                 let gyration = rng.random_range(GYRATION.0..GYRATION.1);
                 let damping = rng.random_range(DAMPING_PER_S.0..DAMPING_PER_S.1);
-                Self { noise_sd_m, friction: [0.0; 2], speed, inertia: Some((gyration, damping)) }
+                Self { noise_sd_m, friction: [0.0; 2], speed, inertia: Some((gyration, damping)), measured }
             }
         }
+    }
+
+    /// From a stream of their own.
+    fn draw_measured(mut rng: ChaCha8Rng) -> [bool; 2] {
+        rng.set_stream(FORCES_STREAM);
+        if !rng.random_bool(MEASURED) {
+            return [false; 2];
+        }
+        let first = rng.random_bool(0.5);
+        if rng.random_bool(BY_ONE_PALM) { [first, !first] } else { [true; 2] }
     }
 
     /// Palms that move at that speed, and the rate at which they are read.
@@ -116,6 +138,18 @@ impl ForcesJob {
         DrawnForces::draw(self.forces, &mut ChaCha8Rng::seed_from_u64(self.seed))
     }
 
+    /// Leaves the forces of the palms that measure them, with their noise.
+    fn measure_forces(self, measured: [bool; 2], simulation: &mut Simulation) {
+        let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
+        rng.set_stream(FORCES_STREAM + 1);
+        for sample in &mut simulation.log.samples {
+            for (palm, force) in [&mut sample.force1_n, &mut sample.force2_n].into_iter().enumerate() {
+                let noise: f64 = rng.sample(StandardNormal);
+                *force = force.filter(|_| measured[palm]).map(|force| (force * (1.0 + FORCE_NOISE * noise)).max(0.0));
+            }
+        }
+    }
+
     /// Simulates.
     ///
     /// # Errors
@@ -137,10 +171,12 @@ impl ForcesJob {
                 start_psi_rad: rng.random_range(0.0..TAU),
                 friction: drawn.friction,
                 inertia,
+                with_forces: drawn.measured != [false; 2],
                 ..SimulateOptions::default()
             };
             match until_lost(&shape, motion, 1.0 / rate_hz, &options) {
-                Ok(simulation) => {
+                Ok(mut simulation) => {
+                    self.measure_forces(drawn.measured, &mut simulation);
                     return Ok(Simulated { object, shape, simulation, calibration: Calibration::default() });
                 }
                 Err(error) => last = error.to_string(),

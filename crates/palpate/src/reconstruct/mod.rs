@@ -42,6 +42,7 @@ pub use result::calibration::{CalibrationEstimate, ConstantEstimate};
 pub use result::diagnostics::{ContactDiagnostics, diagnostics};
 pub use result::friction::{FrictionEstimate, friction};
 pub use result::inertia::InertiaEstimate;
+pub use result::measured_forces::{MeasuredForces, measured_forces};
 pub use result::reconstruction::{FoundSymmetry, OutlinePoint, Pose, Reconstruction};
 pub use smooth_from::{SmoothOptions, Smoothed, smooth_from};
 pub use start::Start;

@@ -14,8 +14,9 @@ use super::search::segments::segments;
 use super::selection::Explored;
 use super::start::{Start, starting_coefficients, way_of};
 use super::verdict::assemble::Candidate;
+use crate::estimate::friction::normal_forces::look_exchanged;
 use crate::estimate::solver::gauss_newton::Estimate;
-use crate::log::Log;
+use crate::log::{Log, Sample};
 use crate::sensor::Rig;
 use crate::shape::SupportFunction;
 use std::cell::RefCell;
@@ -127,6 +128,11 @@ impl<'a> Reconstructor<'a> {
     /// [`ReconstructError`]). A doubtful answer is not an error: it comes back as a [`Reconstruction`] that is not certified.
     pub fn run(&self, log: &Log) -> Result<Reconstruction, ReconstructError> {
         check_log(log, &self.options)?;
+        if look_exchanged(log) {
+            // They are of no use, and the rest is what it is.
+            let without = |sample: &Sample| Sample { force1_n: None, force2_n: None, ..*sample };
+            return self.run(&Log { samples: log.samples.iter().map(without).collect() });
+        }
         if self.integrates() && self.options.rig != Rig::default() {
             // The methods that integrate take the constants of the rig as stated.
             let exact = Self { options: self.options.clone().with_rig(Rig::default()), ..self.clone() };

@@ -1,8 +1,9 @@
-//! The residuals of contacts, slip and forces of a log, and their normal equations, at some shape, motion, friction and calibration.
+//! The residuals of contacts, slip and forces of a log, measured forces included, and their normal equations, at some shape, motion, friction and calibration.
 //!
 //! With σ_k the place of the contact on palm k, from its base point along t̄_k, the material of the object slips along t̄_k by the change of
 //! L_k = σ_k − ∫ v dθ: where it sticks, the contact moves as far over the palm as over the boundary. That holds over steps of any size.
 
+use super::normal_forces::NormalForces;
 use super::regimes::{Place, Regime};
 use super::strips::{LEAST_FRICTION, ends, nearest_end, prior_of_friction};
 use crate::estimate::calibration::{CONSTANTS, Vector, changed, constants_off};
@@ -26,15 +27,19 @@ pub(crate) struct Unknowns {
     pub coefficients: Vec<f64>,
     /// Coefficients of friction of both palms.
     pub friction: [f64; 2],
+    /// Of the object, newtons: only measured forces tell it.
+    pub weight_n: f64,
     pub calibration: Calibration,
     /// ψ of every sample, radians, unwrapped.
     pub psi: Vec<f64>,
 }
 
-/// Places of the dense unknowns behind the coefficients of the shape: friction, constants of the rig in units of their priors.
-pub(crate) const BESIDES_SHAPE: usize = 2 + CONSTANTS;
+/// Places of the dense unknowns behind the coefficients of the shape: friction, logarithm of the weight, constants of the rig in units of their
+/// priors.
+pub(crate) const BESIDES_SHAPE: usize = 3 + CONSTANTS;
 const FRICTION: usize = 0;
-const RIG: usize = 2;
+pub(crate) const WEIGHT: usize = 2;
+const RIG: usize = 3;
 
 /// A log, and which contact sticks when.
 pub(crate) struct Problem<'a> {
@@ -51,6 +56,8 @@ pub(crate) struct Problem<'a> {
     ends: Vec<Option<[[f64; 2]; 2]>>,
     /// Weight of the forces of each sample.
     force_weights: Vec<f64>,
+    /// Weight of the normal force that each pad measured; 0 where it measured none.
+    pad_weights: Vec<[f64; 2]>,
     /// Palms that are rolled on from a sample to the next, and the weights of these steps.
     rolls: Vec<(usize, usize)>,
     roll_weights: Vec<f64>,
@@ -68,27 +75,32 @@ pub(crate) struct Corrected {
     pub base_shifts_m: Vec<[f64; 2]>,
 }
 
-/// The residuals in metres: of every contact with its weight, of every step that rolls, and of every sample whose forces miss something.
+/// The residuals in metres: of every contact with its weight, of every step that rolls, and of every sample whose forces miss something; and those
+/// of measured forces in newtons.
 pub(crate) struct Residuals {
     contacts_m: Vec<[f64; 2]>,
     rolls_m: Vec<f64>,
     /// Sample, signs of the slips, and the moment there with its weight.
     forces_m: Vec<(usize, [f64; 2], f64)>,
+    /// Sample, palm, and what is measured beyond what should be, with its weight.
+    pads_n: Vec<(usize, usize, f64)>,
 }
 
-/// Sums of squares, square metres, and how many forces are missed.
+/// Sums of squares, square metres and square newtons, and how many forces are missed.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Squares {
     pub contacts: f64,
     pub rolls: f64,
     pub forces: f64,
+    pub pads: f64,
 }
 
-/// Normal equations of each kind at standard deviations of a metre.
+/// Normal equations of each kind at standard deviations of a metre and a newton.
 pub(crate) struct Linearised {
     pub contacts: Arrow,
     pub rolls: Arrow,
     pub forces: Arrow,
+    pub pads: Arrow,
 }
 
 /// Nodes of the convexity penalty: so many for each harmonic, and so many besides.
@@ -103,6 +115,12 @@ const STEP_SD_RAD: f64 = 0.1;
 /// Standard deviation of a coefficient of friction that is held.
 const HELD_SD: f64 = 1e-4;
 
+/// Information on the logarithm of the weight where no force is measured.
+const WEIGHT_INFORMATION: f64 = 1e-6;
+
+/// Largest step of the logarithm of the weight.
+const LARGEST_LN_STEP: f64 = 1.0;
+
 /// Information on the motion where nothing else says where it is, rad⁻²: an angle known to a thousand turns.
 const MOTION_INFORMATION: f64 = 1e-8;
 
@@ -112,17 +130,24 @@ impl Residuals {
             contacts: self.contacts_m.iter().flatten().map(|value| value * value).sum(),
             rolls: self.rolls_m.iter().map(|value| value * value).sum(),
             forces: self.forces_m.iter().map(|(.., value)| value * value).sum(),
+            pads: self.pads_n.iter().map(|(.., value)| value * value).sum(),
         }
     }
 
     /// Variance of a sum of many of slip or forces over that of as many independent ones, at least 1.
-    pub fn inflation(&self, slip_m: f64, forces_m: f64) -> f64 {
+    pub fn inflation(&self, slip_m: f64, forces_m: f64, pads_n: f64) -> f64 {
         let of = |values: &[f64], sd_m: f64| {
             let squares: f64 = values.iter().map(|value| value * value).sum();
             correlation_time(values) * squares / (values.len().max(1) as f64 * sd_m * sd_m)
         };
         let forces: Vec<f64> = self.forces_m.iter().map(|(.., value)| *value).collect();
-        of(&self.rolls_m, slip_m).max(of(&forces, forces_m)).max(1.0)
+        let pads: Vec<f64> = self.pads_n.iter().map(|(.., value)| *value).collect();
+        of(&self.rolls_m, slip_m).max(of(&forces, forces_m)).max(of(&pads, pads_n)).max(1.0)
+    }
+
+    /// Forces that are measured, and compared.
+    pub fn measured(&self) -> usize {
+        self.pads_n.len()
     }
 
     /// Samples whose forces miss something.
@@ -144,6 +169,11 @@ impl<'a> Problem<'a> {
             convexity: Convexity::new(order, prior.size_m, NODES[0] * order + NODES[1]),
             ends: vec![None; weighted.len()],
             force_weights: vec![1.0; weighted.len()],
+            pad_weights: log
+                .samples
+                .iter()
+                .map(|sample| sample.forces_n().map(|force| f64::from(force.is_some())))
+                .collect(),
             rolls: Vec::new(),
             roll_weights: Vec::new(),
             runs: [0; 2],
@@ -246,7 +276,29 @@ impl<'a> Problem<'a> {
                 self.ends.iter().enumerate().filter_map(missed).collect()
             }
         };
-        Residuals { contacts_m, rolls_m, forces_m }
+        let mut pads_n = Vec::new();
+        for (index, weights) in self.pad_weights.iter().enumerate().filter(|(_, weights)| **weights != [0.0; 2]) {
+            let Some(forces) = self.normal_forces(at, &instants[index], index, &boundaries[index]) else { continue };
+            let measured = self.log.samples[index].forces_n();
+            for palm in 0..2 {
+                if let Some(force_n) = measured[palm] {
+                    let off_n = force_n - at.weight_n * forces.over_weight[palm];
+                    pads_n.push((index, palm, weights[palm] * off_n));
+                }
+            }
+        }
+        Residuals { contacts_m, rolls_m, forces_m, pads_n }
+    }
+
+    /// What pads should measure at a sample, over the weight, where its contact mode says.
+    fn normal_forces(
+        &self,
+        at: &Unknowns,
+        instant: &Instant,
+        index: usize,
+        boundary: &Boundary,
+    ) -> Option<NormalForces> {
+        NormalForces::new(&instant.palms, &boundary.at, at.friction, self.ends[index]?)
     }
 
     /// Half the cost of the prior: −ln of its density, up to a constant.
@@ -285,6 +337,7 @@ impl<'a> Problem<'a> {
                 add(shape + FRICTION + palm, off / HELD_SD, 1.0 / (HELD_SD * HELD_SD));
             }
         }
+        add(shape + WEIGHT, 0.0, WEIGHT_INFORMATION);
         let (off, _) = constants_off(&at.calibration, self.rig);
         (0..CONSTANTS).for_each(|c| add(shape + RIG + c, off[c], 1.0));
         let mut row = DVector::zeros(self.dense());
@@ -314,6 +367,7 @@ impl<'a> Problem<'a> {
             let least = (0.5 * *friction).max(LEAST_FRICTION);
             *friction = (*friction + dense[shape + FRICTION + palm]).max(least);
         }
+        to.weight_n *= dense[shape + WEIGHT].clamp(-LARGEST_LN_STEP, LARGEST_LN_STEP).exp();
         let (_, sd) = constants_off(&from.calibration, self.rig);
         if sd.amax() > 0.0 {
             let step = Vector::from_fn(|c, _| sd[c] * dense[shape + RIG + c]);
@@ -343,6 +397,8 @@ impl<'a> Problem<'a> {
                         contacts_m: contacts.map(|(a, b)| [slope(a[0], b[0]), slope(a[1], b[1])]).collect(),
                         rolls_m: rolls.map(|(a, b)| slope(*a, *b)).collect(),
                         forces_m: forces.map(|(a, b)| (a.0, a.1, slope(a.2, b.2))).collect(),
+                        // Those of both that are compared at the place itself.
+                        pads_n: matching(here, &forwards, &backwards, slope),
                     }
                 })
             })
@@ -413,17 +469,43 @@ impl<'a> Problem<'a> {
             let by_psi = weight * moment_by_psi(palms, &boundary.at, tau);
             forces.add(*value, &dense, of_samples(samples, [(*index, by_psi)]));
         }
-        Linearised { contacts: contacts.finish(), rolls: rolls.finish(), forces: forces.finish() }
+        let mut pads = ArrowBuilder::new(self.dense(), samples);
+        for (place, (index, palm, value)) in here.pads_n.iter().enumerate() {
+            let (instant, boundary) = (&instants[*index], &boundaries[*index]);
+            let Some(forces) = self.normal_forces(at, instant, *index, boundary) else { continue };
+            let by = forces.by_unknowns(&instant.palms, &boundary.at, *palm);
+            let weight_n = -self.pad_weights[*index][*palm] * at.weight_n;
+            dense.fill(0.0);
+            boundary.row_of(&by.contacts, &mut dense[..shape]);
+            dense[..shape].iter_mut().for_each(|by| *by *= weight_n);
+            for k in 0..2 {
+                dense[shape + FRICTION + k] = weight_n * by.friction[k];
+            }
+            dense[shape + WEIGHT] = weight_n * forces.over_weight[*palm];
+            set_constants(&mut dense, shape, &by_constants, |slopes| slopes.pads_n[place].2);
+            pads.add(*value, &dense, of_samples(samples, [(*index, weight_n * by.psi)]));
+        }
+        Linearised { contacts: contacts.finish(), rolls: rolls.finish(), forces: forces.finish(), pads: pads.finish() }
     }
 
     /// Gives slip and forces the weights that they have under Student's t: here and there the modes are others.
-    pub fn reweigh(&mut self, at: &Unknowns, corrected: &Corrected, [slip_m, forces_m]: [f64; 2], freedom: f64) {
+    pub fn reweigh(
+        &mut self,
+        at: &Unknowns,
+        corrected: &Corrected,
+        [slip_m, forces_m, pads_n]: [f64; 3],
+        freedom: f64,
+    ) {
         let weight = |value: f64, sd_m: f64| ((freedom + 1.0) / (freedom + (value / sd_m).powi(2))).sqrt();
         self.force_weights.fill(1.0);
         self.roll_weights.fill(1.0);
+        self.pad_weights.iter_mut().flatten().filter(|weight| **weight > 0.0).for_each(|weight| *weight = 1.0);
         let residuals = self.residuals(at, corrected, None);
         for (index, _, value) in residuals.forces_m {
             self.force_weights[index] = weight(value, forces_m);
+        }
+        for (index, palm, value) in residuals.pads_n {
+            self.pad_weights[index][palm] = weight(value, pads_n);
         }
         self.roll_weights = residuals.rolls_m.iter().map(|value| weight(*value, slip_m)).collect();
     }
@@ -436,6 +518,7 @@ impl<'a> Problem<'a> {
             contacts_m: here.contacts_m.clone(),
             rolls_m: here.rolls_m.clone(),
             forces_m: here.forces_m.iter().filter(slides).copied().collect(),
+            pads_n: here.pads_n.clone(),
         }
     }
 
@@ -465,6 +548,25 @@ impl Regime {
             _ => None,
         }
     }
+}
+
+/// Differences of measured forces, for those of `here`; none where only some are compared.
+fn matching(
+    here: &Residuals,
+    forwards: &Residuals,
+    backwards: &Residuals,
+    slope: impl Fn(f64, f64) -> f64,
+) -> Vec<(usize, usize, f64)> {
+    let at = |there: &Residuals, index: usize, palm: usize| {
+        let place = there.pads_n.binary_search_by_key(&(index, palm), |(index, palm, _)| (*index, *palm)).ok()?;
+        Some(there.pads_n[place].2)
+    };
+    let differences = here.pads_n.iter().map(|&(index, palm, _)| {
+        let difference =
+            at(forwards, index, palm).zip(at(backwards, index, palm)).map_or(0.0, |(more, less)| slope(more, less));
+        (index, palm, difference)
+    });
+    differences.collect()
 }
 
 fn set_constants(
@@ -518,6 +620,7 @@ mod tests {
         Unknowns {
             coefficients: shape().coefficients(),
             friction,
+            weight_n: 9.80665 * 0.05,
             calibration: Calibration::default(),
             psi: run.truth.motion.iter().map(|pose| pose.psi_rad).collect(),
         }
@@ -572,6 +675,7 @@ mod tests {
         let problem = problem.with_regimes(&regimes, &[], &at, &corrected);
         at.coefficients[2] += 3e-4;
         at.psi.iter_mut().enumerate().for_each(|(index, psi)| *psi += 1e-3 * (index as f64).sin());
+        at.weight_n *= 1.1;
         let here = problem.residuals(&at, &corrected, None);
         let linearised = problem.linearise(&at, &corrected, &here);
         let dense = problem.dense();
@@ -581,7 +685,7 @@ mod tests {
         };
         let none = vec![0.0; at.psi.len()];
         let check = |numeric: f64, exact: f64, scale: f64| {
-            assert!((numeric - exact).abs() < 1e-4 * scale.max(exact.abs()), "{numeric:e} {exact:e}");
+            assert!((numeric - exact).abs() <= 1e-4 * scale.max(exact.abs()), "{numeric:e} {exact:e}");
         };
         for unknown in 0..dense {
             let size = if unknown < 7 { 1e-6 } else { 1e-4 };
@@ -604,6 +708,11 @@ mod tests {
                 linearised.forces.dense_gradient[unknown],
                 scale(&linearised.forces.dense_gradient),
             );
+            check(
+                slope(more.pads, less.pads),
+                linearised.pads.dense_gradient[unknown],
+                scale(&linearised.pads.dense_gradient),
+            );
         }
         for sample in [0, 57, 200, 399] {
             let step = |sign: f64| {
@@ -617,6 +726,7 @@ mod tests {
             check(slope(more.contacts, less.contacts), linearised.contacts.band_gradient[sample], 1e-9);
             check(slope(more.rolls, less.rolls), linearised.rolls.band_gradient[sample], 1e-9);
             check(slope(more.forces, less.forces), linearised.forces.band_gradient[sample], 1e-9);
+            check(slope(more.pads, less.pads), linearised.pads.band_gradient[sample], 1e-6);
         }
     }
 }

@@ -8,20 +8,25 @@ use crate::estimate::solver::levenberg_marquardt::{LeastSquares, minimise};
 use nalgebra::{DMatrix, DVector};
 use std::sync::Arc;
 
-/// Standard deviations of a contact position, of the slip of a contact that sticks over one step, and of the moment of the forces, metres.
+/// Standard deviations of a contact position, of the slip of a contact that sticks over one step, and of the moment of the forces, metres; and of a
+/// measured force, newtons.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct FrictionNoise {
     pub sensor_m: f64,
     pub slip_m: f64,
     pub forces_m: f64,
+    pub pads_n: f64,
 }
 
 impl FrictionNoise {
     /// Half the squares over their variances.
     fn cost(&self, squares: &Squares) -> f64 {
-        let Self { sensor_m, slip_m, forces_m } = self;
-        let over = |squares: f64, sd_m: &f64| 0.5 * squares / (sd_m * sd_m);
-        over(squares.contacts, sensor_m) + over(squares.rolls, slip_m) + over(squares.forces, forces_m)
+        let Self { sensor_m, slip_m, forces_m, pads_n } = self;
+        let over = |squares: f64, sd: &f64| 0.5 * squares / (sd * sd);
+        over(squares.contacts, sensor_m)
+            + over(squares.rolls, slip_m)
+            + over(squares.forces, forces_m)
+            + over(squares.pads, pads_n)
     }
 }
 
@@ -33,6 +38,8 @@ pub(crate) struct Bounds {
     /// Least of the slip and of the forces.
     pub slip_m: f64,
     pub forces_m: f64,
+    /// Least of a measured force, as a share of the weight.
+    pub pads: f64,
 }
 
 /// An optimum.
@@ -42,6 +49,8 @@ pub(crate) struct Optimum {
     pub noise: FrictionNoise,
     /// Whether the standard deviations have settled.
     pub settled: bool,
+    /// Forces that are measured, and compared.
+    pub measured: usize,
     /// Half the squares of all residuals, and what the prior adds.
     pub cost: f64,
     squares: Squares,
@@ -113,11 +122,12 @@ impl AtNoise<'_> {
     }
 
     fn summed(&self, at: &Unknowns, linearised: &Linearised) -> Arrow {
-        let FrictionNoise { sensor_m, slip_m, forces_m } = self.noise;
+        let FrictionNoise { sensor_m, slip_m, forces_m, pads_n } = self.noise;
         let mut arrow = linearised.contacts.clone();
         arrow.scale(1.0 / (sensor_m * sensor_m));
         arrow.add(1.0 / (slip_m * slip_m), &linearised.rolls);
         arrow.add(1.0 / (forces_m * forces_m), &linearised.forces);
+        arrow.add(1.0 / (pads_n * pads_n), &linearised.pads);
         self.problem.add_prior(at, &mut arrow);
         arrow
     }
@@ -156,14 +166,15 @@ impl Problem<'_> {
         let (mut noise, mut settled) = (start_noise, false);
         let (mut unknowns, mut corrected) = (start, corrected);
         for _ in 0..rounds {
-            self.reweigh(&unknowns, &corrected, [noise.slip_m, noise.forces_m], freedom);
+            self.reweigh(&unknowns, &corrected, [noise.slip_m, noise.forces_m, noise.pads_n], freedom);
             let cost = AtNoise { problem: self, noise };
             let (at, _) = minimise(&cost, cost.point(unknowns, corrected), OF_A_ROUND.0, OF_A_ROUND.1)?;
             let updated = cost.updated(&at, bounds)?;
             let change = |to: f64, from: f64| (to / from).ln().abs();
             let moved = change(updated.sensor_m, noise.sensor_m)
                 .max(change(updated.slip_m, noise.slip_m))
-                .max(change(updated.forces_m, noise.forces_m));
+                .max(change(updated.forces_m, noise.forces_m))
+                .max(change(updated.pads_n, noise.pads_n));
             (unknowns, corrected, noise) = (at.unknowns, at.corrected, updated);
             if moved < SETTLED {
                 settled = true;
@@ -177,9 +188,10 @@ impl Problem<'_> {
         let eliminated = of_cost.summed(&at.unknowns, &linearised).eliminated(0.0)?;
         let squares = at.residuals.squares();
         let misfit = (squares.forces / at.residuals.missed().max(1) as f64).sqrt() / noise.forces_m;
-        let inflation = at.residuals.inflation(noise.slip_m, noise.forces_m);
+        let inflation = at.residuals.inflation(noise.slip_m, noise.forces_m, noise.pads_n);
+        let measured = at.residuals.measured();
         let Point { unknowns, corrected, .. } = at;
-        Some(Optimum { unknowns, corrected, noise, settled, cost, squares, misfit, eliminated, inflation })
+        Some(Optimum { unknowns, corrected, noise, settled, measured, cost, squares, misfit, eliminated, inflation })
     }
 }
 
@@ -197,11 +209,17 @@ impl AtNoise<'_> {
         };
         let [least_m, most_m] = bounds.sensor_m;
         let readings = at.corrected.measurements.seen();
-        let FrictionNoise { sensor_m, slip_m, forces_m } = self.noise;
+        let FrictionNoise { sensor_m, slip_m, forces_m, pads_n } = self.noise;
+        let least_n = bounds.pads * at.unknowns.weight_n;
+        let pads_n = match at.residuals.measured() {
+            0 => pads_n,
+            measured => estimate(squares.pads, measured, &linearised.pads, pads_n, least_n),
+        };
         Some(FrictionNoise {
             sensor_m: estimate(squares.contacts, readings, &linearised.contacts, sensor_m, least_m).min(most_m),
             slip_m: estimate(squares.rolls, self.problem.steps_that_roll(), &linearised.rolls, slip_m, bounds.slip_m),
             forces_m: estimate(squares.forces, at.residuals.missed(), &linearised.forces, forces_m, bounds.forces_m),
+            pads_n,
         })
     }
 }

@@ -9,6 +9,7 @@
 use super::regimes::{Place, Regime};
 use crate::estimate::measurements::{Instant, Measurements};
 use crate::estimate::model::contact::contacts;
+use crate::mechanics::ContactMode;
 use crate::mechanics::coulomb::{Ratios, at_the_edges, moment, moment_by_psi, opening, slip_signs};
 use crate::palms::Contacts;
 use nalgebra::{Matrix4, Vector4};
@@ -66,6 +67,18 @@ pub(super) fn ends(instant: &Instant, at: &Contacts, regime: &Regime) -> Option<
         Place::Above => [above; 2],
         Place::Anywhere => [below, above],
     })
+}
+
+impl Regime {
+    /// The contact modes; `None` where the motion does not say.
+    pub fn modes(&self, instant: &Instant, at: &Contacts) -> Option<[ContactMode; 2]> {
+        let ends = ends(instant, at, self)?;
+        let of = |palm: usize| {
+            let [one, other] = ends.map(|signs| signs[palm]);
+            if one == other { ContactMode::sliding(one) } else { ContactMode::Stick }
+        };
+        (self.place != Place::Anywhere).then(|| [of(0), of(1)])
+    }
 }
 
 /// The end whose moment is missed by least, where it does not vanish between them.

@@ -49,20 +49,43 @@ impl Posterior {
 
     /// The covariance after the best rotation over the boundary at the normal angles `felt`.
     pub fn covariance_over(&self, felt: &[f64]) -> Option<DMatrix<f64>> {
+        self.covariance_without(&DMatrix::from_columns(&[self.rotation()]), felt)
+    }
+
+    /// The same after the best rotation and translation: that of the form, wherever the centre of mass may be in it.
+    pub fn covariance_of_form(&self, felt: &[f64]) -> Option<DMatrix<f64>> {
+        let along = |harmonic: usize| {
+            let mut translation = DVector::zeros(self.layout.unknowns());
+            translation[harmonic] = 1.0;
+            translation
+        };
+        // r grows by x cos θ + y sin θ.
+        let directions = [self.rotation(), along(1), along(1 + self.layout.order)];
+        self.covariance_without(&DMatrix::from_columns(&directions), felt)
+    }
+
+    /// The covariance with the rotation that a linear function of the unknowns tells, by its row, taken out.
+    pub fn covariance_turned_by(&self, row: &DVector<f64>) -> Option<DMatrix<f64>> {
         let inverse = self.covariance()?;
-        let rotation = self.layout.rotation(self.mean.as_slice());
-        let unknowns = self.layout.unknowns();
-        let mut weights = DVector::zeros(unknowns);
+        Some(projected(
+            inverse,
+            &DMatrix::from_columns(&[self.rotation()]),
+            &DMatrix::from_columns(std::slice::from_ref(row)),
+        ))
+    }
+
+    fn rotation(&self) -> DVector<f64> {
+        self.layout.rotation(self.mean.as_slice())
+    }
+
+    /// The covariance after the best steps along some directions, in the least squares of r at `felt`.
+    fn covariance_without(&self, directions: &DMatrix<f64>, felt: &[f64]) -> Option<DMatrix<f64>> {
+        let mut weights = DMatrix::zeros(directions.nrows(), directions.ncols());
         for &theta in felt {
             let row = self.layout.support_row(theta);
-            weights += row.dot(&rotation) * row;
+            weights += &row * row.tr_mul(directions);
         }
-        let scale = weights.dot(&rotation);
-        let mut projection = DMatrix::identity(unknowns, unknowns);
-        if scale > 0.0 {
-            projection -= &rotation * weights.transpose() / scale;
-        }
-        Some(&projection * inverse * projection.transpose())
+        Some(projected(self.covariance()?, directions, &weights))
     }
 
     /// The direction with the largest variance, of unit length, and the standard deviation along it. `None` when that is not
@@ -73,6 +96,14 @@ impl Posterior {
         let sd = 1.0 / least.max(0.0).sqrt();
         sd.is_finite().then(|| (sd, eigen.eigenvectors.column(index).into_owned()))
     }
+}
+
+/// P C Pᵀ with P = 1 − D (WᵀD)⁻¹ Wᵀ, the projection along the columns of D onto where those of W vanish; C where there is none.
+fn projected(covariance: DMatrix<f64>, directions: &DMatrix<f64>, weights: &DMatrix<f64>) -> DMatrix<f64> {
+    let Some(inverse) = weights.tr_mul(directions).try_inverse() else { return covariance };
+    let projection =
+        DMatrix::identity(covariance.nrows(), covariance.ncols()) - directions * inverse * weights.transpose();
+    &projection * covariance * projection.transpose()
 }
 
 #[cfg(test)]
@@ -126,6 +157,13 @@ mod tests {
         // Over the whole circle the projection is orthogonal in the Gram matrix, which weighs all harmonics alike.
         let felt: Vec<f64> = (0..64).map(|node| std::f64::consts::TAU * f64::from(node) / 64.0).collect();
         assert!(along(&free.covariance_over(&felt).expect("determined")) < 1e-12 * before);
+        // A translation has none when it is projected out as well, and the rotation that ψ tells has none of ψ.
+        let of_form = free.covariance_of_form(&felt).expect("determined");
+        assert!(along(&of_form) < 1e-12 * before && of_form[(1, 1)] < 1e-12 && of_form[(3, 3)] < 1e-12);
+        assert!(free.covariance_over(&felt).expect("determined")[(1, 1)] > 1e-3);
+        let psi = DVector::from_vec(vec![0.3, -0.2, 0.5, 0.1, 0.7]);
+        let turned = free.covariance_turned_by(&psi).expect("determined");
+        assert!((&turned * &psi).dot(&psi) < 1e-12 && along(&turned) > 1e-3);
         let mut undetermined = free;
         undetermined.information.fill(0.0);
         assert!(undetermined.covariance().is_none() && undetermined.weakest_direction().is_none());

@@ -84,7 +84,8 @@ pub(crate) fn check_samples(log: &Log) -> Result<(), ReconstructError> {
             .into_iter()
             .chain(palms.base1_m)
             .chain(palms.base2_m)
-            .chain([sample.s1_m, sample.s2_m, sample.s1_sd_m, sample.s2_sd_m].into_iter().flatten());
+            .chain([sample.s1_m, sample.s2_m, sample.s1_sd_m, sample.s2_sd_m].into_iter().flatten())
+            .chain(sample.forces_n().into_iter().flatten());
         let bad = |what: &str| Err(ReconstructError::BadSample { sample: index + 1, what: what.to_owned() });
         if numbers.into_iter().any(|value| !value.is_finite() || value.abs() > LARGEST_VALUE) {
             return bad("a value is not a finite number, or is far too large");
@@ -94,6 +95,9 @@ pub(crate) fn check_samples(log: &Log) -> Result<(), ReconstructError> {
         }
         if [sample.s1_sd_m, sample.s2_sd_m].into_iter().flatten().any(|sd| sd <= 0.0) {
             return bad("a standard deviation is not positive");
+        }
+        if sample.forces_n().into_iter().flatten().any(|force_n| force_n < 0.0) {
+            return bad("a normal force is negative; a palm only pushes");
         }
         if index > 0 && log.samples[index - 1].time_s > sample.time_s {
             return bad("time runs backwards");

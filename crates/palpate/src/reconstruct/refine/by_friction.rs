@@ -10,19 +10,21 @@ use self::growth::Grown;
 use super::job::{Job, Refined};
 use crate::estimate::friction::falls::falls;
 use crate::estimate::friction::modes::{Decoded, Object, Sds, decode};
+use crate::estimate::friction::normal_forces::weight_without_friction_n;
 use crate::estimate::friction::problem::{BESIDES_SHAPE, Corrected, Problem, Unknowns, of_sample};
 use crate::estimate::friction::regimes::{Place, Regime, regimes};
 use crate::estimate::friction::smoother::{Bounds, FrictionNoise, Optimum};
 use crate::estimate::friction::strips::{center_and_friction, runs};
 use crate::estimate::jumps::{DetectedJump, detect_jumps};
 use crate::estimate::measurements::Measurements;
-use crate::estimate::model::contact::psi_sd_by_contacts;
+use crate::estimate::model::contact::{contacts, psi_sd_by_contacts};
 use crate::estimate::model::layout::coefficients_to_order;
 use crate::estimate::model::noise::{Noise, STUDENT};
 use crate::estimate::model::prior::Prior;
 use crate::estimate::motion::{ELSEWHERE, SHORT_SEGMENT, short_segments};
 use crate::estimate::solver::gauss_newton::{Estimate, Fit};
 use crate::log::Log;
+use crate::mechanics::ContactMode;
 use crate::palms::PalmPair;
 use crate::reconstruct::result::friction::{FrictionEstimate, is_hinged};
 use crate::reconstruct::result::inertia::InertiaEstimate;
@@ -40,10 +42,18 @@ use std::f64::consts::PI;
 const FIRST_SLIP: f64 = 1e-3;
 const FIRST_FORCES: f64 = 3e-3;
 
+/// Standard deviation of a measured force that the first fit begins with, and least that is believed, as shares of the weight.
+const FIRST_PADS: f64 = 0.1;
+const PADS_FLOOR: f64 = 1e-4;
+
 /// Least of them that are believed, and of a contact position, as shares of the mean radius: no palm is exact to less.
 const SLIP_FLOOR: f64 = 1e-5;
 const FORCES_FLOOR: f64 = 2e-4;
 const SENSOR_FLOOR: f64 = 1e-6;
+
+/// Standard deviation of the centre of mass from the middle of the form, as a share of the mean radius: it lies within the object, however little
+/// the forces tell.
+const CENTER_SD: f64 = 0.3;
 
 /// Error bars are never less than of contacts that are read to this share of the mean radius, 3 µm: what is exact to less has errors of other
 /// kinds, pads that yield and creep, which no residual tells from a zero of the rig.
@@ -118,11 +128,13 @@ impl Settled {
 
     /// −ln of the likelihood, up to a constant of the log: slip is missed where it sticks and forces where it slides.
     fn missed(&self) -> f64 {
-        let Optimum { noise: FrictionNoise { sensor_m, slip_m, forces_m }, corrected, cost, .. } = &self.optimum;
+        let Optimum { noise, corrected, measured, cost, .. } = &self.optimum;
+        let FrictionNoise { sensor_m, slip_m, forces_m, pads_n } = noise;
         let contacts = corrected.measurements.seen() as f64;
         let sticks = self.regimes.iter().filter(|regime| regime.sticks().is_some()).count() as f64;
         let slides = self.regimes.len() as f64 - sticks;
-        cost + contacts * sensor_m.ln() + sticks * slip_m.ln() + slides * forces_m.ln()
+        let of_pads = *measured as f64 * pads_n.ln();
+        cost + contacts * sensor_m.ln() + sticks * slip_m.ln() + slides * forces_m.ln() + of_pads
     }
 
     /// How far each sample may be elsewhere, radians: a few between two jumps, or before the first, bend the shape to any pose of theirs.
@@ -136,7 +148,7 @@ impl Settled {
     /// Whether the contacts are explained, and slip and forces come down to these shares of the mean radius.
     fn leaves_at_most(&self, bounds: Bounds, [slip, forces]: [f64; 2]) -> bool {
         let size_m = self.optimum.unknowns.coefficients[0];
-        let FrictionNoise { sensor_m, slip_m, forces_m } = self.optimum.noise;
+        let FrictionNoise { sensor_m, slip_m, forces_m, .. } = self.optimum.noise;
         sensor_m < bounds.sensor_m[1].max(FORCES_FLOOR * size_m) && slip_m < slip * size_m && forces_m < forces * size_m
     }
 }
@@ -149,16 +161,22 @@ impl<'a> Setting<'a> {
             sensor_m: job.stated_m.map_or([SENSOR_FLOOR * size_m, most_m], |stated_m| [stated_m; 2]),
             slip_m: SLIP_FLOOR * size_m,
             forces_m: FORCES_FLOOR * size_m,
+            pads: PADS_FLOOR,
         };
         // What of it looks symmetric may be so without friction alone.
-        let prior = Prior { origin_sd_m: job.prior.size_m, symmetry: Symmetry::NONE, ..fit.prior };
+        let prior = Prior { origin_sd_m: CENTER_SD * size_m, symmetry: Symmetry::NONE, ..fit.prior };
         Self { log, job, weighted, order: fit.order, prior, bounds, starts }
     }
 
     /// Noise that the first fit begins with.
-    fn first_noise(&self, fit: &Fit) -> FrictionNoise {
+    fn first_noise(&self, fit: &Fit, weight_n: f64) -> FrictionNoise {
         let size_m = fit.estimate.coefficients[0];
-        FrictionNoise { sensor_m: fit.noise.sensor_m, slip_m: FIRST_SLIP * size_m, forces_m: FIRST_FORCES * size_m }
+        FrictionNoise {
+            sensor_m: fit.noise.sensor_m,
+            slip_m: FIRST_SLIP * size_m,
+            forces_m: FIRST_FORCES * size_m,
+            pads_n: FIRST_PADS * weight_n,
+        }
     }
 
     /// Centre of mass, friction and contact modes that go with what contact alone leaves.
@@ -172,6 +190,7 @@ impl<'a> Setting<'a> {
         let unknowns = Unknowns {
             coefficients: about_center.coefficients(),
             friction: found.coefficients,
+            weight_n: weight_without_friction_n(self.log),
             calibration: self.job.calibration,
             psi: psi.clone(),
         };
@@ -252,7 +271,9 @@ impl Job<'_> {
         let starts: Vec<usize> =
             detect_jumps(&shape, &palms, &fit.estimate.psi).iter().map(|jump| jump.sample).collect();
         let setting = Setting::new(self, self.raw, &refined.measurements, fit, &starts);
-        let settled = setting.settled(setting.contacts_suggest(fit)?, setting.first_noise(fit), (ROUNDS, UPDATES))?;
+        let start = setting.contacts_suggest(fit)?;
+        let noise = setting.first_noise(fit, start.0.weight_n);
+        let settled = setting.settled(start, noise, (ROUNDS, UPDATES))?;
         setting.candidate(setting.with_other_friction(settled))
     }
 
@@ -438,6 +459,12 @@ impl Uncertainty for OfFriction<'_> {
 
     fn friction(&self) -> Option<FrictionEstimate> {
         Some(self.estimate())
+    }
+
+    fn modes(&self, index: usize) -> Option<[ContactMode; 2]> {
+        let Optimum { unknowns, corrected, .. } = &self.settled.optimum;
+        let (instant, regime) = (&corrected.measurements.instants[index], &self.settled.regimes[index]);
+        regime.modes(instant, &contacts(instant, &unknowns.coefficients, unknowns.psi[index]))
     }
 
     fn jumps(&self, shape: &SupportFunction, palms: &[PalmPair], psi: &[f64]) -> Vec<DetectedJump> {

@@ -4,5 +4,6 @@ pub(crate) mod calibration;
 pub(crate) mod diagnostics;
 pub(crate) mod friction;
 pub(crate) mod inertia;
+pub(crate) mod measured_forces;
 mod prune;
 pub(crate) mod reconstruction;

@@ -1,7 +1,7 @@
 //! The result of a reconstruction: plain data, shared by files, the report and Python.
 
 use crate::estimate::coverage::{LONGEST_SLIDE, nodes_between};
-use crate::mechanics::Jump;
+use crate::mechanics::{ContactMode, Jump};
 use crate::reconstruct::result::calibration::CalibrationEstimate;
 use crate::reconstruct::result::friction::FrictionEstimate;
 use crate::reconstruct::result::inertia::InertiaEstimate;
@@ -191,6 +191,9 @@ pub struct Pose {
     pub residual1_m: Option<f64>,
     /// Measured minus predicted s2, metres; `None` where contact 2 was not seen.
     pub residual2_m: Option<f64>,
+    /// Whether the object sticks to palm 1 and to palm 2, or slides along them; `None` where friction does not say.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub modes: Option<[ContactMode; 2]>,
 }
 
 #[cfg(test)]
@@ -209,6 +212,7 @@ impl Pose {
             piece: 0,
             residual1_m: None,
             residual2_m: None,
+            modes: None,
         }
     }
 }

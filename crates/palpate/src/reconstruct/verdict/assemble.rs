@@ -112,7 +112,15 @@ pub(crate) fn assemble(
     let log_posterior =
         fit.log_evidence + of_rig.as_ref().map_or(0.0, |rig| rig.log_evidence) - error_bars.deviance_of(&in_own)?;
 
-    let outline = outline(&shape, &counts, |theta| error_bars.r_sd_m(theta - turned));
+    let largest_felt = |sd_m: &dyn Fn(f64) -> f64| felt_there.iter().map(|theta| sd_m(*theta)).fold(0.0, f64::max);
+    let largest_r_sd_m = largest_felt(&|theta| error_bars.r_sd_m(theta));
+    let largest_form_sd_m = largest_felt(&|theta| error_bars.form_sd_m(theta));
+    let center_known = largest_r_sd_m <= limits.r_sd * coefficients[0] || largest_r_sd_m == largest_form_sd_m;
+    // About a centre of mass that is not known the form still has its own error bars.
+    let outline = outline(&shape, &counts, |theta| {
+        let theta = theta - turned;
+        if center_known { error_bars.r_sd_m(theta) } else { error_bars.form_sd_m(theta) }
+    });
     let motion: Vec<Pose> = log
         .samples
         .iter()
@@ -122,10 +130,13 @@ pub(crate) fn assemble(
             let (psi_sd, com_sd) = error_bars.pose_sd(index, instant);
             let pose = pose(sample, instant, &shape, coefficients, psi[index]);
             let psi_sd_rad = psi_sd.max(ambiguity_rad[index]);
-            Pose { psi_sd_rad, com_sd_m: com_sd, piece: piece_of(index), ..pose }
+            let modes = uncertainty.modes(index);
+            Pose { psi_sd_rad, com_sd_m: com_sd, piece: piece_of(index), modes, ..pose }
         })
         .collect();
 
+    let center_sd_m =
+        (motion.iter().map(|pose| pose.com_sd_m.powi(2)).sum::<f64>() / motion.len().max(1) as f64).sqrt();
     let angle_error = angle_residual_m(measurements, coefficients, psi, fit.noise);
     let allowance = limits.model_allowance * coefficients[0].abs();
     let hidden = hidden_from_neighbours(&of_sensor1).min(hidden_from_neighbours(&of_sensor2));
@@ -173,6 +184,7 @@ pub(crate) fn assemble(
         psi_sd_rad: mean_square.sqrt(),
         largest_psi_sd_rad: unambiguous().map(|pose| pose.psi_sd_rad).fold(0.0, f64::max),
         largest_felt_r_sd_m: outline.iter().filter(|p| p.touches > 0).map(|p| p.r_sd_m).fold(0.0, f64::max),
+        center_sd_m: if center_known { 0.0 } else { center_sd_m },
         readings: expected.outliers + of_sensor1.len() + of_sensor2.len(),
         outliers: expected.outliers,
         furthest_constant: of_rig.as_ref().map(|rig| rig.furthest.clone()),
@@ -257,6 +269,7 @@ pub(crate) fn pose(
         piece: 0,
         residual1_m,
         residual2_m,
+        modes: None,
     }
 }
 

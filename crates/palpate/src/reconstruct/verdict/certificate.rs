@@ -50,8 +50,10 @@ pub struct Findings {
     pub psi_sd_rad: f64,
     /// The largest of them, radians.
     pub largest_psi_sd_rad: f64,
-    /// Largest standard deviation of r over the felt boundary, metres.
+    /// Largest standard deviation of r over the felt boundary, metres: of the form alone where the centre of mass is not known.
     pub largest_felt_r_sd_m: f64,
+    /// Standard deviation of the centre of mass where it is so large that the form is known better than its place about it, metres; else 0.
+    pub center_sd_m: f64,
     /// Contact readings, and how many of them were left out as gross outliers.
     pub readings: usize,
     /// See `readings`.
@@ -85,6 +87,8 @@ impl Findings {
         let balanced = self.balance_m <= limits.balance_m(self.expected_sensor_m, self.mean_radius_m.abs());
         if doubts.is_empty() && !balanced {
             doubts.push(Doubt::Unbalanced { balance_sd_m: self.balance_m });
+        } else if doubts.is_empty() && self.center_sd_m > 0.0 {
+            doubts.push(Doubt::UncertainCenter { sd_m: self.center_sd_m });
         }
         Verdict::new(doubts)
     }
@@ -183,6 +187,7 @@ mod tests {
             psi_sd_rad: 1e-3,
             largest_psi_sd_rad: 1e-2,
             largest_felt_r_sd_m: 1e-5,
+            center_sd_m: 0.0,
             readings: 800,
             outliers: 0,
             symmetry_probability: None,
@@ -269,6 +274,13 @@ mod tests {
     fn ambiguous_poses_may_move_the_motion_by_a_hundredth_of_a_radian() {
         let at = |ambiguity_rad| Findings { ambiguous: 3, ambiguity_rad, ..sound() };
         crosses(&at(0.01), &at(0.0101), &Doubt::AmbiguousPoses { samples: 3, ambiguity_rad: 0.0101 });
+    }
+
+    #[test]
+    fn a_centre_of_mass_that_is_not_known_leaves_shape_and_motion_certified() {
+        let verdict = verdict(&Findings { center_sd_m: 3e-3, ..sound() });
+        assert_eq!(verdict.doubts, [Doubt::UncertainCenter { sd_m: 3e-3 }]);
+        assert!(verdict.is_certified() && !verdict.is_com_certified());
     }
 
     #[test]

@@ -145,6 +145,12 @@ pub enum Doubt {
         #[cfg_attr(feature = "serde", serde(with = "crate::number_or_null"))]
         balance_sd_m: f64,
     },
+    /// The log hardly tells where the centre of mass is in the form: it is only a best guess, shape and motion are certified.
+    UncertainCenter {
+        /// Its standard deviation, metres.
+        #[cfg_attr(feature = "serde", serde(with = "crate::number_or_null"))]
+        sd_m: f64,
+    },
     /// The method has no certificate.
     UncertifiedMethod {
         /// Which.
@@ -178,7 +184,7 @@ impl Doubt {
 
     /// Whether it concerns the centre of mass alone.
     pub fn concerns_center_of_mass_only(&self) -> bool {
-        matches!(self, Self::Unbalanced { .. } | Self::ReportedOfCenterOfMass { .. })
+        matches!(self, Self::Unbalanced { .. } | Self::UncertainCenter { .. } | Self::ReportedOfCenterOfMass { .. })
     }
 }
 
@@ -280,6 +286,12 @@ impl fmt::Display for Doubt {
                 "shape and motion are certified, the centre of mass is not: force/torque balance is missed by {:.2} mm \
                  (friction, or fast palms)",
                 1e3 * balance_sd_m
+            ),
+            Self::UncertainCenter { sd_m } => write!(
+                f,
+                "shape and motion are certified, the centre of mass is not: it is known to {:.1} mm only, for the object hardly slides; \
+                 palms that open wider, or measured forces, would tell it",
+                1e3 * sd_m
             ),
             Self::UncertifiedMethod { method } => write!(
                 f,

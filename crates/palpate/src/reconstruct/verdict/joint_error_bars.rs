@@ -12,7 +12,10 @@ use nalgebra::{DMatrix, DVector};
 pub(crate) struct JointErrorBars<'a> {
     coefficients: &'a [f64],
     layout: Layout,
+    /// After the best rotation over the felt boundary, after the best rotation and translation there, and after the best rotation of the motion.
     covariance: DMatrix<f64>,
+    of_form: DMatrix<f64>,
+    of_motion: DMatrix<f64>,
     motion: SplineGivenDense,
     /// ψ of every sample, and the row of the band that it is.
     samples: Vec<(BandRow, f64)>,
@@ -33,22 +36,36 @@ impl<'a> JointErrorBars<'a> {
         let mut mean = DVector::zeros(layout.unknowns());
         mean.rows_mut(0, coefficients.len()).copy_from_slice(coefficients);
         let information = eliminated.information().clone();
-        let covariance = Posterior { layout, mean, information }.covariance_over(felt)?;
-        Some(Self { coefficients, layout, covariance, motion: eliminated.given_dense(), samples, inflation })
+        let posterior = Posterior { layout, mean, information };
+        let (covariance, of_form) = (posterior.covariance_over(felt)?, posterior.covariance_of_form(felt)?);
+        let motion = eliminated.given_dense();
+        // Where the centre of mass is uncertain, r about it says little of a rotation, and the motion by itself all.
+        let mean_slope =
+            samples.iter().fold(DVector::zeros(layout.unknowns()), |sum, (row, _)| sum + motion.slope(*row));
+        let of_motion = posterior.covariance_turned_by(&mean_slope)?;
+        Some(Self { coefficients, layout, covariance, of_form, of_motion, motion, samples, inflation })
+    }
+
+    fn sd(&self, covariance: &DMatrix<f64>, theta: f64) -> f64 {
+        let row = self.layout.support_row(theta);
+        (self.inflation * (covariance * &row).dot(&row).max(0.0)).sqrt()
     }
 }
 
 impl PoseErrorBars for JointErrorBars<'_> {
     fn r_sd_m(&self, theta: f64) -> f64 {
-        let row = self.layout.support_row(theta);
-        (self.inflation * (&self.covariance * &row).dot(&row).max(0.0)).sqrt()
+        self.sd(&self.covariance, theta)
+    }
+
+    fn form_sd_m(&self, theta: f64) -> f64 {
+        self.sd(&self.of_form, theta)
     }
 
     fn pose_sd(&self, index: usize, instant: &Instant) -> (f64, f64) {
         let (row, psi) = self.samples[index];
         let given = (self.motion.slope(row), self.motion.variance(row));
         let at = (instant, self.coefficients, psi);
-        let (of_psi, of_center) = pose_variances(self.layout, &self.covariance, given, at);
+        let (of_psi, of_center) = pose_variances(self.layout, &self.of_motion, given, at);
         ((self.inflation * of_psi).sqrt(), (self.inflation * of_center).sqrt())
     }
 

@@ -7,6 +7,7 @@ use crate::estimate::measurements::{Instant, Measurements};
 use crate::estimate::model::noise_from_log::angle_scatter_rad;
 use crate::estimate::solver::error_bars::ErrorBars;
 use crate::estimate::solver::gauss_newton::Fit;
+use crate::mechanics::ContactMode;
 use crate::palms::PalmPair;
 use crate::reconstruct::result::calibration::{CalibrationEstimate, ConstantEstimate};
 use crate::reconstruct::result::friction::FrictionEstimate;
@@ -30,6 +31,11 @@ pub(crate) trait Uncertainty {
     /// What it told of friction; `None` where there is none.
     fn friction(&self) -> Option<FrictionEstimate>;
 
+    /// The contact modes of a sample; `None` where friction does not say.
+    fn modes(&self, _index: usize) -> Option<[ContactMode; 2]> {
+        None
+    }
+
     /// The jumps of an object with this shape and motion, and whether the forces allow them.
     fn jumps(&self, shape: &SupportFunction, palms: &[PalmPair], psi: &[f64]) -> Vec<DetectedJump> {
         detect_jumps(shape, palms, psi)
@@ -40,6 +46,11 @@ pub(crate) trait Uncertainty {
 pub(crate) trait PoseErrorBars {
     /// Standard deviation of r(θ), metres.
     fn r_sd_m(&self, theta: f64) -> f64;
+
+    /// The same of the form alone, wherever the centre of mass may be in it.
+    fn form_sd_m(&self, theta: f64) -> f64 {
+        self.r_sd_m(theta)
+    }
 
     /// Standard deviations of ψ (radians) and of the centre of mass (metres) at one sample.
     fn pose_sd(&self, index: usize, instant: &Instant) -> (f64, f64);

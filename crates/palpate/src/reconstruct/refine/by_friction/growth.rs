@@ -1,7 +1,7 @@
 //! From nothing, where friction rules: a stretch of the log, begun as if the object rolled on one palm all along, is taken to its optimum by contact
 //! and then by mechanics, and grown. Rolling says where the object goes next without knowing its shape, and mechanics says when it slides.
 
-use super::{EXPLAINED, Setting, Settled};
+use super::{EXPLAINED, PLAUSIBLE, Setting, Settled};
 use crate::estimate::evidence::fit::{Fitted, fit};
 use crate::estimate::friction::problem::{Problem, Unknowns};
 use crate::estimate::friction::smoother::{FrictionNoise, Optimum};
@@ -9,6 +9,7 @@ use crate::estimate::measurements::Measurements;
 use crate::estimate::model::noise::Noise;
 use crate::estimate::solver::gauss_newton::{Estimate, Fit};
 use crate::log::Log;
+use crate::math::statistics::median;
 use crate::reconstruct::refine::job::Job;
 use crate::reconstruct::search::initial_height::from_rolling;
 use rayon::prelude::*;
@@ -25,6 +26,16 @@ const LENGTH: usize = 200;
 const STRETCHES: usize = 8;
 const GROWN: usize = 4;
 const GROWN_AT_ONCE: usize = 2;
+
+/// Friction acts on a stretch with a coefficient of more than this (without any, stretches have up to 0.007, and with 0.02 at least 0.018), or where
+/// the object rolls for this share of the samples. It acts on the log where it does on half of so many stretches that are explained best.
+const ACTS: f64 = 0.012;
+const ROLLS: f64 = 0.5;
+const ASKED: usize = 4;
+
+/// Samples that two stretches must have in common to be joined, and by how much their motions may differ there, radians.
+const COMMON: usize = 20;
+const SAME_RAD: f64 = 0.05;
 
 /// Harmonics of the fits by contact, in turn, and of growth.
 const ORDERS: [usize; 3] = [4, 8, 12];
@@ -62,18 +73,19 @@ pub(super) struct Grown {
     pub noise: FrictionNoise,
 }
 
-impl Grown {
-    fn is_explained(&self) -> bool {
-        let size_m = self.unknowns.coefficients[0];
-        self.noise.slip_m < EXPLAINED[0] * size_m && self.noise.forces_m < EXPLAINED[1] * size_m
-    }
-}
-
 /// A stretch with what is known there.
 struct Stretch {
     range: Range<usize>,
     fit: Fit,
     settled: Settled,
+}
+
+impl Stretch {
+    fn is_explained(&self) -> bool {
+        let Optimum { noise, unknowns, .. } = &self.settled.optimum;
+        let size_m = unknowns.coefficients[0];
+        noise.slip_m < EXPLAINED[0] * size_m && noise.forces_m < EXPLAINED[1] * size_m
+    }
 }
 
 /// The log as growth looks at it.
@@ -101,16 +113,55 @@ pub(super) fn grown(job: &Job) -> Option<Grown> {
     // Where both slip and forces come down, mechanics holds.
     let missed = |stretch: &Stretch| stretch.settled.optimum.noise.forces_m * stretch.settled.optimum.noise.slip_m;
     tried.sort_by(|a, b| missed(a).total_cmp(&missed(b)));
-    tried.truncate(GROWN);
-    let missed = |grown: &Grown| grown.noise.forces_m * grown.noise.slip_m;
-    let mut best: Option<Grown> = None;
-    while !tried.is_empty() && !best.as_ref().is_some_and(Grown::is_explained) {
-        let some: Vec<Stretch> = tried.drain(..GROWN_AT_ONCE.min(tried.len())).collect();
-        let grown: Vec<Option<Grown>> = some.into_par_iter().map(|stretch| strided.grown(stretch)).collect();
-        let all = grown.into_iter().flatten().chain(best);
-        best = all.min_by(|a, b| missed(a).total_cmp(&missed(b)));
+    if !friction_acts(&tried) {
+        return None;
     }
-    best
+    tried.truncate(GROWN);
+    let mut parts: Vec<Stretch> = Vec::new();
+    while !tried.is_empty() && !parts.iter().any(|part| part.range.len() == samples && part.is_explained()) {
+        let some: Vec<Stretch> = tried.drain(..GROWN_AT_ONCE.min(tried.len())).collect();
+        parts.par_extend(some.into_par_iter().map(|stretch| strided.grown(stretch, AtLast::Stop)));
+    }
+    let whole = |stretch: &Stretch| stretch.range.len() == samples;
+    let joined = strided.joined(&parts);
+    parts.extend(joined);
+    // Where nothing is explained all over, the longest goes on through what makes it worse: it jumps there, perhaps.
+    if !parts.iter().any(|part| whole(part) && part.is_explained()) {
+        parts.sort_by_key(|part| std::cmp::Reverse(part.range.len()));
+        let longest: Vec<Stretch> = parts.drain(..GROWN_AT_ONCE.min(parts.len())).collect();
+        parts.par_extend(longest.into_par_iter().map(|stretch| strided.grown(stretch, AtLast::GoOn)));
+    }
+    let best = parts.into_iter().filter(whole).min_by(|a, b| missed(a).total_cmp(&missed(b)))?;
+    let Optimum { unknowns, noise, .. } = best.settled.optimum;
+    Some(Grown { fit: best.fit, unknowns: strided.at_all_samples(unknowns), noise })
+}
+
+/// What growth does where even the least step makes a stretch worse.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum AtLast {
+    Stop,
+    GoOn,
+}
+
+/// Whether the stretches, the best first, tell of friction.
+fn friction_acts(stretches: &[Stretch]) -> bool {
+    let explained = stretches.iter().filter(|stretch| {
+        let Optimum { noise, unknowns, .. } = &stretch.settled.optimum;
+        let size_m = unknowns.coefficients[0];
+        noise.slip_m < PLAUSIBLE[0] * size_m && noise.forces_m < PLAUSIBLE[1] * size_m
+    });
+    let told = explained.take(ASKED).map(|stretch| {
+        let Settled { optimum, regimes, .. } = &stretch.settled;
+        let rolls = regimes.iter().filter(|regime| regime.sticks().is_some()).count() as f64;
+        acts(optimum.unknowns.friction, rolls / regimes.len() as f64)
+    });
+    let told: Vec<bool> = told.collect();
+    2 * told.iter().filter(|acts| **acts).count() >= told.len().max(1)
+}
+
+/// Whether friction acts on a stretch with these coefficients, of which the object rolls for some share.
+fn acts(friction: [f64; 2], rolls: f64) -> bool {
+    friction[0].max(friction[1]) > ACTS || rolls > ROLLS
 }
 
 /// Whether a stretch that has grown is worse than it was, or has lost its way between.
@@ -139,8 +190,9 @@ impl Strided<'_> {
                 return None;
             }
             let setting = Setting::new(job, &log, &measurements, &fit, &[]);
-            let settled =
-                setting.settled(setting.contacts_suggest(&fit)?, setting.first_noise(&fit), (FIRST_ROUNDS, UPDATES))?;
+            let start = setting.contacts_suggest(&fit)?;
+            let noise = setting.first_noise(&fit, start.0.weight_n);
+            let settled = setting.settled(start, noise, (FIRST_ROUNDS, UPDATES))?;
             Some(Stretch { range: range.clone(), fit, settled })
         };
         from_rolling(&measurements, loose, job.prior, ORDERS[0]).into_iter().filter_map(begun).collect()
@@ -163,36 +215,76 @@ impl Strided<'_> {
         last
     }
 
-    /// A stretch grown over the whole log.
-    fn grown(&self, mut stretch: Stretch) -> Option<Grown> {
+    /// A stretch grown over the whole log, or as far as it goes.
+    fn grown(&self, mut stretch: Stretch, at_last: AtLast) -> Stretch {
         let samples = self.measurements.len();
         let mut growth = GROWTH;
         while stretch.range.len() < samples {
             let more = ((growth * stretch.range.len() as f64) as usize).max(1);
             let range = stretch.range.start.saturating_sub(more)..(stretch.range.end + more).min(samples);
             let psi = self.followed(&stretch, &range);
-            let (log, measurements) = self.part(&range);
-            let setting = Setting::new(self.job, &log, &measurements, &stretch.fit, &[]);
-            let unknowns = Unknowns { psi, ..stretch.settled.optimum.unknowns.clone() };
-            let noise = stretch.settled.optimum.noise;
-            let problem = Problem::new(&log, &self.job.options.rig, &measurements, setting.order, setting.prior);
-            let corrected = problem.corrected(&unknowns.calibration);
-            let covariance = stretch.settled.optimum.covariance_of_object();
-            let regimes = setting.decoded(&corrected, &unknowns, covariance.as_ref(), noise, &[]).regimes;
-            let settled = setting.settled((unknowns, regimes), noise, (FURTHER_ROUNDS, UPDATES))?;
+            let Some(settled) = self.settled_over(&range, psi, &stretch) else { break };
             let lost = self.is_lost(&settled);
-            if (lost || is_worse(&settled, &stretch.settled)) && growth > LEAST_GROWTH {
+            let worse = lost || is_worse(&settled, &stretch.settled);
+            if worse && growth > LEAST_GROWTH {
                 growth *= SLOWER;
                 continue;
             }
-            if lost {
-                return None;
+            if lost || (worse && at_last == AtLast::Stop) {
+                break;
             }
             growth = (FASTER * growth).min(GROWTH);
-            stretch = Stretch { range, settled, ..stretch };
+            stretch = Stretch { range, settled, fit: stretch.fit };
         }
-        let Optimum { unknowns, noise, .. } = stretch.settled.optimum;
-        Some(Grown { fit: stretch.fit, unknowns: self.at_all_samples(unknowns), noise })
+        stretch
+    }
+
+    /// The optimum over a range with this motion, from what is known of a stretch of it.
+    fn settled_over(&self, range: &Range<usize>, psi: Vec<f64>, from: &Stretch) -> Option<Settled> {
+        let (log, measurements) = self.part(range);
+        let setting = Setting::new(self.job, &log, &measurements, &from.fit, &[]);
+        let unknowns = Unknowns { psi, ..from.settled.optimum.unknowns.clone() };
+        let noise = from.settled.optimum.noise;
+        let corrected = setting.problem().corrected(&unknowns.calibration);
+        let covariance = from.settled.optimum.covariance_of_object();
+        let regimes = setting.decoded(&corrected, &unknowns, covariance.as_ref(), noise, &[]).regimes;
+        setting.settled((unknowns, regimes), noise, (FURTHER_ROUNDS, UPDATES))
+    }
+
+    /// The longest of several stretches with those that overlap it, grown further: one goes where another stopped. `None` where none does.
+    fn joined(&self, parts: &[Stretch]) -> Option<Stretch> {
+        let mut by_length: Vec<&Stretch> = parts.iter().filter(|part| part.is_explained()).collect();
+        by_length.sort_by_key(|part| std::cmp::Reverse(part.range.len()));
+        let (longest, others) = by_length.split_first()?;
+        let mut joined: Option<Stretch> = None;
+        for other in others {
+            let longest = joined.as_ref().unwrap_or(longest);
+            if let Some(both) = self.joined_with(longest, other) {
+                joined = Some(self.grown(both, AtLast::Stop));
+            }
+        }
+        joined
+    }
+
+    /// Two stretches as one, where they move alike on what they have in common.
+    fn joined_with(&self, one: &Stretch, other: &Stretch) -> Option<Stretch> {
+        let common = one.range.start.max(other.range.start)..one.range.end.min(other.range.end);
+        let range = one.range.start.min(other.range.start)..one.range.end.max(other.range.end);
+        if common.len() < COMMON || range == one.range {
+            return None;
+        }
+        let at = |stretch: &Stretch, index: usize| stretch.settled.optimum.unknowns.psi[index - stretch.range.start];
+        // Each has a frame of its own.
+        let mut turned: Vec<f64> = common.map(|index| at(one, index) - at(other, index)).collect();
+        let turn = median(&mut turned);
+        if turned.iter().any(|other| (other - turn).abs() > SAME_RAD) {
+            return None;
+        }
+        let joined = |index: usize| if one.range.contains(&index) { at(one, index) } else { at(other, index) + turn };
+        let psi = range.clone().map(joined);
+        let settled = self.settled_over(&range, psi.collect(), one)?;
+        let fails = self.is_lost(&settled) || is_worse(&settled, &one.settled);
+        (!fails).then(|| Stretch { range, settled, fit: one.fit.clone() })
     }
 
     /// Whether no modes explain a stretch.
@@ -243,5 +335,17 @@ impl Strided<'_> {
             })
             .collect();
         Unknowns { psi, ..unknowns }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn friction_acts_beyond_its_least_coefficient_or_where_the_object_rolls() {
+        assert!(!acts([0.0119, 0.001], 0.3) && acts([0.001, 0.0121], 0.0));
+        assert!(!acts([0.001, 0.002], 0.49) && acts([0.001, 0.002], 0.51));
+        assert!(!friction_acts(&[]));
     }
 }

@@ -95,7 +95,7 @@ fn trials(setting: &Setting, present: &Settled) -> Vec<Trial> {
 
 /// A trial at its optimum, where friction explains that and its jumps.
 fn tried(setting: &Setting, present: &Settled, Trial { part, omega, coefficients, .. }: Trial) -> Option<Settled> {
-    let Unknowns { friction, calibration, ref psi, .. } = present.optimum.unknowns;
+    let Unknowns { friction, weight_n, calibration, ref psi, .. } = present.optimum.unknowns;
     let mut psi = psi.clone();
     psi[part].iter_mut().for_each(|psi| *psi += omega);
     let size_m = coefficients[0];
@@ -105,7 +105,7 @@ fn tried(setting: &Setting, present: &Settled, Trial { part, omega, coefficients
         ..present.optimum.noise
     };
     let starts = present.starts.clone();
-    let unknowns = Unknowns { coefficients, friction, calibration, psi };
+    let unknowns = Unknowns { coefficients, friction, weight_n, calibration, psi };
     let setting = Setting { starts: &starts, ..*setting };
     let settled = setting.settled((unknowns, present.regimes.clone()), noise, (ROUNDS, UPDATES))?;
     let explains = settled.leaves_at_most(setting.bounds, EXPLAINED) && settled.falls(&setting.job.palms());

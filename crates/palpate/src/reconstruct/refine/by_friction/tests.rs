@@ -8,7 +8,7 @@ const RADIUS_M: f64 = 0.03;
 const FRICTION: [f64; 2] = [0.15, 0.1];
 
 /// An object of three harmonics, carried along and sliding.
-fn felt() -> (SupportFunction, Simulation) {
+fn felt(with_forces: bool) -> (SupportFunction, Simulation) {
     let shape = SupportFunction::new(RADIUS_M, vec![[2e-3, -1e-3], [1.8e-3, 6e-4], [-5e-4, 7e-4]]);
     let at = |index: u32| {
         let t = 0.08 * f64::from(index);
@@ -16,10 +16,22 @@ fn felt() -> (SupportFunction, Simulation) {
     };
     let motion: Vec<(f64, PalmPair)> = (0..900).map(at).collect();
     let touchpad = Touchpad { noise_sd_m: 1e-5, ..Touchpad::ideal() };
-    let options = SimulateOptions { friction: FRICTION, start_psi_rad: 0.4, touchpad, ..SimulateOptions::default() };
-    let run = simulate(&shape, &motion, &options).expect("possible");
+    let options = SimulateOptions {
+        friction: FRICTION,
+        start_psi_rad: 0.4,
+        touchpad,
+        with_forces: true,
+        mass_kg: MASS_KG,
+        ..SimulateOptions::default()
+    };
+    let mut run = simulate(&shape, &motion, &options).expect("possible");
+    if !with_forces {
+        run.log.samples.iter_mut().for_each(|sample| (sample.force1_n, sample.force2_n) = (None, None));
+    }
     (shape, run)
 }
+
+const MASS_KG: f64 = 0.05;
 
 /// The truth as an optimum by contact alone.
 fn fit(job: &Job, shape: &SupportFunction, run: &Simulation) -> Fit {
@@ -32,12 +44,15 @@ fn fit(job: &Job, shape: &SupportFunction, run: &Simulation) -> Fit {
 /// Shape and motion as they are, with these coefficients of friction.
 fn unknowns(fit: &Fit, friction: [f64; 2]) -> Unknowns {
     let Estimate { coefficients, psi, .. } = fit.estimate.clone();
-    Unknowns { coefficients, friction, calibration: crate::sensor::Calibration::default(), psi }
+    Unknowns { coefficients, friction, weight_n: 1.0, calibration: crate::sensor::Calibration::default(), psi }
 }
 
 /// What comes of an optimum that begins at the truth.
 fn from_truth<T>(then: impl Fn(&Setting, Settled) -> T) -> T {
-    let (shape, run) = felt();
+    from_truth_of(felt(false), then)
+}
+
+fn from_truth_of<T>((shape, run): (SupportFunction, Simulation), then: impl Fn(&Setting, Settled) -> T) -> T {
     let options = ReconstructOptions::default();
     let job = Job::new(&run.log, &options);
     let fit = fit(&job, &shape, &run);
@@ -49,7 +64,8 @@ fn from_truth<T>(then: impl Fn(&Setting, Settled) -> T) -> T {
     then(&setting, settled)
 }
 
-const CLOSE: FrictionNoise = FrictionNoise { sensor_m: 1e-5, slip_m: 1e-3 * RADIUS_M, forces_m: 3e-3 * RADIUS_M };
+const CLOSE: FrictionNoise =
+    FrictionNoise { sensor_m: 1e-5, slip_m: 1e-3 * RADIUS_M, forces_m: 3e-3 * RADIUS_M, pads_n: 1.0 };
 
 fn friction_is_right(settled: &Settled) {
     for (found, truth) in settled.optimum.unknowns.friction.iter().zip(FRICTION) {
@@ -59,7 +75,7 @@ fn friction_is_right(settled: &Settled) {
 
 #[test]
 fn rolling_leads_to_form_friction_and_centre_of_mass() {
-    let (_, run) = felt();
+    let (_, run) = felt(false);
     let options = ReconstructOptions::default();
     let found = Job::new(&run.log, &options).explained_by_rolling().expect("friction explains it").result;
     assert!(!found.verdict.doubts_friction(), "{}", found.verdict);
@@ -79,7 +95,7 @@ fn rolling_leads_to_form_friction_and_centre_of_mass() {
 
 #[test]
 fn wrong_coefficients_of_friction_are_left() {
-    let (shape, run) = felt();
+    let (shape, run) = felt(false);
     let options = ReconstructOptions::default();
     let job = Job::new(&run.log, &options);
     let fit = fit(&job, &shape, &run);
@@ -147,4 +163,23 @@ fn a_few_samples_between_jumps_may_be_elsewhere() {
         let ambiguous = settled.ambiguity_rad().iter().filter(|ambiguity_rad| **ambiguity_rad > 0.0).count();
         assert_eq!(ambiguous, 5 + 5);
     });
+}
+
+#[test]
+fn one_palm_that_measures_forces_tells_the_weight_and_more_of_the_centre_of_mass() {
+    let center_sd_m = |_: &Setting, settled: Settled| {
+        let Optimum { unknowns, eliminated, .. } = settled.optimum;
+        (unknowns.weight_n, eliminated.covariance()[(1, 1)].sqrt())
+    };
+    let (_, without_m) = from_truth_of(felt(false), center_sd_m);
+    let (shape, mut run) = felt(true);
+    let noise = |index: usize| 1.0 + 0.02 * (12.9898 * index as f64).sin();
+    for (index, sample) in run.log.samples.iter_mut().enumerate() {
+        sample.force1_n = None;
+        sample.force2_n = sample.force2_n.map(|force_n| force_n * noise(index));
+    }
+    let (weight_n, with_m) = from_truth_of((shape, run), center_sd_m);
+    let true_n = MASS_KG * crate::mechanics::STANDARD_GRAVITY_M_PER_S2;
+    assert!((weight_n / true_n - 1.0).abs() < 3e-3, "{weight_n} {true_n}");
+    assert!(with_m < without_m, "{with_m} {without_m}");
 }
