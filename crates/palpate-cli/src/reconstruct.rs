@@ -5,7 +5,8 @@ use std::time::Instant;
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use palpate::compare::{compare, true_support};
-use palpate::reconstruct::{Doubt, FoundSymmetry, Method, Reconstructor, diagnostics};
+use palpate::mechanics::STANDARD_GRAVITY_M_PER_S2;
+use palpate::reconstruct::{Doubt, FoundSymmetry, Method, Reconstructor, diagnostics, measured_forces};
 use palpate::sensor::CalibrationConstant;
 use palpate::{Reconstruction, Truth};
 use palpate_io::{ConstantSummary, FrictionSummary, LogFile, RigFile, Summary, TruthSummary};
@@ -203,6 +204,8 @@ pub fn solve(job: &Job, terminal: &Terminal) -> Result<Summary, Failure> {
     let mut summary = Summary::new(&reconstruction, started.elapsed().as_secs_f64());
     summary.log = job.name.map(str::to_owned);
     summary.notes = job.file.notes.clone();
+    let forces = measured_forces(&job.file.log, &reconstruction);
+    summary = summary.with_forces(forces.as_ref());
     summary.truth = job.truth.and_then(|truth| errors(&reconstruction, truth, terminal));
     let report = report(job, &reconstruction, &summary);
     if job.diagnostics {
@@ -251,6 +254,15 @@ pub fn told(summary: &Summary, out: &Path) -> String {
         let [first, second] = [mu1, mu2].map(|mu| format!("{:.3} ± {:.3}", mu.value, mu.sd));
         lines.push(format!("  slides  with friction {first} on palm 1 and {second} on palm 2"));
     }
+    if let Some((weight, force_sd_n)) = summary.weight_n.zip(summary.force_sd_n) {
+        lines.push(format!(
+            "  weighs  {} N ({} g) by forces that are measured to {} N",
+            with_sd(weight.value, weight.sd),
+            three_digits(1e3 * weight.value / STANDARD_GRAVITY_M_PER_S2),
+            three_digits(force_sd_n)
+        ));
+    }
+    lines.extend(summary.oddities.iter().map(|oddity| format!("          {oddity}")));
     if let Some((radius, damping)) = summary.gyration_radius_m.zip(summary.damping_per_s) {
         lines.push(format!(
             "  turns   with a radius of gyration of {} mm and a damping of {} per second",

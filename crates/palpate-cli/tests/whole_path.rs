@@ -205,7 +205,7 @@ fn the_summary_has_what_others_rely_on() {
     assert_eq!(shape, "theta_rad,r_m,r_sd_m,x_m,y_m,curvature_radius_m,touches");
     assert!(points >= 720);
     let (motion, poses) = first_line("motion.csv");
-    assert_eq!(motion, "time_s,psi_rad,psi_sd_rad,com_x_m,com_y_m,com_sd_m,theta1_rad,theta2_rad,piece");
+    assert_eq!(motion, "time_s,psi_rad,psi_sd_rad,com_x_m,com_y_m,com_sd_m,theta1_rad,theta2_rad,piece,mode1,mode2");
     assert_eq!(poses, 2044);
 }
 

@@ -177,6 +177,12 @@ pub enum ReadProblem {
         /// The text, empty for an empty cell.
         text: String,
     },
+    /// Text that is no contact mode.
+    #[error("{text} is no contact mode; it is stick, slide+ or slide-, or empty where nothing is known")]
+    NoContactMode {
+        /// The text.
+        text: String,
+    },
     /// An infinite number, or one beyond the range of a double.
     #[error("\"{text}\" is infinite; delete the row{}", empty_means(empty))]
     Infinite {
@@ -258,6 +264,14 @@ pub enum ReadProblem {
         unit: &'static str,
         /// What the length is.
         meaning: &'static str,
+    },
+    /// A normal force that pulls.
+    #[error(
+        "{text} is negative; a palm only pushes: reverse the sign of the column, or leave the cell empty where the sensor drifts"
+    )]
+    NegativeForce {
+        /// The value.
+        text: String,
     },
     /// A standard deviation that is zero or negative.
     #[error("{text} {unit} is not a standard deviation, which must be above 0; omit the column if it is unknown")]

@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::Path;
 
+use palpate::mechanics::ContactMode;
 use palpate::reconstruct::{Doubt, FoundSymmetry, Jump, Method, OutlinePoint, Pose, Verdict};
 use palpate::shape::{SupportFunction, Symmetry};
 use palpate::truth::TruePose;
@@ -34,6 +35,7 @@ fn reconstruction() -> Reconstruction {
         piece: index / 3,
         residual1_m: None,
         residual2_m: None,
+        modes: (index < 3).then_some([ContactMode::Stick, ContactMode::SlideMinus]),
     });
     Reconstruction {
         shape: SupportFunction::new(0.03, vec![[0.0, 0.0], [0.001, 0.002]]),
@@ -107,7 +109,7 @@ fn a_result_reads_back_the_same() {
     );
     assert_eq!(
         first_lines("motion.csv"),
-        "time_s,psi_rad,psi_sd_rad,com_x_m,com_y_m,com_sd_m,theta1_rad,theta2_rad,piece\n0,-0,0.001,0.01,0.05,0.0001,1,-1,0"
+        "time_s,psi_rad,psi_sd_rad,com_x_m,com_y_m,com_sd_m,theta1_rad,theta2_rad,piece,mode1,mode2\n0,-0,0.001,0.01,0.05,0.0001,1,-1,0,stick,slide-"
     );
 }
 
@@ -225,6 +227,8 @@ fn the_summary_has_the_promised_keys_and_no_number_that_json_lacks() {
   "friction": null,
   "gyration_radius_m": null,
   "damping_per_s": null,
+  "weight_n": null,
+  "force_sd_n": null,
   "samples": 5,
   "harmonics": 2,
   "seconds": 1.5,
@@ -546,4 +550,20 @@ fn a_wrong_truth_is_told() {
         message(&shape),
         format!("{}: this is a file; give the folder that holds shape.csv and motion.csv", shape.display())
     );
+}
+
+#[test]
+fn a_motion_without_contact_modes_or_with_wrong_ones() {
+    let folder = tempfile::tempdir().expect("a folder for the test");
+    let header = "time_s,psi_rad,psi_sd_rad,com_x_m,com_y_m,com_sd_m,theta1_rad,theta2_rad,piece";
+    let read = |text: &str| {
+        fs::write(folder.path().join("motion.csv"), text).expect("a file for the test");
+        read_motion_csv(folder.path())
+    };
+    // Folders of older versions have none.
+    let poses = read(&format!("{header}\n0,0,0,0,0,0,0,0,0\n")).expect("readable");
+    assert_eq!(poses[0].modes, None);
+    let wrong = read(&format!("{header},mode1,mode2\n0,0,0,0,0,0,0,0,0,stick,slip\n")).expect_err("no mode");
+    let message = wrong.to_string();
+    assert!(message.contains("line 2, column mode2") && message.contains("slide+ or slide-"), "{message}");
 }

@@ -76,6 +76,15 @@ fn header() {
         &text(
             &good()
                 .iter()
+                .map(|line| format!("{line},{}", if line == HEADER { "force1_n" } else { "-0.5" }))
+                .collect::<Vec<_>>(),
+        ),
+        "log.csv, line 2, column force1_n: -0.5 is negative; a palm only pushes: reverse the sign of the column, or leave the cell empty where the sensor drifts",
+    );
+    expect(
+        &text(
+            &good()
+                .iter()
                 .map(|line| format!("{line},{}", if line == HEADER { "s1_m" } else { "1" }))
                 .collect::<Vec<_>>(),
         ),

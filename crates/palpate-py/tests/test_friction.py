@@ -36,3 +36,32 @@ def test_without_friction_a_result_has_none() -> None:
     egg = palpate.SupportFunction.named("egg")
     log, _ = palpate.simulate(egg, palpate.plan_turn(egg, 40.0), rate_hz=5)
     assert palpate.reconstruct(log).friction is None
+
+
+def test_measured_forces_give_the_weight() -> None:
+    egg = palpate.SupportFunction.named("egg")
+    plan = palpate.plan_turn(egg, 40.0)
+    log, _ = palpate.simulate(egg, plan, rate_hz=5, mass_kg=0.05, with_forces=True)
+    result = palpate.reconstruct(log)
+    assert result.forces is not None
+    assert result.forces["mass_kg"] == pytest.approx(0.05, rel=1e-3)
+    assert result.forces["weight_sd_n"] < 1e-3
+    # Without friction nothing tells the contact modes.
+    assert np.isnan(result.mode1).all()
+    assert result.mode2.shape == result.time.shape
+    without, _ = palpate.simulate(egg, plan, rate_hz=5)
+    assert palpate.reconstruct(without).forces is None
+
+
+def test_an_object_is_carried_round_by_palms_with_friction() -> None:
+    egg = palpate.SupportFunction.named("egg")
+    friction = {"mu1": 0.1, "mu2": 0.3, "mu1_sd": 0.001, "mu2_sd": 0.001}
+    plan = palpate.plan_turn(egg, 40.0, friction=friction)
+    _, truth = palpate.simulate(egg, plan, rate_hz=10, friction=(0.1, 0.3))
+    turned = abs(truth.psi_rad[-1] - truth.psi_rad[0])
+    assert plan.full_turn == (turned >= 2.0 * np.pi - 1e-6)
+    assert palpate.plan_turn(egg, 40.0, friction=0.05).full_turn
+    with pytest.raises(KeyError, match="mu2"):
+        palpate.plan_turn(egg, 40.0, friction={"mu1": 0.1})
+    with pytest.raises(palpate.MotionError, match="friction"):
+        palpate.plan_turn(egg, 40.0, friction=-0.1)

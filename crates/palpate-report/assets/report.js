@@ -242,7 +242,7 @@ function report(data, before) {
   function chart(spec) {
     const host = byId(spec.host);
     host.classList.add("scrub");
-    const laneHeight = spec.lane ? 62 : 0, gap = spec.lane ? 24 : 0, bottom = 22, top = spec.caption ? 22 : 12;
+    const laneHeight = spec.lane ? 62 : 0, gap = (spec.lane ? 24 : 0) + (spec.strips || 0), bottom = 22, top = spec.caption ? 22 : 12;
     const cursors = { play: null, hover: null, X: null };
     figure(host, () => spec.height + laneHeight + gap + bottom + top, (svg, width, high) => {
       const left = 46, right = Math.max(left + 40, width - (spec.right || 14));
@@ -365,6 +365,23 @@ function report(data, before) {
 
   const newPiece = (i) => data.piece[i] !== data.piece[i - 1];
   /** A line over time, one path per piece. */
+  /** What the contacts do under friction, a strip for each palm: full where the object sticks, a line where it slides. */
+  function paintModes(svg, X, left, top) {
+    data.modes.forEach((modes, palm) => {
+      const y = top + 11 * palm;
+      draw(svg, "text", { x: left - 8, y: y + 7, "text-anchor": "end", class: "small" }, `palm ${palm + 1}`);
+      for (let from = 0; from < count;) {
+        let to = from + 1;
+        while (to < count && (modes[to] === 0) === (modes[from] === 0) && (modes[to] === null) === (modes[from] === null)) to++;
+        const [x0, x1] = [X(time[from]), X(time[Math.min(to, count - 1)])], sticks = modes[from] === 0;
+        if (modes[from] !== null) draw(svg, "rect", {
+          class: `mode palm${palm + 1}`, x: x0, width: Math.max(0.5, x1 - x0), y: sticks ? y : y + 3, height: sticks ? 7 : 1,
+        });
+        from = to;
+      }
+    });
+  }
+  const doing = (mode) => (mode === 0 ? "sticks" : finite(mode) ? "slides" : "?");
   function paintPieces(layer, column, X, Y) {
     let from = 0;
     for (let i = 1; i <= count; i++) {
@@ -401,9 +418,10 @@ function report(data, before) {
     const end1 = (layer, box, text, x, y) => draw(box.svg, "text", { x, y: y + 4, class: "strong halo" }, text);
 
     const psi = chart({
-      ...overTime, host: "psi", height: 190, yStep: degreeStep,
+      ...overTime, host: "psi", height: 190, yStep: degreeStep, strips: data.modes ? 26 : 0,
       y: padded(withTruth([data.psi], truePsi || [])),
-      paint(layer, X, Y) {
+      paint(layer, X, Y, box) {
+        if (data.modes) paintModes(box.svg, X, box.left, box.bottom + 7);
         paintPieces(layer, data.psi, X, Y);
         if (truePsi) paintTruth(layer, truePsi, X, Y);
       },
@@ -413,7 +431,9 @@ function report(data, before) {
       ["t", clock(time[i])],
       ["ψ", data.psiBand[i] >= 180 ? "not known" : `${fixed(data.psi[i], 2)}° ± ${short(data.psiBand[i])}°`],
       ...(trueShown ? [["error", `${short(truth.psiError[i])}°`]] : []),
+      ...(data.modes ? data.modes.map((modes, palm) => [`palm ${palm + 1}`, doing(modes[i])]) : []),
     ]));
+    byId("modes-note").hidden = !data.modes;
 
     const com = chart({
       ...overTime, host: "com", height: 190, right: 28,

@@ -48,6 +48,10 @@ struct LogData {
 struct Arrangement {
     psi: Vec<f64>,
     psi_band: Vec<f64>,
+    /// Sign of the slip along palm 1 and palm 2 at each sample shown, 0 where the object sticks, null where it is not known; without friction
+    /// nothing.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    modes: Option<[Vec<Option<i8>>; 2]>,
     x: Vec<f64>,
     y: Vec<f64>,
     com_band: Vec<f64>,
@@ -154,6 +158,7 @@ fn arrangement(input: &ReportInput, result: &Reconstruction, shown: &[usize]) ->
     Arrangement {
         psi: pose(&|p| degrees(p.psi_rad)),
         psi_band: pose(&|p| significant(TWO_SIDED_95 * p.psi_sd_rad.to_degrees())),
+        modes: result.friction.map(|_| [0, 1].map(|palm| modes(result, shown, palm))),
         x: pose(&|p| mm.of(p.com_x_m)),
         y: pose(&|p| mm.of(p.com_y_m)),
         com_band: pose(&|p| significant(TWO_SIDED_95 * p.com_sd_m * MM_PER_M)),
@@ -166,6 +171,10 @@ fn arrangement(input: &ReportInput, result: &Reconstruction, shown: &[usize]) ->
         mean_radius: mm.of(result.shape.mean_radius_m()),
         truth: input.truth.as_ref().map(|overlay| truth(input.log, result, overlay, shown, mm)),
     }
+}
+
+fn modes(result: &Reconstruction, shown: &[usize], palm: usize) -> Vec<Option<i8>> {
+    shown.iter().map(|&i| result.motion[i].modes.map(|modes| modes[palm].slip_sign() as i8)).collect()
 }
 
 /// Indices of the samples that are drawn: all of them, or evenly spaced ones with the ends of each piece and the worst

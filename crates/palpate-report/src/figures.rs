@@ -235,6 +235,27 @@ fn key_figures_of(input: &ReportInput, result: &Reconstruction) -> String {
         "Squared residuals over what the noise explains, per degree of freedom. Near 1: the fit is as good as the sensors \
          are. Far above 1: something in the log is not explained.",
     );
+    if let Some(friction) = result.friction {
+        let of = |palm: usize| format!("{:.3}", friction.coefficients[palm]);
+        let sd = |palm: usize| number(friction.coefficient_sds[palm]);
+        add(
+            "Friction",
+            (format!("{}, {}", of(0), of(1)), ""),
+            &format!(
+                "Coefficients of friction of palm 1 (± {}) and palm 2 (± {}), one standard deviation: tangential over normal force where \
+                 the object slides.",
+                sd(0),
+                sd(1)
+            ),
+        );
+    }
+    if let Some(inertia) = result.inertia {
+        add(
+            "Radius of gyration",
+            length(inertia.gyration_radius_m),
+            "How far from the centre of mass the mass lies: the object resists being turned as if all of it were on a ring of this radius.",
+        );
+    }
     add(
         "Boundary felt",
         (number(100.0 * result.coverage), "%"),

@@ -4,7 +4,8 @@ mod fixture;
 
 use fixture::{Fixture, calibration, fixture};
 use palpate::compare::TruthError;
-use palpate::reconstruct::{Doubt, Jump, Verdict};
+use palpate::mechanics::ContactMode;
+use palpate::reconstruct::{Doubt, FrictionEstimate, Jump, Verdict};
 use palpate::{Log, Reconstruction};
 use palpate_report::{ReportInput, TruthOverlay, page};
 use proptest::prelude::*;
@@ -37,6 +38,28 @@ fn the_size_of_the_page_is_bounded() {
     assert!(usual < 1_500_000, "2000 samples give {usual} bytes");
     let huge = with_truth(&fixture(100_000, 3000.0, 1.0)).len();
     assert!(huge < 5_000_000, "100000 samples give {huge} bytes");
+}
+
+#[test]
+fn friction_is_told_with_what_the_contacts_do() {
+    let mut egg = fixture(50, 1.0, 1.0);
+    let without = page(&input(&egg.log, &egg.reconstruction));
+    assert!(first(&without)["modes"].is_null() && !without.contains("<dt>Friction</dt>"));
+    egg.reconstruction.friction = Some(FrictionEstimate {
+        coefficients: [0.1, 0.25],
+        coefficient_sds: [0.002, 0.003],
+        center_m: [0.0; 2],
+        center_sd_m: [1e-5; 2],
+        misfit: 1.0,
+        slides: 10,
+        rolls: [1, 2],
+    });
+    egg.reconstruction.motion[0].modes = Some([ContactMode::Stick, ContactMode::SlideMinus]);
+    let html = page(&input(&egg.log, &egg.reconstruction));
+    assert!(html.contains("0.100, 0.250"));
+    let modes = &first(&html)["modes"];
+    assert_eq!((modes[0][0].as_i64(), modes[1][0].as_i64()), (Some(0), Some(-1)));
+    assert!(modes[0][1].is_null());
 }
 
 #[test]

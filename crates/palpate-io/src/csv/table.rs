@@ -349,7 +349,8 @@ impl<'a> Table<'a> {
         Err(self.error(row, column, problem))
     }
 
-    fn cell(&self, row: usize, column: Column) -> &str {
+    /// The text of a cell.
+    pub(crate) fn cell(&self, row: usize, column: Column) -> &str {
         &self.cells[row * self.names.len() + column.index]
     }
 

@@ -184,7 +184,7 @@ impl Columns {
 
     fn sample(&self, table: &Table, row: usize) -> Result<Sample, ReadError> {
         let coordinate = |column: Option<Column>| column.map_or(Ok(0.0), |column| base_coordinate(table, row, column));
-        let force = |column: Option<Column>| column.map_or(Ok(None), |column| table.value(row, column));
+        let force = |column: Option<Column>| column.map_or(Ok(None), |column| normal_force(table, row, column));
         let sd = |column: Option<Column>| column.map_or(Ok(None), |column| standard_deviation(table, row, column));
         Ok(Sample {
             time_s: table.number(row, self.time)?,
@@ -275,6 +275,15 @@ fn contact_position(table: &Table, row: usize, column: Column) -> Result<Option<
 fn base_coordinate(table: &Table, row: usize, column: Column) -> Result<f64, ReadError> {
     let coordinate = table.number(row, column)?;
     within_reach(table, row, column, coordinate)
+}
+
+fn normal_force(table: &Table, row: usize, column: Column) -> Result<Option<f64>, ReadError> {
+    let force_n = table.value(row, column)?;
+    if force_n.is_some_and(|force_n| force_n < 0.0) {
+        let problem = ReadProblem::NegativeForce { text: table.shown(row, column) };
+        return Err(table.error(row, column, problem));
+    }
+    Ok(force_n)
 }
 
 fn standard_deviation(table: &Table, row: usize, column: Column) -> Result<Option<f64>, ReadError> {

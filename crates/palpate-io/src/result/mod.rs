@@ -8,14 +8,16 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use palpate::Reconstruction;
+use palpate::mechanics::ContactMode;
 use palpate::palms::GeneralizedContactSupport;
 use palpate::reconstruct::{ContactDiagnostics, OutlinePoint, Pose};
 
 use crate::csv::columns::{
-    MOTION_HEADER, MOTION_QUANTITIES, SHAPE_HEADER, SHAPE_QUANTITIES, point_of, point_row, pose_of, pose_row,
+    MODE_QUANTITIES, MOTION_HEADER, MOTION_QUANTITIES, SHAPE_HEADER, SHAPE_QUANTITIES, point_of, point_row, pose_of,
+    pose_row,
 };
 use crate::csv::number::{number, push_row};
-use crate::csv::table::{Quantity, Table, read_bytes};
+use crate::csv::table::{Column, Quantity, Table, read_bytes};
 use crate::folder::{FolderKind, Numbered};
 use crate::read_error::{ReadError, ReadProblem};
 use crate::result::summary::Summary;
@@ -135,7 +137,10 @@ fn shape_csv(outline: &[OutlinePoint]) -> String {
 
 fn motion_csv(motion: &[Pose]) -> String {
     let mut text = format!("{MOTION_HEADER}\n");
-    motion.iter().for_each(|pose| push_row(&mut text, pose_row(pose).map(number)));
+    for pose in motion {
+        let modes = [0, 1].map(|palm: usize| pose.modes.map(|modes| modes[palm].name().to_owned()).unwrap_or_default());
+        push_row(&mut text, pose_row(pose).map(number).into_iter().chain(modes));
+    }
     text
 }
 
@@ -172,8 +177,20 @@ pub fn read_shape_csv(dir: &Path) -> Result<Vec<OutlinePoint>, ReadError> {
 /// # Errors
 /// The file cannot be read, lacks a column or holds text where a number belongs.
 pub fn read_motion_csv(dir: &Path) -> Result<Vec<Pose>, ReadError> {
-    let rows = read_rows(&dir.join(MOTION_FILE), &MOTION_QUANTITIES, MOTION_HEADER)?;
-    Ok(rows.into_iter().map(pose_of).collect())
+    let path = dir.join(MOTION_FILE);
+    let (name, bytes) = (path.to_string_lossy(), read_bytes(&path)?);
+    let table = Table::parse(&name, &bytes, MOTION_HEADER)?;
+    let rows = rows(&table, &MOTION_QUANTITIES)?;
+    let [first, second] = MODE_QUANTITIES.map(|quantity| table.find(quantity, &MODE_QUANTITIES));
+    let columns = first?.zip(second?);
+    let read = |(row, numbers): (usize, [f64; 9])| {
+        let modes = match columns {
+            Some((first, second)) => mode(&table, row, first)?.zip(mode(&table, row, second)?),
+            None => None,
+        };
+        Ok(Pose { modes: modes.map(Into::into), ..pose_of(numbers) })
+    };
+    rows.into_iter().enumerate().map(read).collect()
 }
 
 /// The `summary.json` of the result folder `dir`.
@@ -195,7 +212,20 @@ fn read_rows<const N: usize>(
     header: &'static str,
 ) -> Result<Vec<[f64; N]>, ReadError> {
     let (name, bytes) = (path.to_string_lossy(), read_bytes(path)?);
-    let table = Table::parse(&name, &bytes, header)?;
+    rows(&Table::parse(&name, &bytes, header)?, quantities)
+}
+
+/// A contact mode; `None` where the cell is empty.
+fn mode(table: &Table, row: usize, column: Column) -> Result<Option<ContactMode>, ReadError> {
+    let text = table.cell(row, column);
+    if text.is_empty() {
+        return Ok(None);
+    }
+    let unknown = || table.error(row, column, ReadProblem::NoContactMode { text: table.shown(row, column) });
+    ContactMode::named(text).map(Some).ok_or_else(unknown)
+}
+
+fn rows<const N: usize>(table: &Table, quantities: &[Quantity; N]) -> Result<Vec<[f64; N]>, ReadError> {
     let columns =
         quantities.iter().map(|&quantity| table.require(quantity, quantities)).collect::<Result<Vec<_>, _>>()?;
     let mut rows = vec![[0.0; N]; table.rows()];

@@ -4,7 +4,7 @@ use palpate::Reconstruction;
 use palpate::compare::TruthError;
 use palpate::number_or_null;
 use palpate::reconstruct::{
-    CalibrationEstimate, ConstantEstimate, Doubt, FoundSymmetry, FrictionEstimate, Jump, Verdict,
+    CalibrationEstimate, ConstantEstimate, Doubt, FoundSymmetry, FrictionEstimate, Jump, MeasuredForces, Verdict,
 };
 use palpate::shape::Symmetry;
 use serde::{Deserialize, Serialize};
@@ -66,6 +66,15 @@ pub struct Summary {
     /// Drag on the rotation over the moment of inertia, 1/s; likewise.
     #[serde(default)]
     pub damping_per_s: Option<CoefficientSummary>,
+    /// Weight of the object by measured forces, newtons; `None` where none were measured.
+    #[serde(default)]
+    pub weight_n: Option<CoefficientSummary>,
+    /// Standard deviation of a measured force, newtons; likewise.
+    #[serde(default)]
+    pub force_sd_n: Option<f64>,
+    /// What is odd about measured forces, a sentence each.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub oddities: Vec<String>,
     /// Number of samples of the log.
     pub samples: usize,
     /// Number of harmonics of the support function.
@@ -277,6 +286,9 @@ impl Summary {
             damping_per_s: reconstruction
                 .inertia
                 .map(|found| CoefficientSummary { value: found.damping_per_s, sd: found.damping_sd_per_s }),
+            weight_n: None,
+            force_sd_n: None,
+            oddities: Vec::new(),
             samples: reconstruction.motion.len(),
             harmonics: reconstruction.shape.harmonics_m().len(),
             seconds,
@@ -285,6 +297,15 @@ impl Summary {
             notes: Vec::new(),
             truth: None,
         }
+    }
+
+    /// The same with what measured forces say.
+    #[must_use]
+    pub fn with_forces(mut self, forces: Option<&MeasuredForces>) -> Self {
+        self.weight_n = forces.map(|forces| CoefficientSummary { value: forces.weight_n, sd: forces.weight_sd_n });
+        self.force_sd_n = forces.map(|forces| forces.force_sd_n);
+        self.oddities = forces.map(MeasuredForces::oddities).unwrap_or_default();
+        self
     }
 
     /// The summary of another arrangement that fits as well as the one summarised here. For that very reason it is not certified;

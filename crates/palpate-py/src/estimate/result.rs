@@ -4,7 +4,8 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use numpy::{PyArray1, PyArray2};
-use palpate::reconstruct::{Jump, OutlinePoint, Pose, Verdict};
+use palpate::mechanics::ContactMode;
+use palpate::reconstruct::{Jump, OutlinePoint, Pose, Verdict, measured_forces};
 use palpate::shape::SupportFunction;
 use palpate::{Log, Reconstruction};
 use palpate_io::Summary;
@@ -63,6 +64,9 @@ type Forces = (Option<Vec<f64>>, Option<[f64; 6]>);
 ///     Counts up at each jump, from 0, shape (n,).
 /// residual1, residual2 : numpy.ndarray
 ///     Measured minus predicted contact position, shape (n,), metres; NaN where no contact was seen, or after `Result.load`.
+/// mode1, mode2 : numpy.ndarray
+///     What the contacts do under friction, shape (n,): 0 where the object sticks to the palm, 1 where it slides along the palm (away from
+///     the base on palm 1, towards it on palm 2), -1 where it slides the other way; NaN where friction does not say.
 /// log : Log or None
 ///     The log that was reconstructed, with the conventions of the rig applied; None after `Result.load`.
 /// seconds : float
@@ -108,6 +112,10 @@ pub struct ResultData {
     residual1: Py<PyArray1<f64>>,
     #[pyo3(get)]
     residual2: Py<PyArray1<f64>>,
+    #[pyo3(get)]
+    mode1: Py<PyArray1<f64>>,
+    #[pyo3(get)]
+    mode2: Py<PyArray1<f64>>,
 }
 
 impl ResultData {
@@ -142,6 +150,8 @@ impl ResultData {
             piece: arrays::column(py, found.motion.iter().map(|pose| pose.piece).collect()),
             residual1: left(|pose| pose.residual1_m),
             residual2: left(|pose| pose.residual2_m),
+            mode1: left(|pose| mode(pose, 0)),
+            mode2: left(|pose| mode(pose, 1)),
             found: Arc::new(found),
         }
     }
@@ -152,6 +162,7 @@ impl ResultData {
         if let Some(log) = &self.log {
             summary.log.clone_from(&log.get().name);
             summary.notes.clone_from(&log.get().file.notes);
+            summary = summary.with_forces(measured_forces(&log.get().file.log, &self.found).as_ref());
         }
         if let Some(truth) = truth {
             let errors = palpate::compare::compare(&self.found, &truth.truth).or_raise()?;
@@ -267,6 +278,22 @@ impl ResultData {
     #[getter]
     fn friction<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
         self.found.friction.as_ref().map(|found| friction::by_name(py, found)).transpose()
+    }
+
+    /// dict of str to float, or None: what measured normal forces say.
+    ///
+    /// `weight_n` with `weight_sd_n` (by their noise alone), `mass_kg`, and `force_sd_n`, the standard deviation of a measured force. None where
+    /// none were measured, where palms are so fast that inertia counts, or for a result that was read from a folder.
+    #[getter]
+    fn forces<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
+        let Some(log) = &self.log else { return Ok(None) };
+        let Some(found) = measured_forces(&log.get().file.log, &self.found) else { return Ok(None) };
+        let by_name = PyDict::new(py);
+        by_name.set_item("weight_n", found.weight_n)?;
+        by_name.set_item("weight_sd_n", found.weight_sd_n)?;
+        by_name.set_item("mass_kg", found.mass_kg())?;
+        by_name.set_item("force_sd_n", found.force_sd_n)?;
+        Ok(Some(by_name))
     }
 
     /// dict of str to float, or None: how the object resists being turned, where palms are so fast that it counts.
@@ -514,7 +541,7 @@ impl ResultData {
         let verdict = (self.doubts(), found.alternatives, self.symmetry());
         let numbers = [found.chi2_per_dof, found.coverage, found.sensor_sd_m, found.balance_sd_m, self.seconds];
         let outline: Vec<[f64; 7]> = found.outline.iter().map(palpate_io::point_row).collect();
-        let motion: Vec<[f64; 11]> = found.motion.iter().map(motion_row).collect();
+        let motion: Vec<[f64; MOTION_COLUMNS]> = found.motion.iter().map(motion_row).collect();
         let tables = (arrays::table(py, &outline), arrays::table(py, &motion));
         let calibration = found.calibration.as_ref().map(calibration::text).transpose()?;
         let forces = (found.friction.as_ref().map(friction::row_of), found.inertia.as_ref().map(inertia::row_of));
@@ -605,18 +632,28 @@ fn loaded(py: Python<'_>, folder: &std::path::Path) -> PyResult<(Reconstruction,
     Ok((found, summary))
 }
 
-/// A row of `motion.csv` and the residuals; NaN where there is none.
-fn motion_row(pose: &Pose) -> [f64; 11] {
-    let mut row = [f64::NAN; 11];
+/// The contact mode of a palm, by the sign of its slip.
+fn mode(pose: &Pose, palm: usize) -> Option<f64> {
+    pose.modes.map(|modes| modes[palm].slip_sign())
+}
+
+/// Columns of a pickled motion: the numbers of `motion.csv`, the residuals and the contact modes.
+const MOTION_COLUMNS: usize = 13;
+
+/// A row of them; NaN where there is none.
+fn motion_row(pose: &Pose) -> [f64; MOTION_COLUMNS] {
+    let mut row = [f64::NAN; MOTION_COLUMNS];
     row[..9].copy_from_slice(&palpate_io::pose_row(pose));
-    for (cell, residual_m) in row[9..].iter_mut().zip([pose.residual1_m, pose.residual2_m]) {
-        *cell = residual_m.unwrap_or(f64::NAN);
+    let besides = [pose.residual1_m, pose.residual2_m, mode(pose, 0), mode(pose, 1)];
+    for (cell, value) in row[9..].iter_mut().zip(besides) {
+        *cell = value.unwrap_or(f64::NAN);
     }
     row
 }
 
-fn pose(row: &[f64; 11]) -> Pose {
+fn pose(row: &[f64; MOTION_COLUMNS]) -> Pose {
     let known = |value: f64| Some(value).filter(|value| !value.is_nan());
     let pose = palpate_io::pose_of(std::array::from_fn(|column| row[column]));
-    Pose { residual1_m: known(row[9]), residual2_m: known(row[10]), ..pose }
+    let modes = ContactMode::of_slip_sign(row[11]).zip(ContactMode::of_slip_sign(row[12])).map(Into::into);
+    Pose { residual1_m: known(row[9]), residual2_m: known(row[10]), modes, ..pose }
 }
