@@ -251,7 +251,7 @@ pub fn told(summary: &Summary, out: &Path) -> String {
         ));
     }
     if let Some(FrictionSummary { mu1, mu2 }) = summary.friction {
-        let [first, second] = [mu1, mu2].map(|mu| format!("{:.3} ± {:.3}", mu.value, mu.sd));
+        let [first, second] = [mu1, mu2].map(|mu| with_sd(mu.value, mu.sd));
         lines.push(format!("  slides  with friction {first} on palm 1 and {second} on palm 2"));
     }
     if let Some((weight, force_sd_n)) = summary.weight_n.zip(summary.force_sd_n) {

@@ -35,7 +35,9 @@ def test_one_number_is_for_both_palms() -> None:
 def test_without_friction_a_result_has_none() -> None:
     egg = palpate.SupportFunction.named("egg")
     log, _ = palpate.simulate(egg, palpate.plan_turn(egg, 40.0), rate_hz=5)
-    assert palpate.reconstruct(log).friction is None
+    result = palpate.reconstruct(log)
+    assert result.friction is None
+    assert result.com_strips is None
 
 
 def test_measured_forces_give_the_weight() -> None:

@@ -96,6 +96,35 @@ function report(data, before) {
     }
   }
 
+  // ---------------------------------------------------------------- what friction leaves to the centre of mass
+
+  /** The part of a polygon where x nx + y ny <= limit. */
+  function clipped(polygon, nx, ny, limit) {
+    const beyond = polygon.map(([x, y]) => x * nx + y * ny - limit);
+    if (beyond.every((value) => value <= 0)) return polygon;
+    return polygon.flatMap((here, k) => {
+      const next = (k + 1) % polygon.length, kept = beyond[k] <= 0 ? [here] : [];
+      if ((beyond[k] <= 0) === (beyond[next] <= 0)) return kept;
+      const share = beyond[k] / (beyond[k] - beyond[next]), there = polygon[next];
+      return [...kept, [here[0] + share * (there[0] - here[0]), here[1] + share * (there[1] - here[1])]];
+    });
+  }
+  /** For each sample the polygon that it and those before leave to the centre of mass, in the frame of the object. */
+  const left = (() => {
+    if (!data.strips) return null;
+    let polygon = outline.x.map((x, node) => [x, outline.y[node]]).filter(([x, y]) => finite(x) && finite(y));
+    return data.strips[0].map((low, i) => {
+      const high = data.strips[1][i], band = finite(data.comBand[i]) ? data.comBand[i] : 0;
+      if (finite(low) && finite(high) && finite(data.psi[i])) {
+        // Noise must not shut out the estimate, which all samples together made.
+        const nx = cos(data.psi[i]), ny = -sin(data.psi[i]);
+        polygon = clipped(polygon, nx, ny, Math.max(high, 0) + band);
+        polygon = clipped(polygon, -nx, -ny, -Math.min(low, 0) + band);
+      }
+      return polygon;
+    });
+  })();
+
   // ---------------------------------------------------------------- small tools
 
   const SVG = "http://www.w3.org/2000/svg";
@@ -364,7 +393,6 @@ function report(data, before) {
   }
 
   const newPiece = (i) => data.piece[i] !== data.piece[i - 1];
-  /** A line over time, one path per piece. */
   /** What the contacts do under friction, a strip for each palm: full where the object sticks, a line where it slides. */
   function paintModes(svg, X, left, top) {
     data.modes.forEach((modes, palm) => {
@@ -382,6 +410,7 @@ function report(data, before) {
     });
   }
   const doing = (mode) => (mode === 0 ? "sticks" : finite(mode) ? "slides" : "?");
+  /** A line over time, one path per piece. */
   function paintPieces(layer, column, X, Y) {
     let from = 0;
     for (let i = 1; i <= count; i++) {
@@ -433,7 +462,7 @@ function report(data, before) {
       ...(trueShown ? [["error", `${short(truth.psiError[i])}°`]] : []),
       ...(data.modes ? data.modes.map((modes, palm) => [`palm ${palm + 1}`, doing(modes[i])]) : []),
     ]));
-    byId("modes-note").hidden = !data.modes;
+    byId("modes-note").hidden = byId("cones-note").hidden = !data.modes;
 
     const com = chart({
       ...overTime, host: "com", height: 190, right: 28,
@@ -693,6 +722,14 @@ function report(data, before) {
 
   // ---------------------------------------------------------------- the stage
 
+  /** A friction cone that opens upwards, and both of its edges: the first bears the force where the object slides along +x. */
+  function cone(svg, palm, friction, long) {
+    const group = draw(svg, "g", { visibility: "hidden" }), width = Math.min(20 * long, friction * long);
+    draw(group, "path", { class: `cone contact${palm + 1}`, d: `M0 0L${px(-width)} ${px(-long)}H${px(width)}Z` });
+    const edges = [-1, 1].map((side) => draw(group, "path", { class: `edge palm${palm + 1}`, d: `M0 0L${px(side * width)} ${px(-long)}` }));
+    return { group, edges };
+  }
+
   function stage() {
     const host = byId("stage");
     if (!count || nodes < 3 || !data.psi.some(finite)) { empty(host, "No motion was reconstructed."); byId("stage-legend").remove(); return; }
@@ -738,6 +775,8 @@ function report(data, before) {
       draw(object, "path", { class: "body", d: ring(own) });
       draw(object, "path", { class: "faint", d: ring(own) });
       const filled = [...Array(PIECES).keys()].map((piece) => draw(object, "path", { class: `felt piece${piece}` }));
+      const possible = left ? draw(object, "path", { class: "possible" }) : null;
+      const cones = data.friction ? data.friction.map((friction, k) => cone(svg, k, friction, 0.75 * radius * scale)) : [];
       let ghost = null;
       if (truth && truth.own.length && truth.psi.some(finite)) {
         ghost = draw(svg, "path", { class: "truth", d: `${path(truth.own.map(([x, y]) => (finite(x) && finite(y) ? [x * scale, -y * scale] : [NaN, NaN])))}Z` });
@@ -754,7 +793,8 @@ function report(data, before) {
         return { dot, text };
       });
       scaleBar(svg, scale, width - 4, high - 6);
-      parts = { at, own, palms, object, filled, ghost, pull, hinges, contacts };
+      parts = { at, own, palms, object, filled, possible, cones, ghost, pull, hinges, contacts };
+      parts.scale = scale;
       setTime(now);
     });
 
@@ -779,6 +819,11 @@ function report(data, before) {
         const seen = finite(length) && finite(phi);
         const [px1, py1] = seen ? parts.at(bx + length * cos(phi), by + length * sin(phi)) : [NaN, NaN];
         move(parts.contacts[k].dot, px1, py1);
+        if (parts.cones[k]) {
+          const { group, edges } = parts.cones[k], mode = data.modes[k][i];
+          move(group, px1, py1, seen ? ` rotate(${(-phi - 180 * k).toFixed(3)})` : "");
+          edges.forEach((edge, n) => show(edge, seen && mode === (n ? -1 : 1)));
+        }
         if (seen) {
           // The number stands on the far side of the palm.
           const side = k === 0 ? 1 : -1;
@@ -793,6 +838,7 @@ function report(data, before) {
         const turn = psi + off(data.psi, truth.psi);
         move(parts.ghost, gx, finite(turn) ? gy : NaN, finite(turn) ? ` rotate(${(-turn).toFixed(3)})` : "");
       }
+      if (parts.possible) parts.possible.setAttribute("d", `${path(left[i].map(([px2, py2]) => [px2 * parts.scale, -py2 * parts.scale]))}Z`);
       const d = new Array(PIECES).fill("");
       for (const [kind, first, last] of runs((node) => (firstFelt[node] <= t ? firstPiece[node] % PIECES : -1))) {
         if (kind >= 0) d[kind] += runPath(first, last, parts.own);
@@ -822,6 +868,10 @@ function report(data, before) {
     entry((svg) => draw(svg, "path", { class: "faint", d: "M1 7H25" }), "not felt yet");
     entry((svg) => { draw(svg, "circle", { class: "contact1", cx: 7, cy: 7, r: 5 }); draw(svg, "circle", { class: "contact2", cx: 20, cy: 7, r: 5 }); }, "contacts on palms 1, 2");
     entry((svg) => comMark(svg, 13, 7, 6), "centre of mass and its track");
+    if (data.friction) {
+      entry((svg) => { draw(svg, "path", { class: "cone contact1", d: "M7 13L2 1H12Z" }); draw(svg, "path", { class: "cone contact2", d: "M20 13L15 1H25Z" }); }, "friction cones; an edge where it slides");
+      entry((svg) => draw(svg, "path", { class: "possible", d: "M3 2L22 5L17 12L6 11Z" }), "what is left to the centre of mass");
+    }
     if (truth && truth.own.length) entry((svg) => draw(svg, "path", { class: "truth", d: "M1 7H25" }), "truth");
     if (data.jumps.length) entry((svg) => draw(svg, "path", { class: "jump", d: "M13 0V14" }), "jump");
   }

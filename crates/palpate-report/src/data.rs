@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use palpate::reconstruct::{CenterStrip, center_strips};
 use palpate::{Log, Reconstruction};
 use serde::Serialize;
 
@@ -52,6 +53,11 @@ struct Arrangement {
     /// nothing.
     #[serde(skip_serializing_if = "Option::is_none")]
     modes: Option<[Vec<Option<i8>>; 2]>,
+    /// Coefficients of friction of palm 1 and palm 2, and the left and right edges of where each sample leaves the centre of mass.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    friction: Option<[f64; 2]>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    strips: Option<[Vec<f64>; 2]>,
     x: Vec<f64>,
     y: Vec<f64>,
     com_band: Vec<f64>,
@@ -159,6 +165,8 @@ fn arrangement(input: &ReportInput, result: &Reconstruction, shown: &[usize]) ->
         psi: pose(&|p| degrees(p.psi_rad)),
         psi_band: pose(&|p| significant(TWO_SIDED_95 * p.psi_sd_rad.to_degrees())),
         modes: result.friction.map(|_| [0, 1].map(|palm| modes(result, shown, palm))),
+        friction: result.friction.map(|friction| friction.coefficients.map(significant)),
+        strips: result.friction.map(|_| strips(input.log, result, shown, mm)),
         x: pose(&|p| mm.of(p.com_x_m)),
         y: pose(&|p| mm.of(p.com_y_m)),
         com_band: pose(&|p| significant(TWO_SIDED_95 * p.com_sd_m * MM_PER_M)),
@@ -175,6 +183,12 @@ fn arrangement(input: &ReportInput, result: &Reconstruction, shown: &[usize]) ->
 
 fn modes(result: &Reconstruction, shown: &[usize], palm: usize) -> Vec<Option<i8>> {
     shown.iter().map(|&i| result.motion[i].modes.map(|modes| modes[palm].slip_sign() as i8)).collect()
+}
+
+fn strips(log: &Log, result: &Reconstruction, shown: &[usize], mm: Millimetres) -> [Vec<f64>; 2] {
+    let all = center_strips(log, result);
+    let edge = |pick: fn(CenterStrip) -> f64| shown.iter().map(|&i| mm.of_option(all[i].map(pick))).collect();
+    [edge(|strip| strip.low_m), edge(|strip| strip.high_m)]
 }
 
 /// Indices of the samples that are drawn: all of them, or evenly spaced ones with the ends of each piece and the worst

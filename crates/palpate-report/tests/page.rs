@@ -44,7 +44,11 @@ fn the_size_of_the_page_is_bounded() {
 fn friction_is_told_with_what_the_contacts_do() {
     let mut egg = fixture(50, 1.0, 1.0);
     let without = page(&input(&egg.log, &egg.reconstruction));
-    assert!(first(&without)["modes"].is_null() && !without.contains("<dt>Friction</dt>"));
+    assert!(
+        first(&without)["strips"].is_null()
+            && first(&without)["modes"].is_null()
+            && !without.contains("<dt>Friction</dt>")
+    );
     egg.reconstruction.friction = Some(FrictionEstimate {
         coefficients: [0.1, 0.25],
         coefficient_sds: [0.002, 0.003],
@@ -60,6 +64,16 @@ fn friction_is_told_with_what_the_contacts_do() {
     let modes = &first(&html)["modes"];
     assert_eq!((modes[0][0].as_i64(), modes[1][0].as_i64()), (Some(0), Some(-1)));
     assert!(modes[0][1].is_null());
+    // The forces meet where the centre of mass is, with both inside their cones.
+    let strips = first(&html)["strips"].as_array().expect("two edges").clone();
+    assert!(
+        strips[0][1].as_f64().expect("it does not jam") < 0.0 && strips[1][1].as_f64().expect("it does not jam") > 0.0
+    );
+    // Known to slide along palm 2, less is left.
+    assert!(
+        strips[1][0].as_f64().expect("an edge") - strips[0][0].as_f64().expect("an edge")
+            < strips[1][1].as_f64().expect("an edge") - strips[0][1].as_f64().expect("an edge")
+    );
 }
 
 #[test]

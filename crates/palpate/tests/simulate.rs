@@ -2,9 +2,10 @@
 
 use std::f64::consts::PI;
 
-use palpate::mechanics::EnergyLandscape;
+use palpate::mechanics::{ContactMode, EnergyLandscape};
 use palpate::palms::{Palm, PalmMotion, PalmMove, PalmPair};
 use palpate::plan::{PalmFriction, PalmLimits, PlanError, plan_jump_free, plan_turn, plan_turn_with_friction};
+use palpate::reconstruct::{CenterStrip, FrictionEstimate, center_strips};
 use palpate::sensor::{PadContact, Touchpad};
 use palpate::shape::{NamedShape, RandomShape, SupportFunction, random_shape};
 use palpate::simulate::{SimulateError, SimulateOptions, coverage, simulate};
@@ -314,4 +315,45 @@ fn measured_forces_tell_the_weight_and_that_they_were_exchanged() {
     assert_eq!(palpate::reconstruct(&log).expect("a result").motion, result.motion);
     log.samples[7].force1_n = Some(-0.1);
     assert!(palpate::reconstruct(&log).expect_err("it pulls").to_string().contains("a palm only pushes"));
+}
+
+/// Both palms of one coefficient, the centre of mass where it was found.
+fn palms_of(coefficient: f64) -> FrictionEstimate {
+    FrictionEstimate {
+        coefficients: [coefficient; 2],
+        coefficient_sds: [0.0; 2],
+        center_m: [0.0; 2],
+        center_sd_m: [0.0; 2],
+        misfit: 1.0,
+        slides: 0,
+        rolls: [0; 2],
+    }
+}
+
+#[test]
+fn every_sample_leaves_the_centre_of_mass_where_it_is() {
+    let shape = "egg".parse::<NamedShape>().expect("a name").shape(0.03).expect("a shape");
+    let planned = plan_turn(&shape, &PalmLimits::default(), 30.0).expect("a way");
+    let palms = planned.motion.sample(10.0).expect("samples");
+    let options = SimulateOptions { start_psi_rad: planned.start_psi_rad, ..SimulateOptions::default() };
+    let log = simulate(&shape, &palms, &options).expect("possible").log;
+    let mut result = palpate::reconstruct(&log).expect("a result");
+    assert!(center_strips(&log, &result).iter().all(Option::is_none), "without friction it is a line, and no strip");
+    let mut widths_m = Vec::new();
+    for coefficient in [1e-6, 0.05, 0.1] {
+        result.friction = Some(palms_of(coefficient));
+        let strips: Vec<CenterStrip> = center_strips(&log, &result).into_iter().flatten().collect();
+        assert_eq!(strips.len(), log.samples.len());
+        // Found to a micrometre: what balances without friction balances with less than all of it.
+        assert!(strips.iter().all(|strip| strip.low_m < 1e-6 && strip.high_m > -1e-6));
+        widths_m.push(strips.iter().map(|strip| strip.high_m - strip.low_m).fold(0.0, f64::max));
+    }
+    assert!(widths_m[0] < 1e-6 && widths_m[1] > 1e-3 && widths_m[2] > 1.9 * widths_m[1], "{widths_m:?}");
+    // Where it slides on both palms there is a line.
+    result.motion[0].modes = Some([ContactMode::SlidePlus, ContactMode::SlideMinus]);
+    let line = center_strips(&log, &result)[0].expect("it does not jam");
+    assert_eq!(line.low_m, line.high_m);
+    // Cones that meet: it may be anywhere.
+    result.friction = Some(palms_of(5.0));
+    assert!(center_strips(&log, &result)[1..].iter().all(Option::is_none));
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use numpy::{PyArray1, PyArray2};
 use palpate::mechanics::ContactMode;
-use palpate::reconstruct::{Jump, OutlinePoint, Pose, Verdict, measured_forces};
+use palpate::reconstruct::{CenterStrip, Jump, OutlinePoint, Pose, Verdict, center_strips, measured_forces};
 use palpate::shape::SupportFunction;
 use palpate::{Log, Reconstruction};
 use palpate_io::Summary;
@@ -294,6 +294,18 @@ impl ResultData {
         by_name.set_item("mass_kg", found.mass_kg())?;
         by_name.set_item("force_sd_n", found.force_sd_n)?;
         Ok(Some(by_name))
+    }
+
+    /// numpy.ndarray or None: what each sample alone leaves to the centre of mass under friction, shape (n, 2), metres.
+    ///
+    /// The left and right edges of a strip, from where the centre of mass was found, along (cos psi, -sin psi) in the object frame; NaN where
+    /// the object jams between the palms. None without friction, or for a result that was read from a folder.
+    #[getter]
+    fn com_strips(&self, py: Python<'_>) -> Option<Py<PyArray2<f64>>> {
+        self.found.friction?;
+        let strips = center_strips(&self.log.as_ref()?.get().file.log, &self.found);
+        let edges = |strip: &Option<_>| strip.map_or([f64::NAN; 2], |CenterStrip { low_m, high_m }| [low_m, high_m]);
+        Some(arrays::table(py, &strips.iter().map(edges).collect::<Vec<_>>()))
     }
 
     /// dict of str to float, or None: how the object resists being turned, where palms are so fast that it counts.

@@ -44,6 +44,7 @@ pub use result::friction::{FrictionEstimate, friction};
 pub use result::inertia::InertiaEstimate;
 pub use result::measured_forces::{MeasuredForces, measured_forces};
 pub use result::reconstruction::{FoundSymmetry, OutlinePoint, Pose, Reconstruction};
+pub use result::strip::{CenterStrip, center_strips};
 pub use smooth_from::{SmoothOptions, Smoothed, smooth_from};
 pub use start::Start;
 pub use verdict::certificate::Findings;

@@ -7,3 +7,4 @@ pub(crate) mod inertia;
 pub(crate) mod measured_forces;
 mod prune;
 pub(crate) mod reconstruction;
+pub(crate) mod strip;
