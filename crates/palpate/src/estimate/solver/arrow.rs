@@ -137,6 +137,17 @@ impl Eliminated {
         self.factor.inverse()
     }
 
+    /// Makes the standard deviation of a linear function of the dense unknowns larger by a factor of at least 1, and with it the covariance of all that
+    /// depends on it: Λ − (1 − 1/f²) g gᵀ/(gᵀ Λ⁻¹ g).
+    pub fn loosen(&mut self, function: &DVector<f64>, factor: f64) {
+        let variance = function.dot(&self.factor.solve(function));
+        let mut corner = self.corner.clone();
+        corner.ger(-(1.0 - factor.powi(-2)) / variance, function, function, 1.0);
+        if let Some(loosened) = corner.clone().cholesky() {
+            (self.corner, self.factor) = (corner, loosened);
+        }
+    }
+
     /// ln of the determinant of the whole matrix.
     pub fn ln_determinant(&self) -> f64 {
         self.band.ln_determinant() + 2.0 * self.factor.l_dirty().diagonal().iter().map(|entry| entry.ln()).sum::<f64>()
@@ -246,5 +257,19 @@ mod tests {
         let slope = given.slope(row);
         let variance = given.variance(row) + (&covariance * &slope).dot(&slope);
         assert!((variance / (&inverse * &of_spline).dot(&of_spline) - 1.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn what_is_loosened_is_known_less_and_all_else_by_as_much_as_it_depends_on_that() {
+        let basis = SplineBasis::new(&[0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0]);
+        let mut eliminated = kind(&basis, 0, 150).arrow.eliminated(0.0).expect("determined");
+        let before = eliminated.covariance();
+        let function = DVector::from_column_slice(&[0.0, 0.6, -0.8, 0.0]);
+        let carried = &before * &function;
+        let expected = &before + (3.0_f64.powi(2) - 1.0) * &carried * carried.transpose() / function.dot(&carried);
+        eliminated.loosen(&function, 3.0);
+        assert!((eliminated.covariance() - &expected).amax() < 1e-9 * expected.amax());
+        eliminated.loosen(&function, 1.0);
+        assert!((eliminated.covariance() - &expected).amax() < 1e-9 * expected.amax());
     }
 }

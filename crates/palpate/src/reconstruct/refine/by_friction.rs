@@ -4,6 +4,7 @@
 //! that mechanics finds with that object, follow each other to a fixed point.
 
 mod growth;
+mod profile;
 mod rotations;
 
 use self::growth::Grown;
@@ -128,13 +129,17 @@ impl Settled {
 
     /// −ln of the likelihood, up to a constant of the log: slip is missed where it sticks and forces where it slides.
     fn missed(&self) -> f64 {
-        let Optimum { noise, corrected, measured, cost, .. } = &self.optimum;
-        let FrictionNoise { sensor_m, slip_m, forces_m, pads_n } = noise;
+        self.optimum.cost + self.of_noise(self.optimum.noise)
+    }
+
+    /// What standard deviations add to it.
+    fn of_noise(&self, FrictionNoise { sensor_m, slip_m, forces_m, pads_n }: FrictionNoise) -> f64 {
+        let Optimum { corrected, measured, .. } = &self.optimum;
         let contacts = corrected.measurements.seen() as f64;
         let sticks = self.regimes.iter().filter(|regime| regime.sticks().is_some()).count() as f64;
         let slides = self.regimes.len() as f64 - sticks;
         let of_pads = *measured as f64 * pads_n.ln();
-        cost + contacts * sensor_m.ln() + sticks * slip_m.ln() + slides * forces_m.ln() + of_pads
+        contacts * sensor_m.ln() + sticks * slip_m.ln() + slides * forces_m.ln() + of_pads
     }
 
     /// How far each sample may be elsewhere, radians: a few between two jumps, or before the first, bend the shape to any pose of theirs.
@@ -284,7 +289,7 @@ impl Job<'_> {
         }
         let job = self.clone().without_balance();
         let Grown { mut fit, mut unknowns, mut noise } = growth::grown(&job)?;
-        let mut best: Option<Candidate> = None;
+        let mut best: Option<(Setting, Settled)> = None;
         for order in MORE_HARMONICS {
             fit.order = fit.order.max(order);
             let setting = Setting::new(&job, job.raw, &job.measurements, &fit, &[]);
@@ -297,9 +302,12 @@ impl Job<'_> {
             if !gains {
                 break;
             }
-            best = setting.candidate(settled).or(best);
+            if best.is_none() || settled.leaves_at_most(setting.bounds, PLAUSIBLE) {
+                best = Some((setting, settled));
+            }
         }
-        best
+        let (setting, settled) = best?;
+        setting.candidate(settled)
     }
 }
 
@@ -350,7 +358,7 @@ impl<'a> Setting<'a> {
             return None;
         }
         let (settled, others) = rotations::likeliest(self, settled);
-        let mut candidate = self.judged(settled)?;
+        let mut candidate = self.judged(profile::profiled(self, settled))?;
         let result = &mut candidate.result;
         result.others = others.into_iter().filter_map(|other| Some(self.judged(other)?.result)).collect();
         result.alternatives = 1 + result.others.len();
