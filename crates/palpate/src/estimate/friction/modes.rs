@@ -10,6 +10,7 @@ use crate::estimate::measurements::{Instant, Measurements};
 use crate::estimate::model::boundary::Boundary;
 use crate::estimate::model::contact::contact_directions;
 use crate::estimate::model::table::BoundaryTable;
+use crate::estimate::motion::SHORT_SEGMENT;
 use crate::mechanics::coulomb::{at_the_edges, moment, moment_by_psi, moment_by_ratio, moment_row};
 use nalgebra::{DMatrix, DVector};
 
@@ -76,6 +77,8 @@ pub(crate) struct Decoded {
     pub psi: Vec<f64>,
     /// Samples at which a jump has just ended.
     pub starts: Vec<usize>,
+    /// Samples at which another may have: to slide so far in one step would cost more.
+    pub falls: Vec<usize>,
 }
 
 /// The likeliest modes of all samples, each that of the step which ends there, and ψ at the end of them. `psi` is where the motion is thought
@@ -122,8 +125,7 @@ pub(crate) fn decode(
         let is_lost = here.iter().all(Option::is_none);
         if is_lost || starts.contains(&index) {
             // Any mode: the forces tell from the next step on. Without contacts the motion is where it is thought to be.
-            let at = Belief { psi: thought, variance: START_RAD * START_RAD };
-            let (at, cost) = decoder.seen(instant, at, &unknown).unwrap_or((at, 0.0));
+            let (at, cost) = decoder.landed(index, psi, &unknown);
             let (from, base) = likeliest.map_or((2, 0.0), |(mode, survivor)| (mode, survivor.cost));
             let survivor = Survivor { cost: base + cost + JUMP, at, from, jumped: index > 0 };
             for other in &mut here {
@@ -143,6 +145,7 @@ pub(crate) fn decode(
         regimes: vec![Regime { order: None, place: Place::Anywhere }; count],
         psi: psi.to_vec(),
         starts: Vec::new(),
+        falls: Vec::new(),
     };
     for index in (0..count).rev() {
         let Some(survivor) = survivors[index][mode] else { continue };
@@ -151,10 +154,15 @@ pub(crate) fn decode(
             found.starts.push(index);
         } else if let Some(order) = orders[index] {
             found.regimes[index] = Regime { order: Some(order), place: PLACES[mode] };
+            let before = survivors[index - 1][survivor.from];
+            if before.is_some_and(|before| 0.5 * ((survivor.at.psi - before.at.psi) / BEYOND_RAD).powi(2) > JUMP) {
+                found.falls.push(index);
+            }
         }
         mode = survivor.from;
     }
     found.starts.reverse();
+    found.falls.reverse();
     found
 }
 
@@ -244,6 +252,16 @@ impl Decoder<'_> {
         let possible = rolled.iter().all(|belief| (belief.psi - near).abs() < 1.0 && belief.variance.is_finite());
         let order = if rolled[0].psi <= rolled[1].psi { [0, 1] } else { [1, 0] };
         possible.then(|| Step { order, rolled: order.map(|palm| rolled[palm]) })
+    }
+
+    /// Where a jump that ends at a sample leads: to where the motion is thought to be there, or a little later, for a fit may draw the samples next to a
+    /// jump after it.
+    fn landed(&self, index: usize, psi: &[f64], unknown: &Unknown) -> (Belief, f64) {
+        let later = (index + SHORT_SEGMENT).min(psi.len() - 1);
+        let thought = |psi: f64| Belief { psi, variance: START_RAD * START_RAD };
+        let seen = |near: f64| self.seen(&self.measurements.instants[index], thought(near), unknown);
+        let likeliest = [psi[index], psi[later]].into_iter().filter_map(seen).min_by(|a, b| a.1.total_cmp(&b.1));
+        likeliest.unwrap_or((thought(psi[index]), 0.0))
     }
 
     /// ψ after a step in some mode, and what that costs.

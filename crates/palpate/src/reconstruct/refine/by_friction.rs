@@ -228,7 +228,9 @@ impl<'a> Setting<'a> {
             let optimum = problem.optimum(unknowns, noise, self.bounds, (updates, STUDENT))?;
             (unknowns, noise) = (optimum.unknowns.clone(), optimum.noise);
             let corrected = &optimum.corrected;
-            let found = self.decoded(corrected, &unknowns, None, noise, &starts);
+            let mut found = self.decoded(corrected, &unknowns, None, noise, &starts);
+            found.starts.append(&mut found.falls);
+            found.starts.sort_unstable();
             let pairs = unknowns.psi.iter().zip(&found.psi);
             let elsewhere: Vec<usize> =
                 pairs.enumerate().filter(|(_, (a, b))| (*a - *b).abs() > ELSEWHERE).map(|(index, _)| index).collect();
@@ -368,8 +370,11 @@ impl<'a> Setting<'a> {
         Some(candidate)
     }
 
-    /// An optimum as a result, with its doubts.
+    /// An optimum as a result, with its doubts, where friction explains the log.
     fn judged(&self, settled: Settled) -> Option<Candidate> {
+        if !settled.leaves_at_most(self.bounds, PLAUSIBLE) {
+            return None;
+        }
         // Standard deviations far below what is asked need not have settled.
         let far_below = EXPLAINED.map(|share| FAR_BELOW * share);
         let explains = settled.leaves_at_most(self.bounds, EXPLAINED)

@@ -2,7 +2,7 @@ use super::*;
 use crate::palms::PalmPair;
 use crate::reconstruct::ReconstructOptions;
 use crate::sensor::Touchpad;
-use crate::simulate::{SimulateOptions, Simulation, simulate};
+use crate::simulate::{Jump, SimulateOptions, Simulation, simulate};
 
 const RADIUS_M: f64 = 0.03;
 const FRICTION: [f64; 2] = [0.15, 0.1];
@@ -10,25 +10,19 @@ const FRICTION: [f64; 2] = [0.15, 0.1];
 /// An object of three harmonics, carried along and sliding.
 fn felt(with_forces: bool) -> (SupportFunction, Simulation) {
     let shape = SupportFunction::new(RADIUS_M, vec![[2e-3, -1e-3], [1.8e-3, 6e-4], [-5e-4, 7e-4]]);
+    let run = carried(&shape, SimulateOptions { with_forces, start_psi_rad: 0.4, ..SimulateOptions::default() });
+    (shape, run)
+}
+
+fn carried(shape: &SupportFunction, options: SimulateOptions) -> Simulation {
     let at = |index: u32| {
         let t = 0.08 * f64::from(index);
         (t, PalmPair::hinged(0.9 + 0.3 * (0.7 * t).sin(), 1.2 + 0.4 * (0.9 * t + 0.5).sin()))
     };
     let motion: Vec<(f64, PalmPair)> = (0..900).map(at).collect();
     let touchpad = Touchpad { noise_sd_m: 1e-5, ..Touchpad::ideal() };
-    let options = SimulateOptions {
-        friction: FRICTION,
-        start_psi_rad: 0.4,
-        touchpad,
-        with_forces: true,
-        mass_kg: MASS_KG,
-        ..SimulateOptions::default()
-    };
-    let mut run = simulate(&shape, &motion, &options).expect("possible");
-    if !with_forces {
-        run.log.samples.iter_mut().for_each(|sample| (sample.force1_n, sample.force2_n) = (None, None));
-    }
-    (shape, run)
+    let options = SimulateOptions { friction: FRICTION, touchpad, mass_kg: MASS_KG, ..options };
+    simulate(shape, &motion, &options).expect("possible")
 }
 
 const MASS_KG: f64 = 0.05;
@@ -120,7 +114,7 @@ fn a_result_is_certified_up_to_what_slip_and_forces_may_miss() {
             let size_m = settled.optimum.unknowns.coefficients[0];
             (settled.optimum.noise.slip_m, settled.optimum.noise.forces_m) = (shares[0] * size_m, shares[1] * size_m);
             settled.optimum.settled = true;
-            setting.candidate(settled).map(|candidate| candidate.result.verdict.doubts_friction())
+            setting.judged(settled).map(|candidate| candidate.result.verdict.doubts_friction())
         })
     };
     let times = |factor: f64, shares: [f64; 2]| shares.map(|share| factor * share);
@@ -139,7 +133,7 @@ fn standard_deviations_that_have_not_settled_must_be_far_below_what_is_asked() {
             let size_m = settled.optimum.unknowns.coefficients[0];
             settled.optimum.noise.slip_m = share * EXPLAINED[0] * size_m;
             settled.optimum.settled = false;
-            setting.candidate(settled).expect("a result").result.verdict.doubts_friction()
+            setting.judged(settled).expect("a result").result.verdict.doubts_friction()
         })
     };
     assert!(!doubts_with(0.99 * FAR_BELOW) && doubts_with(1.01 * FAR_BELOW));
@@ -182,4 +176,32 @@ fn one_palm_that_measures_forces_tells_the_weight_and_more_of_the_centre_of_mass
     let true_n = MASS_KG * crate::mechanics::STANDARD_GRAVITY_M_PER_S2;
     assert!((weight_n / true_n - 1.0).abs() < 3e-3, "{weight_n} {true_n}");
     assert!(with_m < without_m, "{with_m} {without_m}");
+}
+
+#[test]
+fn a_fall_that_a_fit_draws_out_is_found() {
+    let shape = SupportFunction::new(RADIUS_M, vec![[1.5e-3, 5e-3], [5e-3, 1e-3], [-5e-4, 7e-4]]);
+    let run = carried(&shape, SimulateOptions { start_psi_rad: 0.0, ..SimulateOptions::default() });
+    let time_s = |index: usize| run.log.samples[index].time_s;
+    let ends = |jump: &Jump| (0..900).find(|&index| time_s(index) >= jump.time_s).expect("within the log");
+    let jumps: Vec<usize> = run.jumps.iter().map(ends).collect();
+    let jump = *jumps.iter().find(|jump| (100..800).contains(*jump)).expect("it falls");
+    let options = ReconstructOptions::default();
+    let job = Job::new(&run.log, &options);
+    let mut fit = fit(&job, &shape, &run);
+    // As if it had fallen in two steps.
+    let psi = &mut fit.estimate.psi;
+    let halfway = 0.5 * (psi[jump - 1] + psi[jump]);
+    psi[jump - 2..=jump + 1].fill(halfway);
+    let others: Vec<usize> = jumps.into_iter().filter(|other| *other != jump).collect();
+    let setting = Setting::new(&job, job.raw, &job.measurements, &fit, &others);
+    let start = unknowns(&fit, FRICTION);
+    let regimes = setting.modes_of(&start, CLOSE);
+    let settled = setting.settled((start, regimes), CLOSE, (ROUNDS, UPDATES)).expect("an optimum");
+    assert!(settled.starts.contains(&jump), "{:?} without {}", settled.starts, jump);
+    friction_is_right(&settled);
+    let truth = run.truth.motion.iter().map(|pose| pose.psi_rad);
+    let worst =
+        settled.optimum.unknowns.psi.iter().zip(truth).map(|(found, truth)| (found - truth).abs()).fold(0.0, f64::max);
+    assert!(worst < 0.02, "{worst}");
 }
