@@ -6,7 +6,7 @@
 
 use super::{EXPLAINED, Setting, Settled};
 use crate::estimate::association::relative_rotation::{LOOSE, Trial, turned_parts};
-use crate::estimate::evidence::motion_prior::CERTAIN;
+use crate::estimate::evidence::motion_prior::{CERTAIN, EXCLUDED};
 use crate::estimate::friction::falls::falls;
 use crate::estimate::friction::problem::Unknowns;
 use crate::estimate::friction::smoother::FrictionNoise;
@@ -37,10 +37,8 @@ const REPLACED: usize = 4;
 pub(super) fn likeliest(setting: &Setting, mut settled: Settled) -> (Settled, Vec<Settled>) {
     let mut replaced = 0;
     loop {
-        // What falls as no object does gives way to any that is about as likely.
-        let least_gain = if settled.falls(&setting.job.palms()) { 0.0 } else { f64::NEG_INFINITY };
         let (likelier, others): (Vec<_>, Vec<_>) =
-            rivals(setting, &settled).into_iter().partition(|(gain, _)| *gain > least_gain && replaced < REPLACED);
+            rivals(setting, &settled).into_iter().partition(|(gain, _)| *gain > 0.0 && replaced < REPLACED);
         replaced += 1;
         match likelier.into_iter().next() {
             Some((_, rival)) => settled = rival,
@@ -61,8 +59,10 @@ fn rivals(setting: &Setting, present: &Settled) -> Vec<(f64, Settled)> {
             apart.push(trial);
         }
     }
+    // What falls as no object does gives way to any that explains the log.
+    let impossible = if present.falls(&setting.job.palms()) { 0.0 } else { EXCLUDED.0 };
     let weighed = |rival: Settled| {
-        let gain = present.optimum.cost - rival.optimum.cost_at(present.optimum.noise);
+        let gain = impossible + present.optimum.cost - rival.optimum.cost_at(present.optimum.noise);
         (gain > -CERTAIN.0).then_some((gain, rival))
     };
     let tried = apart.into_par_iter().filter_map(|trial| tried(setting, present, trial).and_then(weighed));
