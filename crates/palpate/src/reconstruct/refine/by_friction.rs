@@ -94,7 +94,8 @@ const LIKELIER: f64 = 0.01;
 const MORE_HARMONICS: [usize; 3] = [12, 18, 28];
 const HARMONICS_GAIN: f64 = 0.98;
 
-/// Friction acts where a coefficient of it is so many standard deviations from 0, or where the object rolls for this share of the samples.
+/// Friction acts where a coefficient of it is so many standard deviations from 0, or where the object rolls for this share of the samples and never
+/// falls.
 const TOLD_SDS: f64 = 5.0;
 const MOSTLY_STICKS: f64 = 0.5;
 
@@ -403,7 +404,11 @@ impl OfFriction<'_> {
         let estimate = self.estimate();
         let told = |palm: usize| estimate.coefficients[palm] > TOLD_SDS * estimate.coefficient_sds[palm];
         let sticks = self.settled.regimes.iter().filter(|regime| regime.sticks().is_some()).count();
-        if !told(0) && !told(1) && (sticks as f64) < MOSTLY_STICKS * unknowns.psi.len() as f64 {
+        // What falls slides before it falls: friction that holds it elsewhere without being told is none.
+        let shape = SupportFunction::from_coefficients(&unknowns.coefficients);
+        let falls = !self.jumps(&shape, &job.palms(), &unknowns.psi).is_empty();
+        let is_held = sticks as f64 >= MOSTLY_STICKS * unknowns.psi.len() as f64 && !falls;
+        if !told(0) && !told(1) && !is_held {
             return None;
         }
         let fit = Fit {
