@@ -7,7 +7,7 @@ use palpate::reconstruct::Reconstructor;
 use palpate::sensor::Touchpad;
 use palpate::shape::NamedShape;
 use palpate::simulate::{SimulateOptions, simulate};
-use palpate_io::LogFile;
+use palpate_io::{LogFile, RigFile};
 
 use crate::reconstruct::{Job, solve, told};
 use crate::simulate::limits;
@@ -19,14 +19,18 @@ const RADIUS_M: f64 = 0.02;
 const DURATION_S: f64 = 90.0;
 /// Samples per second.
 const RATE_HZ: f64 = 20.0;
+/// Seed of the noise and of the errors of a rig.
+const SEED: u64 = 1;
 
 const AFTER_HELP: &str = "\
 A pebble of 20 mm mean radius lies between two palms that carry it round once. Their touchpads are those of Moll & Erdmann (2001):
 55.5 mm long, with readings in steps of 0.127 mm; 0.1 mm of noise comes on top. The log is reconstructed from nothing, and compared
-with the truth afterwards.
+with the truth afterwards. With --rig, the log is written by a rig that nobody calibrated: its errors are drawn from the standard deviations
+of the file, and the report shows which of them the log told.
 
-Example:
-  palpate demo -o my-demo";
+Examples:
+  palpate demo -o my-demo
+  palpate rig --template > rig.toml && palpate demo --rig rig.toml -o my-rig";
 
 /// Simulate an object, reconstruct it from its palm log, and write the report; no input needed
 #[derive(clap::Args)]
@@ -35,6 +39,9 @@ pub struct Arguments {
     /// Folder for the result, made if missing
     #[arg(short, long = "out", value_name = "DIR", default_value = "palpate-demo")]
     out: PathBuf,
+    /// A rig whose errors nobody knows, a file as `palpate rig --template` prints it [default: a rig without errors]
+    #[arg(long, value_name = "RIG.toml")]
+    rig: Option<PathBuf>,
     /// Print nothing but errors
     #[arg(short, long)]
     quiet: bool,
@@ -44,12 +51,13 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<Ending, Failure> {
     let terminal = Terminal::new(arguments.quiet);
     palpate_io::check_result_target(&arguments.out)?;
+    let rig = arguments.rig.as_deref().map(palpate_io::read_rig).transpose()?.unwrap_or_else(RigFile::exact).rig;
     let shape = NamedShape::Pebble.shape(RADIUS_M)?;
     let touchpad = Touchpad { noise_sd_m: 1e-4, ..Touchpad::interlink() };
     let planned = plan_turn(&shape, &limits(&touchpad), DURATION_S)?;
     let options = SimulateOptions {
         touchpad,
-        seed: 1,
+        seed: SEED,
         start_psi_rad: planned.start_psi_rad,
         with_stated_noise: true,
         ..SimulateOptions::default()
@@ -60,13 +68,15 @@ pub fn run(arguments: &Arguments) -> Result<Ending, Failure> {
         simulation.log.samples.len(),
         1e3 * touchpad.position_sd_m()
     ))?;
-    let file = LogFile { log: simulation.log, ..LogFile::default() };
+    // No log tells the size, so it is as stated.
+    let log = rig.at_stated_size(&rig.drawn(SEED)).distorted(&simulation.log);
+    let file = LogFile { log, ..LogFile::default() };
     let job = Job {
         file: &file,
         name: None,
         title: "Demo: a pebble between two palms",
         truth: Some(&simulation.truth),
-        reconstructor: Reconstructor::new(),
+        reconstructor: Reconstructor::new().rig(rig),
         min_touches: 1,
         diagnostics: false,
         out: &arguments.out,

@@ -57,6 +57,22 @@ fn the_demo_needs_nothing_and_is_certified_and_right() {
 }
 
 #[test]
+fn the_demo_finds_the_errors_of_a_rig_that_nobody_calibrated() {
+    let dir = folder();
+    fs::write(dir.path().join("rig.toml"), "").expect("a rig of default tolerances");
+    let ran = palpate(dir.path(), &["demo", "--rig", "rig.toml"]);
+    assert_eq!(ran.code, Some(0), "{}\n{}", ran.stdout, ran.stderr);
+    assert!(ran.stdout.contains("zero of pad 1"), "{}", ran.stdout);
+    let summary = summary(&dir.path().join("palpate-demo"));
+    assert!(error_mm(&summary) < 0.03, "{summary}");
+    let zero = &summary["calibration"]["s1_zero_m"];
+    // It was drawn, and found.
+    assert!(zero["sd"].as_f64() < Some(1e-4) && zero["value"].as_f64().expect("a zero").abs() > 1e-5, "{zero}");
+    let unread = palpate(dir.path(), &["demo", "--rig", "none.toml"]);
+    assert_eq!(unread.code, Some(2), "{}", unread.stderr);
+}
+
+#[test]
 fn a_simulated_log_comes_back() {
     let dir = folder();
     let made = palpate(dir.path(), &["simulate", "--shape", "egg", "--noise-mm", "0.2", "-o", "egg.csv"]);
