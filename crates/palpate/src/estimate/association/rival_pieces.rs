@@ -1,6 +1,7 @@
 //! Rival motions of pieces: those of a few dozen samples between two jumps, or at an end of the log. On boundary that nothing else felt a fit
 //! adapts the shape to whatever motion it was given, and so fits every sample. Here each such piece is searched anew, over heights and
-//! orientations (the two unknowns of a piece; `docs/theory.md`, the search), against the predictive shape that all other samples leave.
+//! orientations (the two unknowns of a piece; `docs/theory.md`, the search), against the predictive shape that all other samples leave at their
+//! own optimum.
 //! What explains it about as well becomes an alternative, which the evidence decides ([`super::alternatives`]).
 
 use crate::estimate::association::alternatives::{Alternative, Ambiguity};
@@ -9,7 +10,7 @@ use crate::estimate::association::predictive::PredictiveShape;
 use crate::estimate::association::transitions::near;
 use crate::estimate::measurements::{Instant, Measurements};
 use crate::estimate::model::noise::Noise;
-use crate::estimate::motion::SHORT_SEGMENT;
+use crate::estimate::motion::{SHORT_SEGMENT, common_rotation, short_segments};
 use crate::estimate::solver::gauss_newton::Fit;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -57,18 +58,10 @@ pub(crate) fn rival_motions(
     ambiguity: &mut Ambiguity,
 ) -> Rivals {
     let mut found = Rivals { alternatives: Vec::new(), preferred: Vec::new() };
-    let mut edges = vec![0];
-    edges.extend(starts);
-    edges.push(measurements.len());
-    let mut pieces: Vec<Range<usize>> = edges.windows(2).map(|edge| edge[0]..edge[1]).collect();
-    if pieces.len() < 2 {
-        return found;
-    }
-    pieces.retain(|piece| (SHORT_SEGMENT..=LONGEST).contains(&piece.len()));
-    pieces.sort_by_key(ExactSizeIterator::len);
-    pieces.truncate(MOST_PIECES);
+    let short = short_segments(starts, measurements.len());
+    let pieces = pieces(starts, measurements.len());
     let of_pieces: Vec<(Range<usize>, Vec<Rival>)> =
-        pieces.into_par_iter().map(|piece| (piece.clone(), rivals(measurements, fit, piece))).collect();
+        pieces.into_par_iter().map(|piece| (piece.clone(), rivals(measurements, fit, piece, &short))).collect();
     for (piece, rivals) in of_pieces {
         let settled = ambiguity.settled(piece.clone());
         for rival in rivals {
@@ -84,22 +77,44 @@ pub(crate) fn rival_motions(
     found
 }
 
+/// The pieces that are searched, the shortest first: segments between two jumps, alone, and with a short one beside them, which may be a part of
+/// them.
+fn pieces(starts: &[usize], samples: usize) -> Vec<Range<usize>> {
+    let mut edges = vec![0];
+    edges.extend(starts);
+    edges.push(samples);
+    let has_short = |edges: &&[usize]| edges.windows(2).any(|edge| edge[1] < edge[0] + SHORT_SEGMENT);
+    let from_to = |edges: &[usize]| edges[0]..edges[edges.len() - 1];
+    let joined = edges.windows(3).filter(has_short).map(from_to);
+    let mut pieces: Vec<Range<usize>> = edges.windows(2).map(from_to).chain(joined).collect();
+    pieces.retain(|piece| (SHORT_SEGMENT..=LONGEST).contains(&piece.len()) && piece.len() < samples);
+    pieces.sort_by_key(ExactSizeIterator::len);
+    pieces.truncate(MOST_PIECES);
+    pieces
+}
+
 /// Another motion of a piece, and what it costs more than the present one by the predictive likelihood, −2 ln.
 struct Rival {
     psi: Vec<f64>,
     cost: f64,
 }
 
-/// The likeliest other motions of one piece.
-fn rivals(measurements: &Measurements, fit: &Fit, piece: Range<usize>) -> Vec<Rival> {
+/// The likeliest other motions of one piece. Nothing tells the poses of `short` segments, so that they tell nothing of the shape.
+fn rivals(measurements: &Measurements, fit: &Fit, piece: Range<usize>, short: &[Range<usize>]) -> Vec<Rival> {
     let period = fit.prior.symmetry.period_rad();
     let alone = Measurements { instants: measurements.instants[piece.clone()].to_vec() };
     let present = &fit.estimate.psi[piece.clone()];
     let mut others = measurements.clone();
-    others.instants[piece].iter_mut().for_each(Instant::set_aside);
+    for aside in short.iter().cloned().chain([piece]) {
+        others.instants[aside].iter_mut().for_each(Instant::set_aside);
+    }
+    // The shape of the fit is bent towards the present motion of the piece.
+    let others_alone = &fit.at_optimum_of(&others);
     let sd_m = (LOOSE * fit.prior.size_m).max(fit.noise.sensor_m);
-    let loose = Fit { noise: Noise { sensor_m: sd_m, balance_m: sd_m }, ..fit.clone() };
-    let Some((loose, sharp)) = PredictiveShape::from(&others, &loose).zip(PredictiveShape::from(&others, fit)) else {
+    let loose = Fit { noise: Noise { sensor_m: sd_m, balance_m: sd_m }, ..others_alone.clone() };
+    let turned = common_rotation(&fit.estimate.psi, &others_alone.estimate.psi, period);
+    let Some((loose, sharp)) = PredictiveShape::from(&others, &loose).zip(PredictiveShape::from(&others, others_alone))
+    else {
         return Vec::new();
     };
     let is_same = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| near(*a, *b, period));
@@ -114,6 +129,7 @@ fn rivals(measurements: &Measurements, fit: &Fit, piece: Range<usize>) -> Vec<Ri
     let mut rivals: Vec<Rival> = trials.into_iter().map(weighed).map(against_here).collect();
     rivals.retain(|rival| rival.cost < NO_RIVAL && !is_same(&rival.psi, present));
     rivals.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    rivals.iter_mut().flat_map(|rival| &mut rival.psi).for_each(|psi| *psi += turned);
     first_distinct(rivals, RIVALS, |rival| rival.psi.as_slice(), is_same)
 }
 

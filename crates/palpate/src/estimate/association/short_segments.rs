@@ -32,7 +32,9 @@ pub(crate) fn reassociated(
     }
     let mut others = measurements.clone();
     short.iter().cloned().flatten().for_each(|index| others.instants[index].set_aside());
-    let Some(predictive) = (samples <= MOST_SAMPLES).then(|| PredictiveShape::from(&others, fit)).flatten() else {
+    let Some(predictive) =
+        (samples <= MOST_SAMPLES).then(|| PredictiveShape::from(&others, &fit.at_optimum_of(&others))).flatten()
+    else {
         short.into_iter().for_each(|segment| ambiguity.lower(segment, 0.0));
         return Vec::new();
     };

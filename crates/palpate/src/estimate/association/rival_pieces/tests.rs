@@ -29,9 +29,20 @@ fn from_a_rival_motion_the_search_finds_the_true_one() {
         }
     }
     assert!(rivals_of_truth >= 50, "{rivals_of_truth} rivals");
-    assert!(returned * 3 >= rivals_of_truth * 2, "{returned} of {rivals_of_truth}");
-    // All other samples tell the true motion from the wrong one by more than the limit in some cases, not in all.
-    assert!(preferred > 0 && preferred < returned, "{preferred} of {returned}");
+    // 82 and 34 in a hundred; 73 and 21 with a predictive shape that the wrong motion has bent.
+    assert!(returned * 4 >= rivals_of_truth * 3, "{returned} of {rivals_of_truth}");
+    assert!(preferred * 4 > rivals_of_truth && preferred < returned, "{preferred} of {rivals_of_truth}");
+}
+
+#[test]
+fn a_short_segment_beside_a_piece_may_be_a_part_of_it() {
+    let short = SHORT_SEGMENT - 1;
+    assert_eq!(pieces(&[20, 20 + short], 200), [0..20, 0..20 + short]);
+    assert_eq!(pieces(&[20, 20 + SHORT_SEGMENT], 200), [20..20 + SHORT_SEGMENT, 0..20]);
+    assert_eq!(pieces(&[LONGEST], 200), std::slice::from_ref(&(0..LONGEST)));
+    assert!(pieces(&[LONGEST + 1], 200).is_empty() && pieces(&[], 20).is_empty());
+    // Both together would be all of the log.
+    assert_eq!(pieces(&[short], 20), std::slice::from_ref(&(short..20)));
 }
 
 #[test]
