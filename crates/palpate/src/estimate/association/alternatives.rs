@@ -127,7 +127,7 @@ pub(crate) fn compare_evidence(
         let exact = with_exact_balance(fit.noise).and_then(|noise| {
             let measurements = with_balance_weights(measurements.clone(), &estimate, noise.balance_m);
             let exact = Smoother::new(&measurements, fit.order, noise, fit.prior).strictly_convex();
-            let there = exact.run(estimate.coefficients.clone(), estimate.psi.clone(), STOPPING);
+            let there = exact.run_chord(estimate.coefficients.clone(), estimate.psi.clone(), STOPPING);
             weigh(&exact, there, by_jumps)
         });
         let loose = weigh(&of_fit, estimate, by_jumps);

@@ -84,6 +84,10 @@ const UPDATES: usize = 12;
 /// held for some rounds, while slip or forces are missed by more than so many times what palms are exact to.
 const OTHER_FRICTION: [[f64; 2]; 5] = [[1.25, 1.25], [0.8, 0.8], [1.6, 1.6], [1.5, 1.0], [1.0, 1.5]];
 const OTHER_FRICTION_ROUNDS: usize = 3;
+
+/// They are tried where slip and forces already come within so many times what is plausible: of logs with friction those that need it miss the
+/// forces by a third of that, and objects without friction, which some coefficient or other would bend to a fit, by five times as much.
+const NEARLY_PLAUSIBLE: f64 = 3.0;
 const HELD_ROUNDS: usize = 3;
 const EXACT: f64 = 2.0;
 
@@ -317,8 +321,9 @@ impl Job<'_> {
 impl<'a> Setting<'a> {
     /// The best of what other coefficients of friction lead to.
     fn with_other_friction(&self, mut best: Settled) -> Settled {
+        let near = PLAUSIBLE.map(|share| NEARLY_PLAUSIBLE * share);
         for _ in 0..OTHER_FRICTION_ROUNDS {
-            if best.is_exact(self.bounds) {
+            if best.is_exact(self.bounds) || !best.leaves_at_most(self.bounds, near) {
                 break;
             }
             let led = OTHER_FRICTION.into_par_iter().filter_map(|factors| self.beginning_with_friction(&best, factors));

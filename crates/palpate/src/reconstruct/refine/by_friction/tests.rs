@@ -87,24 +87,46 @@ fn rolling_leads_to_form_friction_and_centre_of_mass() {
     );
 }
 
-#[test]
-fn wrong_coefficients_of_friction_are_left() {
+/// What comes of an optimum whose coefficients of friction are held at wrong ones, so many times the true ones.
+fn from_wrong_friction<T>(factor: f64, then: impl Fn(&Setting, Settled) -> T) -> T {
     let (shape, run) = felt(false);
     let options = ReconstructOptions::default();
     let job = Job::new(&run.log, &options);
     let fit = fit(&job, &shape, &run);
     let setting = Setting::new(&job, job.raw, &job.measurements, &fit, &[]);
-    for factor in [0.7, 1.4] {
-        let wrong = unknowns(&fit, FRICTION.map(|friction| factor * friction));
-        let regimes = setting.modes_of(&wrong, CLOSE);
-        let held = setting.settled_holding(Some(wrong.friction), (wrong.clone(), regimes), CLOSE, (ROUNDS, UPDATES));
-        let held = held.expect("an optimum");
-        for (found, wrong) in held.optimum.unknowns.friction.iter().zip(wrong.friction) {
-            assert!((found - wrong).abs() < 0.05 * wrong, "{found} is held at {wrong}");
-        }
-        assert!(!held.is_exact(setting.bounds));
-        friction_is_right(&setting.with_other_friction(held));
+    let wrong = unknowns(&fit, FRICTION.map(|friction| factor * friction));
+    let regimes = setting.modes_of(&wrong, CLOSE);
+    let held = setting.settled_holding(Some(wrong.friction), (wrong.clone(), regimes), CLOSE, (ROUNDS, UPDATES));
+    let held = held.expect("an optimum");
+    for (found, wrong) in held.optimum.unknowns.friction.iter().zip(wrong.friction) {
+        assert!((found - wrong).abs() < 0.05 * wrong, "{found} is held at {wrong}");
     }
+    then(&setting, held)
+}
+
+#[test]
+fn wrong_coefficients_of_friction_are_left() {
+    for factor in [0.7, 1.4] {
+        from_wrong_friction(factor, |setting, held| {
+            assert!(!held.is_exact(setting.bounds));
+            friction_is_right(&setting.with_other_friction(held));
+        });
+    }
+}
+
+#[test]
+fn other_coefficients_of_friction_are_tried_near_what_is_plausible() {
+    let missing = |forces: f64| {
+        from_wrong_friction(0.7, |setting, mut held| {
+            held.optimum.noise.forces_m = forces * PLAUSIBLE[1] * held.optimum.unknowns.coefficients[0];
+            let wrong = held.optimum.unknowns.friction;
+            (setting.with_other_friction(held).optimum.unknowns.friction, wrong)
+        })
+    };
+    let (found, wrong) = missing(1.01 * NEARLY_PLAUSIBLE);
+    assert_eq!(found, wrong);
+    let (found, wrong) = missing(0.99 * NEARLY_PLAUSIBLE);
+    assert_ne!(found, wrong);
 }
 
 #[test]
