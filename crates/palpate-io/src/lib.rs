@@ -24,6 +24,8 @@
 //! # Ok::<(), palpate_io::ReadError>(())
 //! ```
 //!
+//! [`RowReader`] reads a log line by line as it comes, [`log_csv_header`] and [`push_log_row`] write one so.
+//!
 //! [`write_result`] puts a [`Reconstruction`](palpate::Reconstruction) into a folder that is written aside and renamed, so that it
 //! is there as a whole or not at all; a folder that holds anything but an earlier result is left alone. [`check_result_target`]
 //! asks the same questions before a long computation. [`Summary`] is what `summary.json` holds.
@@ -49,9 +51,10 @@ mod write_error;
 pub use csv::columns::{point_of, point_row, pose_of, pose_row};
 pub use folder::write_whole;
 pub use log::log_reader::{
-    LogFile, MIN_SAMPLES, log_from_columns, parse_log, read_log, read_log_as, read_log_with_rig,
+    LogFile, MIN_SAMPLES, fault_of, log_from_columns, parse_log, read_log, read_log_as, read_log_with_rig,
 };
-pub use log::log_writer::{log_csv, write_log};
+pub use log::log_writer::{log_csv, log_csv_header, push_log_row, write_log};
+pub use log::row_reader::RowReader;
 pub use read_error::{ReadError, ReadProblem};
 pub use result::figures::{check_figures_target, write_figures};
 pub use result::summary::{CoefficientSummary, ConstantSummary, FrictionSummary, JumpSummary, Summary, TruthSummary};

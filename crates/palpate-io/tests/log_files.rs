@@ -187,3 +187,25 @@ proptest! {
         prop_assert_eq!(left.len(), 1);
     }
 }
+
+#[test]
+fn a_recording_that_was_cut_off_is_read_up_to_its_last_whole_line() {
+    let samples: Vec<Sample> = (0..14)
+        .map(|k| Sample {
+            force1_n: (k % 2 == 0).then_some(1.5),
+            ..Sample::new(0.1 * f64::from(k), PalmPair::hinged(1.0, 1.3), 0.03, 0.031)
+        })
+        .collect();
+    let mut text = palpate_io::log_csv_header(&[("rig".to_owned(), "exact".to_owned())]);
+    samples.iter().for_each(|sample| palpate_io::push_log_row(&mut text, sample));
+    let whole = palpate_io::parse_log("log.csv", text.as_bytes()).expect("a whole recording");
+    assert_eq!((whole.log.samples, whole.notes), (samples.clone(), vec![]));
+    let last_line = text.trim_end().rfind('\n').expect("several lines") + 1;
+    for end in last_line + 1..text.len() {
+        let cut = palpate_io::parse_log("log.csv", &text.as_bytes()[..end]).expect("a recording that was cut off");
+        assert_eq!(cut.log.samples, samples[..13], "{end}");
+        assert_eq!(cut.notes, ["the recording ended in the middle of a line, which is left out"], "{end}");
+    }
+    let other = text.replace("palpate record", "a robot");
+    assert!(palpate_io::parse_log("log.csv", &other.as_bytes()[..last_line + 1]).is_err());
+}

@@ -44,7 +44,7 @@ const FORCE1: Quantity = Quantity::or_empty("force1", Dimension::Force, NOT_STAT
 const FORCE2: Quantity = Quantity::or_empty("force2", Dimension::Force, NOT_STATED);
 const ALL: [Quantity; 13] =
     [TIME, PHI1, PHI2, S1, S2, S1_SD, S2_SD, BASE1_X, BASE1_Y, BASE2_X, BASE2_Y, FORCE1, FORCE2];
-const HEADER: &str = "time_s,phi1_rad,phi2_rad,s1_m,s2_m";
+pub(super) const HEADER: &str = "time_s,phi1_rad,phi2_rad,s1_m,s2_m";
 
 /// A palm log as it came from a file.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -79,7 +79,10 @@ pub fn read_log(path: &Path) -> Result<LogFile, ReadError> {
 /// As [`read_log`].
 pub fn read_log_as(path: &Path, conventions: &Conventions) -> Result<LogFile, ReadError> {
     let (name, bytes) = (path.to_string_lossy(), read_bytes(path)?);
-    by_conventions(&name, Table::parse(&name, &bytes, HEADER)?, conventions)
+    let (whole, cut) = whole_lines(&bytes);
+    let mut file = by_conventions(&name, Table::parse(&name, whole, HEADER)?, conventions)?;
+    file.notes.extend(cut);
+    Ok(file)
 }
 
 /// The same for a log that may say by itself what rig wrote it, in a comment `# rig: …` above its header (as `palpate simulate` writes it, see
@@ -89,14 +92,29 @@ pub fn read_log_as(path: &Path, conventions: &Conventions) -> Result<LogFile, Re
 /// As [`read_log`]; also when the comment says nothing that can be understood.
 pub fn read_log_with_rig(path: &Path) -> Result<(LogFile, Option<RigFile>), ReadError> {
     let (name, bytes) = (path.to_string_lossy(), read_bytes(path)?);
-    let table = Table::parse(&name, &bytes, HEADER)?;
+    let (whole, cut) = whole_lines(&bytes);
+    let table = Table::parse(&name, whole, HEADER)?;
     let said = table.metadata.iter().find(|(key, _)| key == comment::KEY);
     let rig = said
         .map(|(_, value)| comment::parse_rig_comment(&name, value))
         .transpose()
         .map_err(|error| ReadError::in_file(&name, ReadProblem::RigComment { problem: error.problem.to_string() }))?;
     let conventions = rig.as_ref().map(|rig| rig.conventions).unwrap_or_default();
-    Ok((by_conventions(&name, table, &conventions)?, rig))
+    let mut file = by_conventions(&name, table, &conventions)?;
+    file.notes.extend(cut);
+    Ok((file, rig))
+}
+
+/// The first line of a file that is written as the samples come, so that its last line may be cut off; see [`log_csv_header`](crate::log_csv_header).
+pub const RECORDING: &str = "# recorded by: palpate record";
+
+/// A recording without a last line that was cut off, and a note that it was; any other file as it is.
+fn whole_lines(bytes: &[u8]) -> (&[u8], Option<String>) {
+    if !bytes.starts_with(RECORDING.as_bytes()) || bytes.ends_with(b"\n") {
+        return (bytes, None);
+    }
+    let whole = bytes.iter().rposition(|&byte| byte == b'\n').map_or(0, |last| last + 1);
+    (&bytes[..whole], Some("the recording ended in the middle of a line, which is left out".to_string()))
 }
 
 fn by_conventions(name: &str, table: Table, conventions: &Conventions) -> Result<LogFile, ReadError> {
@@ -112,10 +130,13 @@ fn by_conventions(name: &str, table: Table, conventions: &Conventions) -> Result
 /// # Errors
 /// As [`read_log`].
 pub fn parse_log(name: &str, bytes: &[u8]) -> Result<LogFile, ReadError> {
-    let table = Table::parse(name, bytes, HEADER)?;
+    let (whole, cut) = whole_lines(bytes);
+    let table = Table::parse(name, whole, HEADER)?;
     let columns = Columns::find(&table)?;
     table.require_rows()?;
-    from_table(name, table, &columns)
+    let mut file = from_table(name, table, &columns)?;
+    file.notes.extend(cut);
+    Ok(file)
 }
 
 /// A palm log from columns in memory, each a name and the text of its cells, by the same rules. Lines of an error are rows,
@@ -148,11 +169,11 @@ fn from_table(name: &str, table: Table, columns: &Columns) -> Result<LogFile, Re
 }
 
 /// Where each quantity is.
-struct Columns {
+pub(super) struct Columns {
     time: Column,
     phi: [Column; 2],
     /// What the angles are multiplied by.
-    signs: [f64; 2],
+    pub(super) signs: [f64; 2],
     s: [Column; 2],
     sd: [Option<Column>; 2],
     base1: [Option<Column>; 2],
@@ -161,7 +182,7 @@ struct Columns {
 }
 
 impl Columns {
-    fn find(table: &Table) -> Result<Self, ReadError> {
+    pub(super) fn find(table: &Table) -> Result<Self, ReadError> {
         let required = |quantity| table.require(quantity, &ALL);
         let optional = |quantity| table.find(quantity, &ALL);
         Ok(Self {
@@ -182,7 +203,7 @@ impl Columns {
         required.into_iter().chain(optional.into_iter().flatten().flatten()).collect()
     }
 
-    fn sample(&self, table: &Table, row: usize) -> Result<Sample, ReadError> {
+    pub(super) fn sample(&self, table: &Table, row: usize) -> Result<Sample, ReadError> {
         let coordinate = |column: Option<Column>| column.map_or(Ok(0.0), |column| base_coordinate(table, row, column));
         let force = |column: Option<Column>| column.map_or(Ok(None), |column| normal_force(table, row, column));
         let sd = |column: Option<Column>| column.map_or(Ok(None), |column| standard_deviation(table, row, column));
@@ -202,6 +223,30 @@ impl Columns {
             force2_n: force(self.force[1])?,
         })
     }
+}
+
+/// What a log would not take of a sample that comes from elsewhere, in a few words; `None` where all is well.
+///
+/// ```
+/// use palpate::{Sample, palms::PalmPair};
+/// assert_eq!(palpate_io::fault_of(&Sample::new(0.0, PalmPair::hinged(1.0, 1.2), 0.03, 0.03)), None);
+/// assert_eq!(palpate_io::fault_of(&Sample::new(0.0, PalmPair::hinged(1.0, 1.2), 0.03, -0.03)), Some("a contact beyond its palm"));
+/// ```
+pub fn fault_of(sample: &Sample) -> Option<&'static str> {
+    let Sample { time_s, palms, s1_m, s2_m, s1_sd_m, s2_sd_m, force1_n, force2_n } = *sample;
+    let all = |values: [Option<f64>; 2], good: fn(f64) -> bool| values.into_iter().flatten().all(good);
+    let bases = [palms.base1_m, palms.base2_m];
+    let checks = [
+        ("a time that is no number", time_s.is_finite()),
+        ("an angle of palm 1 beyond two turns", palms.phi1_rad.abs() <= MAX_PHI1_RAD),
+        ("palms that do not open between 0 and 180 degrees", palms.phi2_rad > 0.0 && palms.phi2_rad < PI),
+        ("parallel palms", palms.phi2_rad.sin().abs() >= MIN_SIN_PHI2),
+        ("a base point far away", bases.as_flattened().iter().all(|length_m| length_m.abs() <= MAX_LENGTH_M)),
+        ("a contact beyond its palm", all([s1_m, s2_m], |s_m| (0.0..=MAX_LENGTH_M).contains(&s_m))),
+        ("a standard deviation that is none", all([s1_sd_m, s2_sd_m], |sd_m| sd_m > 0.0 && sd_m <= MAX_LENGTH_M)),
+        ("a negative force", all([force1_n, force2_n], |force_n| force_n >= 0.0 && force_n.is_finite())),
+    ];
+    checks.into_iter().find_map(|(fault, good)| (!good).then_some(fault))
 }
 
 fn unit_of(column: Column) -> &'static str {

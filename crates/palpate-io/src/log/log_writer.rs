@@ -7,6 +7,7 @@ use palpate::{Log, Sample};
 use crate::csv::number::{number, push_row};
 use crate::csv::table;
 use crate::folder::write_whole;
+use crate::log::log_reader::RECORDING;
 use crate::write_error::{WriteError, WriteProblem};
 
 /// Writes a palm log: SI units, digits enough to read back the same numbers, and only the optional columns that have a value in
@@ -44,34 +45,48 @@ pub fn log_csv(log: &Log) -> String {
     text
 }
 
+/// The head of a palm log that is written sample by sample: its metadata and a header with all columns, since it is not known yet which will have
+/// values. A file that begins so may be cut off anywhere below it; its readers leave out a last line that is not whole.
+pub fn log_csv_header(metadata: &[(String, String)]) -> String {
+    let mut text = format!("{RECORDING}\n");
+    metadata.iter().for_each(|(key, value)| text.push_str(&format!("# {key}: {value}\n")));
+    push_row(&mut text, ALL.iter().map(|(name, _)| name.to_string()));
+    text
+}
+
+/// The line of a sample below [`log_csv_header`], appended.
+pub fn push_log_row(text: &mut String, sample: &Sample) {
+    push_row(text, ALL.iter().map(|(_, value)| value(sample).map(number).unwrap_or_default()));
+}
+
 /// A column name and its value in a sample.
 type NamedValue = (&'static str, fn(&Sample) -> Option<f64>);
 
+/// All columns: required ones, base points, and what may be stated.
+const ALL: [NamedValue; 13] = [
+    ("time_s", |sample| Some(sample.time_s)),
+    ("phi1_rad", |sample| Some(sample.palms.phi1_rad)),
+    ("phi2_rad", |sample| Some(sample.palms.phi2_rad)),
+    ("s1_m", |sample| sample.s1_m),
+    ("s2_m", |sample| sample.s2_m),
+    ("base1_x_m", |sample| Some(sample.palms.base1_m[0])),
+    ("base1_y_m", |sample| Some(sample.palms.base1_m[1])),
+    ("base2_x_m", |sample| Some(sample.palms.base2_m[0])),
+    ("base2_y_m", |sample| Some(sample.palms.base2_m[1])),
+    ("s1_sd_m", |sample| sample.s1_sd_m),
+    ("s2_sd_m", |sample| sample.s2_sd_m),
+    ("force1_n", |sample| sample.force1_n),
+    ("force2_n", |sample| sample.force2_n),
+];
+
 fn columns(log: &Log) -> Vec<NamedValue> {
-    const REQUIRED: [NamedValue; 5] = [
-        ("time_s", |sample| Some(sample.time_s)),
-        ("phi1_rad", |sample| Some(sample.palms.phi1_rad)),
-        ("phi2_rad", |sample| Some(sample.palms.phi2_rad)),
-        ("s1_m", |sample| sample.s1_m),
-        ("s2_m", |sample| sample.s2_m),
-    ];
-    const BASES: [NamedValue; 4] = [
-        ("base1_x_m", |sample| Some(sample.palms.base1_m[0])),
-        ("base1_y_m", |sample| Some(sample.palms.base1_m[1])),
-        ("base2_x_m", |sample| Some(sample.palms.base2_m[0])),
-        ("base2_y_m", |sample| Some(sample.palms.base2_m[1])),
-    ];
-    const STATED: [NamedValue; 4] = [
-        ("s1_sd_m", |sample| sample.s1_sd_m),
-        ("s2_sd_m", |sample| sample.s2_sd_m),
-        ("force1_n", |sample| sample.force1_n),
-        ("force2_n", |sample| sample.force2_n),
-    ];
-    let mut columns = REQUIRED.to_vec();
+    let (required, rest) = ALL.split_at(5);
+    let (bases, stated) = rest.split_at(4);
+    let mut columns = required.to_vec();
     let is_apart = |sample: &Sample| sample.palms.base1_m != [0.0; 2] || sample.palms.base2_m != [0.0; 2];
     if log.samples.iter().any(is_apart) {
-        columns.extend(BASES);
+        columns.extend(bases);
     }
-    columns.extend(STATED.into_iter().filter(|(_, value)| log.samples.iter().any(|sample| value(sample).is_some())));
+    columns.extend(stated.iter().filter(|(_, value)| log.samples.iter().any(|sample| value(sample).is_some())));
     columns
 }

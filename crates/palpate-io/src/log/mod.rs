@@ -1,4 +1,5 @@
-//! Palm logs: from a file and into one.
+//! Palm logs: from a file and into one, as a whole and line by line.
 
 pub(crate) mod log_reader;
 pub(crate) mod log_writer;
+pub(crate) mod row_reader;

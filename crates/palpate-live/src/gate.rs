@@ -1,0 +1,114 @@
+//! What every source has to pass: values that a rig can have, and a time that increases.
+
+use palpate::{Log, Sample};
+use palpate_io::{Conventions, fault_of};
+
+use crate::losses::Losses;
+
+/// A sample that is older than the newest by no more than this is late and left out; by more, the clock was set back. Networks and buses delay by
+/// less than a second, and whoever sets a clock back by less loses as much.
+const LONGEST_DELAY_S: f64 = 1.0;
+/// Time between two samples across a step of the clock, where no two samples before tell it.
+const USUAL_STEP_S: f64 = 0.01;
+
+/// Lets samples through in the order of time.
+#[derive(Clone, Debug)]
+pub(crate) struct Gate {
+    conventions: Conventions,
+    /// Time of the newest sample as it was let through.
+    newest_s: Option<f64>,
+    /// Time between the two newest.
+    step_s: f64,
+    /// What is added to times since a clock was set back.
+    offset_s: f64,
+    losses: Losses,
+}
+
+impl Gate {
+    pub(crate) fn new(conventions: Conventions) -> Self {
+        Self { conventions, newest_s: None, step_s: USUAL_STEP_S, offset_s: 0.0, losses: Losses::default() }
+    }
+
+    pub(crate) fn losses(&self) -> Losses {
+        self.losses
+    }
+
+    /// The sample as it enters the log, if it does.
+    pub(crate) fn admit(&mut self, mut sample: Sample) -> Option<Sample> {
+        if is_implausible(&sample, &self.conventions) {
+            self.losses.implausible += 1;
+            return None;
+        }
+        sample.time_s += self.offset_s;
+        if let Some(newest_s) = self.newest_s {
+            let behind_s = newest_s - sample.time_s;
+            if behind_s == 0.0 {
+                self.losses.doubled += 1;
+                return None;
+            }
+            if behind_s > 0.0 && behind_s <= LONGEST_DELAY_S {
+                self.losses.late += 1;
+                return None;
+            }
+            if behind_s > 0.0 {
+                self.losses.clock_steps += 1;
+                self.offset_s += behind_s + self.step_s;
+                sample.time_s = newest_s + self.step_s;
+            }
+            self.step_s = (sample.time_s - newest_s).min(LONGEST_DELAY_S);
+        }
+        self.newest_s = Some(sample.time_s);
+        Some(sample)
+    }
+}
+
+/// Whether no rig of these conventions has such a sample.
+pub(crate) fn is_implausible(sample: &Sample, conventions: &Conventions) -> bool {
+    let log = conventions.apply(&Log { samples: vec![*sample] });
+    log.samples.first().is_none_or(|sample| fault_of(sample).is_some())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use palpate::palms::PalmPair;
+
+    fn at(time_s: f64) -> Sample {
+        Sample::new(time_s, PalmPair::hinged(1.0, 1.2), 0.03, 0.03)
+    }
+
+    fn times(gate: &mut Gate, times_s: &[f64]) -> Vec<f64> {
+        times_s.iter().filter_map(|&time_s| gate.admit(at(time_s))).map(|sample| sample.time_s).collect()
+    }
+
+    #[test]
+    fn late_and_doubled_samples_are_left_out_and_counted() {
+        let mut gate = Gate::new(Conventions::default());
+        assert_eq!(times(&mut gate, &[1.0, 2.0, 2.0, 1.5, 1.0, 3.0]), [1.0, 2.0, 3.0]);
+        assert_eq!(gate.losses(), Losses { doubled: 1, late: 2, ..Losses::default() });
+    }
+
+    #[test]
+    fn a_clock_set_back_by_an_hour_costs_no_sample() {
+        let mut gate = Gate::new(Conventions::default());
+        let through = times(&mut gate, &[5000.0, 5000.25, 1400.5, 1400.75, 1401.0]);
+        assert_eq!(through, [5000.0, 5000.25, 5000.5, 5000.75, 5001.0]);
+        assert_eq!(gate.losses(), Losses { clock_steps: 1, ..Losses::default() });
+        // Just within, and just beyond, what counts as late.
+        assert_eq!(times(&mut gate, &[1400.0, 1399.875]).len(), 1);
+        assert_eq!(gate.losses(), Losses { clock_steps: 2, late: 1, ..Losses::default() });
+    }
+
+    #[test]
+    fn what_no_rig_has_is_left_out_by_the_conventions_of_the_rig() {
+        let mut turned = at(1.0);
+        turned.palms.phi2_rad *= -1.0;
+        let mut gate = Gate::new(Conventions::default());
+        assert_eq!(gate.admit(turned), None);
+        assert_eq!(gate.admit(Sample { time_s: f64::NAN, ..at(0.0) }), None);
+        assert_eq!(gate.losses().implausible, 2);
+        let clockwise = Conventions { angle_signs: [1.0, -1.0], ..Conventions::default() };
+        assert_eq!(Gate::new(clockwise).admit(turned), Some(turned));
+        assert_eq!(Gate::new(clockwise).admit(at(1.0)), None);
+    }
+}

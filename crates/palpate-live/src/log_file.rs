@@ -1,0 +1,58 @@
+//! A palm log from an MCAP file as a whole.
+
+use std::path::Path;
+
+use palpate::Log;
+use palpate_io::{Conventions, LogFile, MIN_SAMPLES, RigFile, parse_rig_comment};
+
+use crate::error::SourceError;
+use crate::gate::Gate;
+use crate::source::mcap::McapSource;
+use crate::source::{Arrival, Source};
+
+/// Reads a palm log from an MCAP file: a recording of palpate, or with `map`, a TOML file that says which topics hold what, a ROS 2 bag. The log is as
+/// palpate has it: the conventions are those given, or else those that the recording states, with what it says of its rig.
+///
+/// # Errors
+/// The file cannot be read, does not hold what is looked for, or has fewer than [`MIN_SAMPLES`] samples with a contact on both palms.
+pub fn read_mcap_log(
+    path: &Path,
+    map: Option<&Path>,
+    conventions: Option<Conventions>,
+) -> Result<(LogFile, Option<RigFile>), SourceError> {
+    let mut source = McapSource::open(path, map)?;
+    let name = path.display().to_string();
+    let mut raw = Log::default();
+    loop {
+        match source.next()? {
+            Arrival::Sample(sample) => raw.samples.push(sample),
+            Arrival::Nothing => {}
+            Arrival::End => break,
+        }
+    }
+    let metadata = source.metadata().to_vec();
+    let said = match conventions {
+        Some(_) => None,
+        None => metadata.iter().find(|(key, _)| key == "rig").map(|(_, value)| parse_rig_comment(&name, value)),
+    };
+    let said =
+        said.transpose().map_err(|error| SourceError::content(&name, format!("what it says of its rig: {error}")))?;
+    let conventions = conventions.or(said.as_ref().map(|rig| rig.conventions)).unwrap_or_default();
+    let mut gate = Gate::new(conventions);
+    let samples = raw.samples.into_iter().filter_map(|sample| gate.admit(sample)).collect();
+    let log = conventions.apply(&Log { samples });
+    let mut losses = source.losses();
+    losses += gate.losses();
+    let mut notes: Vec<String> = source.first_fault().into_iter().collect();
+    if !losses.is_none() {
+        notes.push(format!("left out or noticed: {losses}"));
+    }
+    let both = log.samples.iter().filter(|sample| sample.s1_m.is_some() && sample.s2_m.is_some()).count();
+    if both < MIN_SAMPLES {
+        let first = source.first_fault().map_or_else(String::new, |fault| format!("; the first fault: {fault}"));
+        let problem =
+            format!("{both} samples have a contact on both palms, and {MIN_SAMPLES} are needed; lost: {losses}{first}");
+        return Err(SourceError::content(name, problem));
+    }
+    Ok((LogFile { log, metadata, notes }, said))
+}

@@ -1,0 +1,60 @@
+//! A recording in CSV.
+
+use std::fs::File;
+use std::io::{self, Write};
+use std::path::Path;
+
+use palpate::Sample;
+
+use super::LogFileWriter;
+
+/// Lines are written when there are so many bytes of them.
+const WRITE_BYTES: usize = 64 * 1024;
+
+/// Whole lines, written by one call each time.
+pub(super) struct CsvWriter {
+    file: File,
+    /// Lines that are not written yet.
+    lines: String,
+    /// Bytes of the file that are whole lines.
+    whole: u64,
+}
+
+impl CsvWriter {
+    pub(super) fn create(path: &Path, metadata: &[(String, String)]) -> io::Result<Self> {
+        let mut writer = Self { file: super::create(path)?, lines: palpate_io::log_csv_header(metadata), whole: 0 };
+        writer.hand_over().inspect_err(|_| writer.undo())?;
+        Ok(writer)
+    }
+}
+
+impl LogFileWriter for CsvWriter {
+    fn push(&mut self, sample: &Sample) -> io::Result<()> {
+        palpate_io::push_log_row(&mut self.lines, sample);
+        if self.lines.len() >= WRITE_BYTES {
+            self.hand_over()?;
+        }
+        Ok(())
+    }
+
+    fn hand_over(&mut self) -> io::Result<u64> {
+        self.file.write_all(self.lines.as_bytes())?;
+        self.whole += self.lines.len() as u64;
+        self.lines.clear();
+        Ok(self.whole)
+    }
+
+    fn bring_to_disk(&mut self) -> io::Result<()> {
+        // A device or a pipe has no disk.
+        if self.file.metadata()?.is_file() { self.file.sync_data() } else { Ok(()) }
+    }
+
+    fn finish(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+
+    fn undo(&mut self) {
+        // The reader does without a last line that is not whole, if this fails too.
+        let _ = self.file.set_len(self.whole);
+    }
+}

@@ -1,0 +1,102 @@
+//! A recording in MCAP: chunks of JSON messages, each chunk whole.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{self, BufWriter};
+use std::path::Path;
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use mcap::records::MessageHeader;
+use mcap::{McapError, WriteOptions, Writer};
+use palpate::Sample;
+
+use super::LogFileWriter;
+use crate::mcap_files::sample_message::{METADATA, SCHEMA, SampleMessage, TOPIC, schema};
+
+/// A file of the format.
+pub(super) struct McapWriter {
+    /// `None` after a failure.
+    writer: Option<Writer<BufWriter<File>>>,
+    file: File,
+    channel: u16,
+    sequence: u32,
+    /// Nanoseconds since 1970 at the beginning of the recording.
+    begun_ns: u64,
+    /// Time of the first sample, seconds.
+    first_s: Option<f64>,
+    /// Bytes of the file that are whole.
+    whole: u64,
+}
+
+impl McapWriter {
+    pub(super) fn create(path: &Path, metadata: &[(String, String)]) -> io::Result<Self> {
+        let file = super::create(path)?;
+        let options = WriteOptions::new()
+            .compression(None)
+            .disable_seeking(true)
+            .library(concat!("palpate ", env!("CARGO_PKG_VERSION")));
+        let mut writer = options.create(BufWriter::new(file.try_clone()?)).map_err(io_error)?;
+        let schema_id = writer.add_schema(SCHEMA, "jsonschema", schema().as_bytes()).map_err(io_error)?;
+        let channel = writer.add_channel(schema_id, TOPIC, "json", &BTreeMap::new()).map_err(io_error)?;
+        let metadata =
+            mcap::records::Metadata { name: METADATA.to_owned(), metadata: metadata.iter().cloned().collect() };
+        writer.write_metadata(&metadata).map_err(io_error)?;
+        let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+        let begun_ns = u64::try_from(since_1970.as_nanos()).unwrap_or(0);
+        let mut writer = Self { writer: Some(writer), file, channel, sequence: 0, begun_ns, first_s: None, whole: 0 };
+        writer.hand_over().inspect_err(|_| writer.undo())?;
+        Ok(writer)
+    }
+
+    fn writer(&mut self) -> io::Result<&mut Writer<BufWriter<File>>> {
+        self.writer.as_mut().ok_or_else(|| io::Error::other("the recording has failed before"))
+    }
+}
+
+impl LogFileWriter for McapWriter {
+    fn push(&mut self, sample: &Sample) -> io::Result<()> {
+        let data = serde_json::to_vec(&SampleMessage::from(sample))?;
+        let since_first_s = sample.time_s - *self.first_s.get_or_insert(sample.time_s);
+        // Saturates.
+        let log_time = self.begun_ns.saturating_add((1e9 * since_first_s) as u64);
+        let header =
+            MessageHeader { channel_id: self.channel, sequence: self.sequence, log_time, publish_time: log_time };
+        self.sequence = self.sequence.wrapping_add(1);
+        self.writer()?.write_to_known_channel(&header, &data).map_err(io_error)
+    }
+
+    fn hand_over(&mut self) -> io::Result<u64> {
+        self.writer()?.flush().map_err(io_error)?;
+        let length = self.file.metadata()?.len();
+        self.whole = length;
+        Ok(length)
+    }
+
+    fn bring_to_disk(&mut self) -> io::Result<()> {
+        if self.file.metadata()?.is_file() { self.file.sync_data() } else { Ok(()) }
+    }
+
+    fn finish(&mut self) -> io::Result<()> {
+        self.writer()?.finish().map_err(io_error)?;
+        let Some(writer) = self.writer.take() else { return Ok(()) };
+        writer.into_inner().into_inner().map_err(io::IntoInnerError::into_error)?;
+        Ok(())
+    }
+
+    fn undo(&mut self) {
+        if let Some(writer) = self.writer.take() {
+            // It would try to end the file, and to write what it holds.
+            let (unwritten, _) = writer.into_inner().into_parts();
+            drop(unwritten);
+        }
+        // A last chunk that is not whole is left out by readers, if this fails too.
+        let _ = self.file.set_len(self.whole);
+    }
+}
+
+fn io_error(error: McapError) -> io::Error {
+    match error {
+        McapError::Io(error) => error,
+        other => io::Error::other(other.to_string()),
+    }
+}
