@@ -7,6 +7,7 @@ mod calibrate;
 mod demo;
 mod paper;
 mod reconstruct;
+mod record;
 mod rig;
 mod simulate;
 mod sweep;
@@ -25,6 +26,7 @@ Examples:
   palpate reconstruct trial.csv -o trial           your own log -> trial/report.html, shape.csv, motion.csv, summary.json
   palpate simulate --shape egg -o egg.csv          a log to try things on, with the truth beside it
   palpate reconstruct egg.csv -o egg --truth egg.truth
+  palpate record serial:/dev/ttyUSB0 -o trial.csv  what a rig feels, into a log
   palpate rig --template > rig.toml                what is known of pads and encoders, for reconstruct --rig
   palpate calibrate day/*.csv -o rig.toml          pads and encoders, calibrated by logs of any objects
   palpate paper                                    the figures of Moll & Erdmann (2001), reproduced
@@ -48,6 +50,7 @@ enum Command {
     Demo(demo::Arguments),
     Simulate(simulate::Arguments),
     Reconstruct(reconstruct::Arguments),
+    Record(record::Arguments),
     Rig(rig::Arguments),
     Calibrate(calibrate::Arguments),
     Paper(paper::Arguments),
@@ -59,6 +62,7 @@ fn main() -> ExitCode {
         Command::Demo(arguments) => demo::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Reconstruct(arguments) => reconstruct::run(&arguments),
+        Command::Record(arguments) => record::run(&arguments),
         Command::Rig(arguments) => rig::run(&arguments),
         Command::Calibrate(arguments) => calibrate::run(&arguments),
         Command::Paper(arguments) => paper::run(&arguments),

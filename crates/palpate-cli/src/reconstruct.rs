@@ -30,6 +30,8 @@ Examples:
   palpate reconstruct trial.csv                          writes trial.palpate/
   palpate reconstruct trial.csv -o out/trial
   palpate reconstruct trial.csv --json | jq .certified
+  palpate reconstruct trial.mcap                         a recording of `palpate record`
+  palpate reconstruct bag.mcap --map topics.toml         a ROS 2 bag
   palpate reconstruct trial.csv --rig rig.toml           what you know of pads and encoders; the rest is estimated with the shape
   palpate reconstruct trial.csv --calibrated             a rig without errors: readings are taken as they are
   palpate reconstruct egg.csv --truth egg.truth          compares with what is known, after the fact
@@ -42,9 +44,12 @@ written;  1 anything else.";
 #[derive(clap::Args)]
 #[command(after_help = AFTER_HELP, allow_negative_numbers = true)]
 pub struct Arguments {
-    /// The palm log, a CSV file
+    /// The palm log, a CSV file; or an MCAP file, recorded by `palpate record` or, with --map, by ROS 2
     #[arg(value_name = "LOG.csv")]
     log: PathBuf,
+    /// Which topics and fields of an MCAP file hold what, a TOML file (docs/formats.md)
+    #[arg(long, value_name = "TOPICS.toml")]
+    map: Option<PathBuf>,
     /// Folder for the result, made if missing [default: the log's name with .palpate instead of .csv]
     #[arg(short, long = "out", value_name = "DIR")]
     out: Option<PathBuf>,
@@ -139,6 +144,15 @@ pub fn run(arguments: &Arguments) -> Result<Ending, Failure> {
 /// The log, and what is known of its rig: the file given, or that readings are exact, or what the log says of itself, or the default
 /// tolerances.
 fn read(arguments: &Arguments) -> Result<(LogFile, RigFile), Failure> {
+    if arguments.map.is_some() || arguments.log.extension().is_some_and(|extension| extension == "mcap") {
+        let given = match &arguments.rig {
+            Some(path) => Some(palpate_io::read_rig(path)?),
+            None => arguments.calibrated.then(RigFile::exact),
+        };
+        let conventions = given.as_ref().map(|rig| rig.conventions);
+        let (file, said) = palpate_live::read_mcap_log(&arguments.log, arguments.map.as_deref(), conventions)?;
+        return Ok((file, given.or(said).unwrap_or_default()));
+    }
     if let Some(path) = &arguments.rig {
         let rig = palpate_io::read_rig(path)?;
         return Ok((palpate_io::read_log_as(&arguments.log, &rig.conventions)?, rig));

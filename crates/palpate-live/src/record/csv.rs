@@ -8,9 +8,6 @@ use palpate::Sample;
 
 use super::LogFileWriter;
 
-/// Lines are written when there are so many bytes of them.
-const WRITE_BYTES: usize = 64 * 1024;
-
 /// Whole lines, written by one call each time.
 pub(super) struct CsvWriter {
     file: File,
@@ -29,12 +26,10 @@ impl CsvWriter {
 }
 
 impl LogFileWriter for CsvWriter {
-    fn push(&mut self, sample: &Sample) -> io::Result<()> {
+    fn push(&mut self, sample: &Sample) -> io::Result<usize> {
+        let before = self.lines.len();
         palpate_io::push_log_row(&mut self.lines, sample);
-        if self.lines.len() >= WRITE_BYTES {
-            self.hand_over()?;
-        }
-        Ok(())
+        Ok(self.lines.len() - before)
     }
 
     fn hand_over(&mut self) -> io::Result<u64> {

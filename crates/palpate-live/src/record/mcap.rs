@@ -54,7 +54,7 @@ impl McapWriter {
 }
 
 impl LogFileWriter for McapWriter {
-    fn push(&mut self, sample: &Sample) -> io::Result<()> {
+    fn push(&mut self, sample: &Sample) -> io::Result<usize> {
         let data = serde_json::to_vec(&SampleMessage::from(sample))?;
         let since_first_s = sample.time_s - *self.first_s.get_or_insert(sample.time_s);
         // Saturates.
@@ -62,7 +62,8 @@ impl LogFileWriter for McapWriter {
         let header =
             MessageHeader { channel_id: self.channel, sequence: self.sequence, log_time, publish_time: log_time };
         self.sequence = self.sequence.wrapping_add(1);
-        self.writer()?.write_to_known_channel(&header, &data).map_err(io_error)
+        self.writer()?.write_to_known_channel(&header, &data).map_err(io_error)?;
+        Ok(data.len())
     }
 
     fn hand_over(&mut self) -> io::Result<u64> {

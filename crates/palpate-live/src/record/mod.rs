@@ -15,6 +15,8 @@ use crate::error::RecordError;
 const HAND_OVER: Duration = Duration::from_millis(250);
 /// And brought to the disk this often, where it is safe from the end of the machine.
 const BRING_TO_DISK: Duration = Duration::from_secs(1);
+/// And however fast the samples come, so many bytes wait at most.
+const HAND_OVER_BYTES: u64 = 16 * 1024;
 
 /// When a recording goes on in another file. The default is never.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -38,8 +40,8 @@ pub struct Recorded {
 
 /// A file that takes samples.
 trait LogFileWriter {
-    /// Takes a sample in.
-    fn push(&mut self, sample: &Sample) -> io::Result<()>;
+    /// Takes a sample in; its bytes.
+    fn push(&mut self, sample: &Sample) -> io::Result<usize>;
 
     /// Hands what was taken in to the operating system, as something that can be read; bytes in the file.
     fn hand_over(&mut self) -> io::Result<u64>;
@@ -78,7 +80,9 @@ pub struct Recorder {
     /// Samples handed over, and those that are not yet.
     safe: u64,
     pending: u64,
+    /// Bytes of each.
     size_bytes: u64,
+    pending_bytes: u64,
     handed_over: Instant,
     on_disk: Instant,
     files: Vec<PathBuf>,
@@ -118,6 +122,7 @@ impl Recorder {
             safe: 0,
             pending: 0,
             size_bytes: 0,
+            pending_bytes: 0,
             handed_over: now,
             on_disk: now,
             files: vec![first],
@@ -133,11 +138,11 @@ impl Recorder {
             if self.is_full(sample.time_s) {
                 self.go_on_in_another()?;
             }
-            self.attempt("writing failed", |writer| writer.push(sample))?;
+            self.pending_bytes += self.attempt("writing failed", |writer| writer.push(sample))? as u64;
             self.pending += 1;
             self.first_s.get_or_insert(sample.time_s);
             self.span_s.get_or_insert((sample.time_s, sample.time_s)).1 = sample.time_s;
-            if self.format == Format::Csv && self.rotation.size_bytes.is_some() {
+            if self.pending_bytes >= HAND_OVER_BYTES {
                 self.hand_over()?;
             }
         }
@@ -169,7 +174,7 @@ impl Recorder {
 
     fn is_full(&self, time_s: f64) -> bool {
         let Some(first_s) = self.first_s else { return false };
-        self.rotation.size_bytes.is_some_and(|limit| self.size_bytes >= limit)
+        self.rotation.size_bytes.is_some_and(|limit| self.size_bytes + self.pending_bytes >= limit)
             || self.rotation.duration_s.is_some_and(|limit| time_s - first_s >= limit)
     }
 
@@ -188,9 +193,14 @@ impl Recorder {
         self.attempt("it cannot be ended", |writer| writer.finish().and_then(|()| writer.bring_to_disk()))
     }
 
-    fn hand_over(&mut self) -> Result<(), RecordError> {
+    /// Hands everything that was taken in to the operating system. [`push`](Self::push) does so several times a second.
+    ///
+    /// # Errors
+    /// As of [`push`](Self::push).
+    pub fn hand_over(&mut self) -> Result<(), RecordError> {
         self.size_bytes = self.attempt("writing failed", |writer| writer.hand_over())?;
         self.safe += std::mem::take(&mut self.pending);
+        self.pending_bytes = 0;
         self.handed_over = Instant::now();
         Ok(())
     }

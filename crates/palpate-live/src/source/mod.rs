@@ -10,6 +10,7 @@ pub(crate) mod simulated;
 pub(crate) mod text;
 
 use palpate::Sample;
+use palpate_io::RigFile;
 
 use crate::error::SourceError;
 use crate::losses::Losses;
@@ -27,6 +28,11 @@ pub trait Source: Send {
 
     /// What was wrong with the first line or message that was left out, in a sentence.
     fn first_fault(&self) -> Option<String> {
+        None
+    }
+
+    /// What the source knows of its rig when it is opened, if anything.
+    fn rig(&self) -> Option<RigFile> {
         None
     }
 

@@ -83,6 +83,7 @@ pub(crate) struct Simulated {
     /// The next sample, until it is due.
     next: Option<Sample>,
     speed: f64,
+    rig: RigFile,
     /// When the first sample was given, and its time.
     begun: Option<(Instant, f64)>,
 }
@@ -101,7 +102,7 @@ impl Simulated {
             None => RigFile::exact(),
         };
         let mut samples = plan.simulate(&rig).map_err(|problem| SourceError::settings(path, problem))?.into_iter();
-        Ok(Self { next: samples.next(), samples, speed: plan.speed, begun: None })
+        Ok(Self { next: samples.next(), samples, speed: plan.speed, rig, begun: None })
     }
 }
 
@@ -173,6 +174,10 @@ impl Source for Simulated {
 
     fn losses(&self) -> Losses {
         Losses::default()
+    }
+
+    fn rig(&self) -> Option<RigFile> {
+        Some(self.rig)
     }
 
     fn overflow(&self) -> Overflow {
