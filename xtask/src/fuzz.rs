@@ -36,10 +36,13 @@ struct Target {
     timeout_s: u32,
 }
 
-const TARGETS: [Target; 3] = [
+const TARGETS: [Target; 6] = [
     Target { name: "parse_log", seeds: "seeds", share: 0.1, timeout_s: 10 },
-    Target { name: "reconstruct", seeds: "seeds", share: 0.3, timeout_s: 60 },
-    Target { name: "mutated_log", seeds: "mutations", share: 0.6, timeout_s: 60 },
+    Target { name: "protocol", seeds: "lines", share: 0.05, timeout_s: 10 },
+    Target { name: "messages", seeds: "messages", share: 0.05, timeout_s: 10 },
+    Target { name: "mcap", seeds: "mcap", share: 0.1, timeout_s: 10 },
+    Target { name: "reconstruct", seeds: "seeds", share: 0.25, timeout_s: 60 },
+    Target { name: "mutated_log", seeds: "mutations", share: 0.45, timeout_s: 60 },
 ];
 
 /// Memory of one program at most, megabytes.

@@ -106,7 +106,9 @@ mod tests {
         let mut gate = Gate::new(Conventions::default());
         assert_eq!(gate.admit(turned), None);
         assert_eq!(gate.admit(Sample { time_s: f64::NAN, ..at(0.0) }), None);
-        assert_eq!(gate.losses().implausible, 2);
+        assert_eq!(gate.admit(at(1.000_001e13)), None);
+        assert_eq!(gate.losses().implausible, 3);
+        assert!(gate.admit(at(1e13)).is_some());
         let clockwise = Conventions { angle_signs: [1.0, -1.0], ..Conventions::default() };
         assert_eq!(Gate::new(clockwise).admit(turned), Some(turned));
         assert_eq!(Gate::new(clockwise).admit(at(1.0)), None);

@@ -36,7 +36,7 @@ mod source;
 mod stream;
 
 pub use error::{RecordError, SourceError};
-pub use log_file::read_mcap_log;
+pub use log_file::{parse_mcap_log, read_mcap_log};
 pub use losses::Losses;
 pub use record::{Recorded, Recorder, Rotation};
 pub use source::address::{Address, EvdevAngles};

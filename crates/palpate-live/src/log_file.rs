@@ -1,5 +1,6 @@
 //! A palm log from an MCAP file as a whole.
 
+use std::io::Read;
 use std::path::Path;
 
 use palpate::Log;
@@ -7,6 +8,7 @@ use palpate_io::{Conventions, LogFile, MIN_SAMPLES, RigFile, parse_rig_comment};
 
 use crate::error::SourceError;
 use crate::gate::Gate;
+use crate::ros::topics::Topics;
 use crate::source::mcap::McapSource;
 use crate::source::{Arrival, Source};
 
@@ -20,8 +22,23 @@ pub fn read_mcap_log(
     map: Option<&Path>,
     conventions: Option<Conventions>,
 ) -> Result<(LogFile, Option<RigFile>), SourceError> {
-    let mut source = McapSource::open(path, map)?;
-    let name = path.display().to_string();
+    log_of(&path.display().to_string(), McapSource::open(path, map)?, conventions)
+}
+
+/// The same from memory, with the text of the map; `name` stands for both in messages.
+///
+/// # Errors
+/// As of [`read_mcap_log`].
+pub fn parse_mcap_log(name: &str, bytes: &[u8], map: Option<&str>) -> Result<(LogFile, Option<RigFile>), SourceError> {
+    let topics = map.map(|text| Topics::parse(name.as_ref(), text)).transpose()?;
+    log_of(name, McapSource::new(name.to_owned(), bytes, topics.as_ref()), None)
+}
+
+fn log_of<R: Read + Send>(
+    name: &str,
+    mut source: McapSource<R>,
+    conventions: Option<Conventions>,
+) -> Result<(LogFile, Option<RigFile>), SourceError> {
     let mut raw = Log::default();
     loop {
         match source.next()? {
@@ -33,10 +50,10 @@ pub fn read_mcap_log(
     let metadata = source.metadata().to_vec();
     let said = match conventions {
         Some(_) => None,
-        None => metadata.iter().find(|(key, _)| key == "rig").map(|(_, value)| parse_rig_comment(&name, value)),
+        None => metadata.iter().find(|(key, _)| key == "rig").map(|(_, value)| parse_rig_comment(name, value)),
     };
     let said =
-        said.transpose().map_err(|error| SourceError::content(&name, format!("what it says of its rig: {error}")))?;
+        said.transpose().map_err(|error| SourceError::content(name, format!("what it says of its rig: {error}")))?;
     let conventions = conventions.or(said.as_ref().map(|rig| rig.conventions)).unwrap_or_default();
     let mut gate = Gate::new(conventions);
     let samples = raw.samples.into_iter().filter_map(|sample| gate.admit(sample)).collect();

@@ -27,6 +27,9 @@ const SHORT_CONTACT_M: f64 = 1e-3;
 /// The unwrapped angle of palm 1 stays within this many radians.
 const MAX_PHI1_RAD: f64 = 2.0 * TAU;
 
+/// Latest time of a sample from elsewhere, seconds: beyond, a hundredth of a second is lost in the rounding of the number.
+const MAX_TIME_S: f64 = 1e13;
+
 const NO_CONTACT: &str = "no contact was seen";
 const NOT_STATED: &str = "it is not known";
 const TIME: Quantity = Quantity::new("time", Dimension::Time);
@@ -237,7 +240,7 @@ pub fn fault_of(sample: &Sample) -> Option<&'static str> {
     let all = |values: [Option<f64>; 2], good: fn(f64) -> bool| values.into_iter().flatten().all(good);
     let bases = [palms.base1_m, palms.base2_m];
     let checks = [
-        ("a time that is no number", time_s.is_finite()),
+        ("a time that is none", time_s.abs() <= MAX_TIME_S),
         ("an angle of palm 1 beyond two turns", palms.phi1_rad.abs() <= MAX_PHI1_RAD),
         ("palms that do not open between 0 and 180 degrees", palms.phi2_rad > 0.0 && palms.phi2_rad < PI),
         ("parallel palms", palms.phi2_rad.sin().abs() >= MIN_SIN_PHI2),
