@@ -80,7 +80,7 @@ impl Clock {
                 let forward_s = f64::from(forward_us) / 1e6;
                 let silence_s = (host_s - newest.host_s).max(SHORTEST_STEP_S);
                 let agree = (forward_s - silence_s).abs() <= SAME_SILENCE_S + 0.01 * silence_s;
-                if forward_us <= LONGEST_SILENCE_US || agree {
+                if forward_us > 0 && (forward_us <= LONGEST_SILENCE_US || agree) {
                     newest.time_us + u64::from(forward_us)
                 } else {
                     self.restarts += 1;
@@ -128,6 +128,8 @@ mod tests {
         assert_eq!(clock.step(20_000), Some(Step::Leap));
         assert_eq!((clock.advance(20_000, 0.25), clock.restarts), (0.75, 1));
         assert_eq!(clock.step(10_000), Some(Step::Late));
+        clock.interrupted();
+        assert_eq!((clock.step(20_000), clock.advance(20_000, 0.5), clock.restarts), (Some(Step::Leap), 1.0, 2));
     }
 
     #[test]

@@ -1,10 +1,11 @@
 //! The messages of an MCAP file, one after the other, from a file of any length.
 
-use std::borrow::Cow;
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, VecDeque};
 use std::io::Read;
 
+use crc::{CRC_32_ISO_HDLC, Crc};
 use mcap::McapError;
+use mcap::read::ChunkReader;
 use mcap::records::Record;
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
@@ -70,26 +71,27 @@ impl From<McapError> for McapProblem {
     }
 }
 
+/// The check of a chunk.
+const CHUNK_CHECK: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
+
 /// Reads a file from its beginning.
 pub(crate) struct McapReader<R> {
     file: R,
     reader: LinearReader,
     schemas: HashMap<u16, String>,
     channels: HashMap<u16, Channel>,
+    /// Of the chunk that was read last.
+    items: VecDeque<Item>,
 }
 
 impl<R: Read> McapReader<R> {
     pub(crate) fn new(file: R) -> Self {
         let options = LinearReaderOptions::default()
             .with_skip_end_magic(true)
-            .with_prevalidate_chunk_crcs(true)
+            .with_emit_chunks(true)
             .with_record_length_limit(LONGEST_RECORD);
-        Self {
-            file,
-            reader: LinearReader::new_with_options(options),
-            schemas: HashMap::new(),
-            channels: HashMap::new(),
-        }
+        let reader = LinearReader::new_with_options(options);
+        Self { file, reader, schemas: HashMap::new(), channels: HashMap::new(), items: VecDeque::new() }
     }
 
     /// A channel that a message named.
@@ -100,6 +102,9 @@ impl<R: Read> McapReader<R> {
     /// The next message or metadata; `None` at the end.
     pub(crate) fn next(&mut self) -> Result<Option<Item>, McapProblem> {
         loop {
+            if let Some(item) = self.items.pop_front() {
+                return Ok(Some(item));
+            }
             let Some(event) = self.reader.next_event() else { return Ok(None) };
             match event? {
                 LinearReadEvent::ReadRequest(count) => {
@@ -108,25 +113,88 @@ impl<R: Read> McapReader<R> {
                     let read = self.file.read(self.reader.insert(count));
                     self.reader.notify_read(read.map_err(|error| McapProblem::Io(error.to_string()))?);
                 }
-                LinearReadEvent::Record { data, opcode } => match mcap::parse_record(opcode, data)? {
-                    Record::Schema { header, .. } if self.schemas.len() < MOST_CHANNELS => {
-                        self.schemas.insert(header.id, header.name);
-                    }
-                    Record::Channel(channel) if self.channels.len() < MOST_CHANNELS => {
-                        let schema = self.schemas.get(&channel.schema_id).cloned().unwrap_or_default();
-                        let found = Channel { topic: channel.topic, schema, encoding: channel.message_encoding };
-                        self.channels.insert(channel.id, found);
-                    }
-                    Record::Message { header, data } => {
-                        let (channel, log_time_ns) = (header.channel_id, header.log_time);
-                        return Ok(Some(Item::Message { channel, log_time_ns, data: Cow::into_owned(data) }));
-                    }
-                    Record::Metadata(metadata) => {
-                        return Ok(Some(Item::Metadata { name: metadata.name, values: metadata.metadata }));
-                    }
-                    _ => {}
-                },
+                LinearReadEvent::Record { data, opcode } => {
+                    let record = mcap::parse_record(opcode, data)?.into_owned();
+                    self.take(record)?;
+                }
             }
         }
+    }
+
+    fn take(&mut self, record: Record<'_>) -> Result<(), McapProblem> {
+        match record {
+            Record::Chunk { header, data } if header.compression.is_empty() => {
+                let check = header.uncompressed_crc;
+                if check != 0 && check != CHUNK_CHECK.checksum(&data) {
+                    return Err(McapProblem::Damaged("the check of a chunk fails".to_owned()));
+                }
+                let mut rest: &[u8] = &data;
+                while !rest.is_empty() {
+                    let (record, behind) = first_record(rest)?;
+                    self.take_inside(record)?;
+                    rest = behind;
+                }
+            }
+            Record::Chunk { header, data } => {
+                if header.uncompressed_size > LONGEST_RECORD as u64 {
+                    return Err(McapProblem::Damaged("a chunk is longer than any that is read".to_owned()));
+                }
+                for record in ChunkReader::new(header, &data)? {
+                    self.take_inside(record?)?;
+                }
+            }
+            other => self.take_inside(other)?,
+        }
+        Ok(())
+    }
+
+    /// A record that may stand in a chunk.
+    fn take_inside(&mut self, record: Record<'_>) -> Result<(), McapProblem> {
+        match record {
+            Record::Schema { header, .. } if self.schemas.len() < MOST_CHANNELS => {
+                self.schemas.insert(header.id, header.name);
+            }
+            Record::Channel(channel) if self.channels.len() < MOST_CHANNELS => {
+                let schema = self.schemas.get(&channel.schema_id).cloned().unwrap_or_default();
+                let found = Channel { topic: channel.topic, schema, encoding: channel.message_encoding };
+                self.channels.insert(channel.id, found);
+            }
+            Record::Message { header, data } => {
+                let (channel, log_time_ns) = (header.channel_id, header.log_time);
+                self.items.push_back(Item::Message { channel, log_time_ns, data: data.into_owned() });
+            }
+            Record::Metadata(metadata) => {
+                self.items.push_back(Item::Metadata { name: metadata.name, values: metadata.metadata });
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+}
+
+/// The first record of a chunk, and what is behind it: a byte that says its kind, its length, and as many bytes.
+fn first_record(chunk: &[u8]) -> Result<(Record<'_>, &[u8]), McapProblem> {
+    let damaged = || McapProblem::Damaged("a record is longer than its chunk".to_owned());
+    let (&opcode, rest) = chunk.split_first().ok_or_else(damaged)?;
+    let (length, rest) = rest.split_first_chunk().ok_or_else(damaged)?;
+    let length = usize::try_from(u64::from_le_bytes(*length)).map_err(|_| damaged())?;
+    let (body, rest) = rest.split_at_checked(length).ok_or_else(damaged)?;
+    Ok((mcap::parse_record(opcode, body)?, rest))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_record_that_is_longer_than_its_chunk_is_damage() {
+        let metadata = |length: u64| [vec![0x0c], length.to_le_bytes().to_vec(), vec![0; 8]].concat();
+        let (record, rest) =
+            first_record(&metadata(8)).map(|(record, rest)| (record.opcode(), rest.len())).expect("a record");
+        assert_eq!((record, rest), (0x0c, 0));
+        for length in [9, u64::MAX, u64::MAX - 8] {
+            assert!(matches!(first_record(&metadata(length)), Err(McapProblem::Damaged(_))), "{length}");
+        }
+        assert!(first_record(&metadata(8)[..5]).is_err());
     }
 }
