@@ -131,7 +131,7 @@ impl<R: Read> McapReader<R> {
                 let mut rest: &[u8] = &data;
                 while !rest.is_empty() {
                     let (record, behind) = first_record(rest)?;
-                    self.take_inside(record)?;
+                    self.take_inside(record);
                     rest = behind;
                 }
             }
@@ -140,16 +140,16 @@ impl<R: Read> McapReader<R> {
                     return Err(McapProblem::Damaged("a chunk is longer than any that is read".to_owned()));
                 }
                 for record in ChunkReader::new(header, &data)? {
-                    self.take_inside(record?)?;
+                    self.take_inside(record?);
                 }
             }
-            other => self.take_inside(other)?,
+            other => self.take_inside(other),
         }
         Ok(())
     }
 
     /// A record that may stand in a chunk.
-    fn take_inside(&mut self, record: Record<'_>) -> Result<(), McapProblem> {
+    fn take_inside(&mut self, record: Record<'_>) {
         match record {
             Record::Schema { header, .. } if self.schemas.len() < MOST_CHANNELS => {
                 self.schemas.insert(header.id, header.name);
@@ -168,7 +168,6 @@ impl<R: Read> McapReader<R> {
             }
             _ => {}
         }
-        Ok(())
     }
 }
 
