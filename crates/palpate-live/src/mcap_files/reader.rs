@@ -6,7 +6,7 @@ use std::io::Read;
 use crc::{CRC_32_ISO_HDLC, Crc};
 use mcap::McapError;
 use mcap::read::ChunkReader;
-use mcap::records::Record;
+use mcap::records::{Record, op};
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
 /// Longest record and chunk that is read, bytes. Chunks have a megabyte or so; a longer one would be for pictures, or is damage.
@@ -114,8 +114,8 @@ impl<R: Read> McapReader<R> {
                     self.reader.notify_read(read.map_err(|error| McapProblem::Io(error.to_string()))?);
                 }
                 LinearReadEvent::Record { data, opcode } => {
-                    let record = mcap::parse_record(opcode, data)?.into_owned();
-                    self.take(record)?;
+                    let record = parse(opcode, data)?.map(Record::into_owned);
+                    record.map_or(Ok(()), |record| self.take(record))?;
                 }
             }
         }
@@ -131,7 +131,9 @@ impl<R: Read> McapReader<R> {
                 let mut rest: &[u8] = &data;
                 while !rest.is_empty() {
                     let (record, behind) = first_record(rest)?;
-                    self.take_inside(record);
+                    if let Some(record) = record {
+                        self.take_inside(record);
+                    }
                     rest = behind;
                 }
             }
@@ -172,13 +174,23 @@ impl<R: Read> McapReader<R> {
 }
 
 /// The first record of a chunk, and what is behind it: a byte that says its kind, its length, and as many bytes.
-fn first_record(chunk: &[u8]) -> Result<(Record<'_>, &[u8]), McapProblem> {
+fn first_record(chunk: &[u8]) -> Result<(Option<Record<'_>>, &[u8]), McapProblem> {
     let damaged = || McapProblem::Damaged("a record is longer than its chunk".to_owned());
     let (&opcode, rest) = chunk.split_first().ok_or_else(damaged)?;
     let (length, rest) = rest.split_first_chunk().ok_or_else(damaged)?;
     let length = usize::try_from(u64::from_le_bytes(*length)).map_err(|_| damaged())?;
     let (body, rest) = rest.split_at_checked(length).ok_or_else(damaged)?;
-    Ok((mcap::parse_record(opcode, body)?, rest))
+    Ok((parse(opcode, body)?, rest))
+}
+
+/// A record of a kind that says something about samples; the others are not looked into.
+fn parse(opcode: u8, body: &[u8]) -> Result<Option<Record<'_>>, McapProblem> {
+    match opcode {
+        op::SCHEMA | op::CHANNEL | op::MESSAGE | op::CHUNK | op::METADATA => {
+            Ok(Some(mcap::parse_record(opcode, body)?))
+        }
+        _ => Ok(None),
+    }
 }
 
 #[cfg(test)]
@@ -188,12 +200,19 @@ mod tests {
     #[test]
     fn a_record_that_is_longer_than_its_chunk_is_damage() {
         let metadata = |length: u64| [vec![0x0c], length.to_le_bytes().to_vec(), vec![0; 8]].concat();
-        let (record, rest) =
-            first_record(&metadata(8)).map(|(record, rest)| (record.opcode(), rest.len())).expect("a record");
-        assert_eq!((record, rest), (0x0c, 0));
+        let (record, rest) = first_record(&metadata(8))
+            .map(|(record, rest)| (record.map(|record| record.opcode()), rest.len()))
+            .expect("a record");
+        assert_eq!((record, rest), (Some(op::METADATA), 0));
         for length in [9, u64::MAX, u64::MAX - 8] {
             assert!(matches!(first_record(&metadata(length)), Err(McapProblem::Damaged(_))), "{length}");
         }
         assert!(first_record(&metadata(8)[..5]).is_err());
+    }
+
+    #[test]
+    fn records_of_no_concern_are_not_looked_into() {
+        // An attachment whose fields end within its last four bytes.
+        assert!(matches!(parse(op::ATTACHMENT, &[0; 32]), Ok(None)));
     }
 }
