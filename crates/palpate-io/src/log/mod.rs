@@ -2,3 +2,4 @@
 
 pub(crate) mod log_reader;
 pub(crate) mod log_writer;
+pub(crate) mod plausible;
