@@ -9,7 +9,7 @@ use super::{BoundaryPoint, ShapeError, SupportFunction};
 /// A fit this close to the outline, as a share of the mean radius, is close enough: 0.03 mm of an object of 30 mm, less than the noise of
 /// any pad.
 const OUTLINE_TOLERANCE: f64 = 1e-3;
-/// Most harmonics of a shape made from an outline: with them sharp corners and flat sides of 40 mm are followed to 0.3 mm. A convex series
+/// Most harmonics of a shape made from an outline: with them sharp corners and flat sides of 60 mm are followed to 0.3 mm. A convex series
 /// comes closer in inverse proportion to their number.
 const MOST_OUTLINE_HARMONICS: usize = 256;
 /// Fewest that are tried; twice as many follow.
