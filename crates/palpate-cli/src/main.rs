@@ -1,14 +1,17 @@
 //! The program `palpate`: the object between two tactile palms, from their log.
 //!
-//! One file per command, and [`terminal`] for what is printed and how the program ends.
+//! One file per command, [`log_source`] and [`source`] for what is named on the command line, and [`terminal`] for what is printed and how the
+//! program ends.
 #![forbid(unsafe_code)]
 
 mod calibrate;
 mod demo;
+mod log_source;
 mod paper;
 mod reconstruct;
 mod rig;
 mod simulate;
+mod source;
 mod sweep;
 mod terminal;
 mod values;
