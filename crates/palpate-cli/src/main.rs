@@ -49,7 +49,7 @@ struct Arguments {
 #[derive(Subcommand)]
 enum Command {
     Demo(demo::Arguments),
-    Simulate(simulate::Arguments),
+    Simulate(Box<simulate::Arguments>),
     Reconstruct(reconstruct::Arguments),
     Rig(rig::Arguments),
     Calibrate(calibrate::Arguments),

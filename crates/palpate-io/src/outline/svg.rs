@@ -206,7 +206,7 @@ fn subpaths(path: &BezPath) -> Option<Vec<Vec<Point>>> {
         match element {
             PathEl::MoveTo(point) => all.push(vec![point]),
             PathEl::LineTo(point) if count <= MAX_POINTS => {
-                all.last_mut().into_iter().for_each(|last| last.push(point))
+                all.last_mut().into_iter().for_each(|last| last.push(point));
             }
             _ => {}
         }

@@ -230,7 +230,7 @@ pub fn rounded_rectangle(length_m: f64, width_m: f64, corner_radius_m: f64) -> R
     let (x_m, y_m) = (0.5 * length_m - corner_radius_m, 0.5 * width_m - corner_radius_m);
     // |cos θ| = 2/π − 4/π Σ (−1)^m cos 2mθ / (4m² − 1), and |sin θ| the same a quarter turn on.
     let even = |m: usize| {
-        let sign = if m % 2 == 0 { 1.0 } else { -1.0 };
+        let sign = if m.is_multiple_of(2) { 1.0 } else { -1.0 };
         [0.0, -4.0 / PI * (sign * x_m + y_m) / (4.0 * (m * m) as f64 - 1.0)]
     };
     let harmonics = (1..=MOST_OUTLINE_HARMONICS / 2).flat_map(even).map(|a| [a, 0.0]).collect();
