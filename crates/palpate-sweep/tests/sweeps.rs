@@ -110,7 +110,11 @@ fn logs_are_reconstructed_and_held_against_the_truths_beside_them() {
         ]
     );
     assert!(rows[0].solved.is_some());
-    assert!(rows[1].reason.starts_with("broken.csv, line 1: there is no column for phi1"), "{}", rows[1].reason);
+    assert!(
+        rows[1].reason.starts_with("broken.csv, line 1: there are no columns for phi1, phi2, s1 and s2"),
+        "{}",
+        rows[1].reason
+    );
     assert_eq!(rows[3].reason, "the truth has 149 poses, the log 150 samples; they do not belong together");
 
     // A machine that sees other logs, or none, gives no row.
