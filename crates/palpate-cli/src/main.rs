@@ -1,15 +1,18 @@
 //! The program `palpate`: the object between two tactile palms, from their log.
 //!
-//! One file per command, and [`terminal`] for what is printed and how the program ends.
+//! One file per command, [`log_source`] and [`source`] for what is named on the command line, and [`terminal`] for what is printed and how the
+//! program ends.
 #![forbid(unsafe_code)]
 
 mod calibrate;
 mod demo;
+mod log_source;
 mod paper;
 mod reconstruct;
 mod record;
 mod rig;
 mod simulate;
+mod source;
 mod sweep;
 mod terminal;
 mod values;
@@ -48,7 +51,7 @@ struct Arguments {
 #[derive(Subcommand)]
 enum Command {
     Demo(demo::Arguments),
-    Simulate(simulate::Arguments),
+    Simulate(Box<simulate::Arguments>),
     Reconstruct(reconstruct::Arguments),
     Record(record::Arguments),
     Rig(rig::Arguments),

@@ -9,26 +9,31 @@ use palpate::mechanics::STANDARD_GRAVITY_M_PER_S2;
 use palpate::reconstruct::{Doubt, FoundSymmetry, Method, Reconstructor, diagnostics, measured_forces};
 use palpate::sensor::CalibrationConstant;
 use palpate::{Reconstruction, Truth};
-use palpate_io::{ConstantSummary, FrictionSummary, LogFile, RigFile, Summary, TruthSummary};
+use palpate_io::{ConstantSummary, FrictionSummary, LogFile, Summary, TruthSummary};
 use palpate_report::{ReportInput, TruthOverlay};
 
+use crate::log_source::LogSource;
 use crate::terminal::{Ending, Failure, Terminal, print};
 use crate::values;
 
 const AFTER_HELP: &str = "\
-The log is a CSV file with the columns time_s, phi1_rad, phi2_rad, s1_m and s2_m, in any order and in other units if the names
-say so (s1_mm, phi1_deg, time_ms). An empty cell in s1 or s2 means no contact. Optional: s1_sd_m and s2_sd_m
+A log is a CSV file, or one compressed by gzip, with the columns time_s, phi1_rad, phi2_rad, s1_m and s2_m, in any order and in other
+units if the names say so (s1_mm, \"phi1 (deg)\", time_ms); what spreadsheets write, with semicolons and decimal commas, is read as well.
+An empty cell in s1 or s2 means no contact. Optional: s1_sd_m and s2_sd_m
 (standard deviations), base1_x_m, base1_y_m, base2_x_m and base2_y_m (base points of the palms; default: both in the origin),
 force1_n and force2_n.
 
 DIR receives report.html (open it first), shape.csv, motion.csv and summary.json. Where several objects explain the log equally well,
-DIR/alternatives holds the others. An earlier result in DIR is replaced; a folder that holds anything else is left alone.
+DIR/alternatives holds the others. An earlier result in DIR is replaced; a folder that holds anything else is left alone. Of several logs,
+a.csv goes to DIR/a, b.csv to DIR/b; one that cannot be used does not stop the others, and the exit code is the worst.
 
 The object may jump from one resting pose to another; the segments of the motion between the jumps are arranged.
 
 Examples:
   palpate reconstruct trial.csv                          writes trial.palpate/
   palpate reconstruct trial.csv -o out/trial
+  palpate reconstruct monday/*.csv -o out                writes out/NAME for each of them
+  logger | palpate reconstruct - -o trial                a log from standard input
   palpate reconstruct trial.csv --json | jq .certified
   palpate reconstruct trial.mcap                         a recording of `palpate record`
   palpate reconstruct bag.mcap --map topics.toml         a ROS 2 bag
@@ -40,17 +45,18 @@ Examples:
 Exit codes: 0 certified;  3 a result that is not certified (reasons in summary.json and in the report);  2 bad input or usage, nothing
 written;  1 anything else.";
 
-/// Find shape, motion and centre of mass from a palm log
+/// Find shape, motion and centre of mass from palm logs
 #[derive(clap::Args)]
 #[command(after_help = AFTER_HELP, allow_negative_numbers = true)]
 pub struct Arguments {
-    /// The palm log, a CSV file; or an MCAP file, recorded by `palpate record` or, with --map, by ROS 2
-    #[arg(value_name = "LOG.csv")]
-    log: PathBuf,
+    /// Palm logs, CSV files (.csv or .csv.gz), or MCAP files, recorded by `palpate record` or, with --map, by ROS 2; - for standard input
+    #[arg(value_name = "LOG.csv", required = true)]
+    logs: Vec<PathBuf>,
     /// Which topics and fields of an MCAP file hold what, a TOML file (docs/formats.md)
     #[arg(long, value_name = "TOPICS.toml")]
     map: Option<PathBuf>,
-    /// Folder for the result, made if missing [default: the log's name with .palpate instead of .csv]
+    /// Folder for the result, made if missing; of several logs, for a folder with the result of each [default: the log's name with .palpate
+    /// instead of .csv]
     #[arg(short, long = "out", value_name = "DIR")]
     out: Option<PathBuf>,
     /// Folder with the true shape.csv and motion.csv, to measure the errors of the result. The reconstruction does not see it
@@ -103,20 +109,63 @@ fn method() -> impl TypedValueParser<Value = Method> {
     PossibleValuesParser::new(known).try_map(|name| name.parse::<Method>())
 }
 
-/// Reads, reconstructs, writes, and says how it went.
+/// Reads, reconstructs, writes, and says how it went: for one log, or for several in turn.
 pub fn run(arguments: &Arguments) -> Result<Ending, Failure> {
     let terminal = Terminal::new(arguments.quiet);
-    let out = arguments.out.clone().unwrap_or_else(|| arguments.log.with_extension("palpate"));
-    let (file, rig) = read(arguments)?;
-    let truth = arguments.truth.as_deref().map(|dir| read_truth(dir, &file)).transpose()?;
-    file.notes.iter().for_each(|note| terminal.note(note));
+    let sources: Vec<LogSource> = arguments.logs.iter().map(|path| LogSource(path)).collect();
+    let several = sources.len() > 1;
+    let result_dirs = result_dirs(&sources, arguments.out.as_deref())?;
+    if several && arguments.truth.is_some() {
+        return Err(Failure::Input("--truth belongs to one log; reconstruct that one by itself".to_owned()));
+    }
     if let Some(threads) = arguments.threads {
         rayon::ThreadPoolBuilder::new()
             .num_threads(threads.into())
             .build_global()
             .map_err(|error| Failure::Other(format!("{threads} threads cannot be started: {error}")))?;
     }
-    let name = arguments.log.file_name().unwrap_or(arguments.log.as_os_str()).to_string_lossy();
+    if !several {
+        return one(arguments, sources[0], &result_dirs[0], &terminal);
+    }
+    let mut worst = Ending::Success;
+    for (source, out) in sources.into_iter().zip(&result_dirs) {
+        if !arguments.json {
+            terminal.say(&format!("{}:", source.0.display()))?;
+        }
+        worst = worst.max(one(arguments, source, out, &terminal).unwrap_or_else(|failure| Terminal::tell(&failure)));
+    }
+    Ok(worst)
+}
+
+/// The folder for the result of each log, no two the same.
+fn result_dirs(sources: &[LogSource], out: Option<&Path>) -> Result<Vec<PathBuf>, Failure> {
+    if out.is_none() && sources.iter().any(|source| source.is_standard_input()) {
+        return Err(Failure::Input("standard input has no name for its result; give a folder with -o DIR".to_owned()));
+    }
+    let dirs: Vec<PathBuf> = match (out, sources) {
+        (Some(out), [_]) => vec![out.to_owned()],
+        (Some(out), _) => sources.iter().map(|source| out.join(source.stem())).collect(),
+        (None, _) => sources.iter().map(|source| source.result_dir()).collect(),
+    };
+    for (index, dir) in dirs.iter().enumerate() {
+        if let Some(earlier) = dirs[..index].iter().position(|other| other == dir) {
+            let [first, second] = [earlier, index].map(|index| sources[index].0.display());
+            let message = format!(
+                "{first} and {second} would both be written to {}; reconstruct them in two calls",
+                dir.display()
+            );
+            return Err(Failure::Input(message));
+        }
+    }
+    Ok(dirs)
+}
+
+/// The same for one log.
+fn one(arguments: &Arguments, source: LogSource, out: &Path, terminal: &Terminal) -> Result<Ending, Failure> {
+    let (file, rig) = source.read(arguments.rig.as_deref(), arguments.calibrated, arguments.map.as_deref())?;
+    let truth = arguments.truth.as_deref().map(|dir| read_truth(dir, &file)).transpose()?;
+    file.notes.iter().for_each(|note| terminal.note(note));
+    let name = source.file_name();
     let job = Job {
         file: &file,
         name: Some(&name),
@@ -129,39 +178,16 @@ pub fn run(arguments: &Arguments) -> Result<Ending, Failure> {
             .rig(rig.rig),
         min_touches: arguments.min_touches,
         diagnostics: arguments.diagnostics,
-        out: &out,
+        out,
     };
-    let summary = solve(&job, &terminal)?;
+    let summary = solve(&job, terminal)?;
     if arguments.json {
         let json = summary.to_json().map_err(|error| Failure::Other(format!("summary.json: {error}")))?;
         print(json.trim_end())?;
     } else {
-        terminal.say(&told(&summary, &out))?;
+        terminal.say(&told(&summary, out))?;
     }
     Ok(if summary.certified { Ending::Success } else { Ending::NotCertified })
-}
-
-/// The log, and what is known of its rig: the file given, or that readings are exact, or what the log says of itself, or the default
-/// tolerances.
-fn read(arguments: &Arguments) -> Result<(LogFile, RigFile), Failure> {
-    if arguments.map.is_some() || arguments.log.extension().is_some_and(|extension| extension == "mcap") {
-        let given = match &arguments.rig {
-            Some(path) => Some(palpate_io::read_rig(path)?),
-            None => arguments.calibrated.then(RigFile::exact),
-        };
-        let conventions = given.as_ref().map(|rig| rig.conventions);
-        let (file, said) = palpate_live::read_mcap_log(&arguments.log, arguments.map.as_deref(), conventions)?;
-        return Ok((file, given.or(said).unwrap_or_default()));
-    }
-    if let Some(path) = &arguments.rig {
-        let rig = palpate_io::read_rig(path)?;
-        return Ok((palpate_io::read_log_as(&arguments.log, &rig.conventions)?, rig));
-    }
-    if arguments.calibrated {
-        return Ok((palpate_io::read_log(&arguments.log)?, RigFile::exact()));
-    }
-    let (file, said) = palpate_io::read_log_with_rig(&arguments.log)?;
-    Ok((file, said.unwrap_or_default()))
 }
 
 /// A truth with as many poses as the log has samples.

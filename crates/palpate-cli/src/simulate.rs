@@ -3,20 +3,29 @@
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
-use clap::ValueEnum;
 use palpate::palms::{MotionError, PalmMotion, PalmPair};
 use palpate::plan::{PalmLimits, PlanError, plan_turn};
 use palpate::sensor::{Rig, Tolerances, Touchpad};
-use palpate::shape::{NamedShape, ShapeError, SupportFunction};
+use palpate::shape::{ShapeError, SupportFunction};
 use palpate::simulate::{ObjectInertia, SimulateError, SimulateOptions, Simulation};
 
 use palpate_io::RigFile;
 
+use crate::source::{self, MotionSource, PadSource, ShapeSource};
 use crate::terminal::{Ending, Failure, Terminal};
 use crate::values;
 
 const AFTER_HELP: &str = "\
-Shapes: circle, disc, ellipse, egg, triangle and square (with rounded corners), pebble, stone, and random:SEED for any number SEED.
+Shapes: circle, disc, ellipse, egg, triangle and square (with rounded corners), pebble, stone, random:SEED for any number SEED, and with
+sizes in millimetres rectangle:60x40 (or rectangle:60x40x5 with a corner radius) and stadium:60x40. Or a file: OUTLINE.csv with the columns
+x_m and y_m (points in order round the object, other units as in logs), a shape.csv of a result or a truth, or a drawing OUTLINE.svg, of
+which the path with the largest area is taken, with user units as millimetres unless the document says otherwise. A shape has smooth
+corners and no flat sides: a note says how far it is from the outline, and the convex hull takes the place of a concave one. Its centre
+of mass is the centroid of the outline, or what --com-mm says.
+
+Motions: turn, zigzag, random, or a file with the columns time_s, phi1_rad and phi2_rad (and base points), such as any palm log.
+
+A touchpad file is TOML with any of noise_sd_m, counts_per_inch, angle_noise_sd_rad, dropout and length_m, as in the plan of a sweep.
 
 LOG.csv is the log; LOG.truth/ beside it holds the true shape and motion (shape.csv, motion.csv), and with --rig
 LOG.rig.toml the errors that the rig had. A comment in the log says what is known of its rig, which `palpate reconstruct` takes it by.
@@ -28,6 +37,8 @@ Examples:
   palpate simulate --motion random --shape stone -o jumps.csv      a motion that knows nothing of the object: it jumps
   palpate simulate --motion random --friction 0.2 -o sticky.csv    palms with friction: the object rolls, slides and jumps
   palpate simulate --speed 10 --rate-hz 100 -o fast.csv            the same motion in a tenth of the time: the object swings
+  palpate simulate --shape soap.svg --com-mm 2,0 -o soap.csv       your own object, its centre of mass 2 mm off the centroid
+  palpate simulate --motion trial.csv -o again.csv                 another object between palms that move as in your log
   palpate simulate --rig rig.toml -o off.csv                       as a rig with the errors and conventions of this file writes it
   palpate reconstruct pebble.csv -o pebble --truth pebble.truth";
 
@@ -38,31 +49,37 @@ pub struct Arguments {
     /// The log to write; the truth goes into LOG.truth beside it
     #[arg(short, long = "out", value_name = "LOG.csv")]
     out: PathBuf,
-    /// The object, see below
-    #[arg(long, value_name = "NAME", default_value = "pebble")]
-    shape: NamedShape,
-    /// Mean radius of the object (perimeter / 2 pi), mm
-    #[arg(long, value_name = "MM", default_value = "30", value_parser = values::positive)]
-    radius_mm: f64,
+    /// The object, by name or from a file, see below
+    #[arg(long, value_name = "NAME|FILE", default_value = "pebble", value_parser = source::shape)]
+    shape: ShapeSource,
+    /// Mean radius of the object (perimeter / 2 pi), mm [default: 30, or the size in the name or file]
+    #[arg(long, value_name = "MM", value_parser = values::positive)]
+    radius_mm: Option<f64>,
+    /// Centre of mass, as an offset from the centroid of the object, in its frame, mm [default: as the name has it; of an outline, the
+    /// centroid; of a shape.csv, its origin]
+    #[arg(long, value_name = "X,Y", value_parser = values::pair, allow_hyphen_values = true, conflicts_with = "com_offset_mm")]
+    com_mm: Option<[f64; 2]>,
     /// Offset of the centre of mass from its place in the shape, in the frame of the object, mm
     #[arg(long, value_name = "X,Y", default_value = "0,0", value_parser = values::pair, allow_hyphen_values = true)]
     com_offset_mm: [f64; 2],
-    /// How the palms move
-    #[arg(long, value_enum, default_value = "turn")]
-    motion: Motion,
-    /// Duration of the motion, s
-    #[arg(long, value_name = "S", default_value = "100", value_parser = values::positive)]
-    duration_s: f64,
-    /// Samples per second, Hz
-    #[arg(long, value_name = "HZ", default_value = "20", value_parser = values::positive)]
-    rate_hz: f64,
+    /// How the palms move, by name or from a file: turn (planned for the object: a full turn without a jump, or back and forth over as much
+    /// as can be felt), zigzag (squeezes, rotations and openings of one palm, there and back, as in the paper), random (smooth), or as in FILE
+    #[arg(long, value_name = "NAME|FILE", default_value = "turn", value_parser = source::motion)]
+    motion: MotionSource,
+    /// Duration of the motion, s [default: 100, or that of the file]
+    #[arg(long, value_name = "S", value_parser = values::positive)]
+    duration_s: Option<f64>,
+    /// Samples per second, Hz [default: 20, or as the file has them]
+    #[arg(long, value_name = "HZ", value_parser = values::positive)]
+    rate_hz: Option<f64>,
     /// Distance between the base points of the palms, mm; 0 for a common hinge
     #[arg(long, value_name = "MM", default_value = "0", value_parser = values::not_negative)]
     finger_gap_mm: f64,
-    /// Properties of the touch sensors; the options below override them
-    #[arg(long, value_enum, default_value = "ideal")]
-    pad: Pad,
-    /// Length of the palms, mm [default: unlimited for --pad ideal, 55.5 for --pad interlink]
+    /// Properties of the touch sensors: ideal (unlimited length, no rounding), interlink (the pad of the paper: 55.5 mm long, 200 counts per
+    /// inch, 128 levels of pressure), or a touchpad file, see below; the options below override them
+    #[arg(long, value_name = "NAME|FILE", default_value = "ideal", value_parser = source::pad)]
+    pad: PadSource,
+    /// Length of the palms, mm [default: as the pad has it]
     #[arg(long, value_name = "MM", value_parser = values::positive)]
     palm_length_mm: Option<f64>,
     /// The rig that writes the log, a file as `palpate rig --template` prints it: its constants are the errors of the readings, its
@@ -72,18 +89,18 @@ pub struct Arguments {
     /// Draw the errors of the rig: its constants, and random errors of its standard deviations on top of them
     #[arg(long, requires = "rig")]
     draw_rig: bool,
-    /// Standard deviation of Gaussian noise on the contact positions, mm [default: 0.1, or as the rig file says]
+    /// Standard deviation of Gaussian noise on the contact positions, mm [default: 0.1, or as the rig or touchpad file says]
     #[arg(long, value_name = "MM", value_parser = values::not_negative)]
     noise_mm: Option<f64>,
-    /// Steps per inch that contact positions are rounded to [default: none for --pad ideal, 200 for --pad interlink]
+    /// Steps per inch that contact positions are rounded to [default: as the pad has it]
     #[arg(long, value_name = "N", value_parser = values::positive)]
     counts_per_inch: Option<f64>,
-    /// Standard deviation of Gaussian noise on the two palm angles, degrees [default: 0, or as the rig file says]
+    /// Standard deviation of Gaussian noise on the two palm angles, degrees [default: 0, or as the rig or touchpad file says]
     #[arg(long, value_name = "DEG", value_parser = values::not_negative)]
     angle_noise_deg: Option<f64>,
-    /// Share of the readings of each pad that are missing, 0 to 1
-    #[arg(long, value_name = "SHARE", default_value = "0", value_parser = values::share)]
-    dropout: f64,
+    /// Share of the readings of each pad that are missing, 0 to 1 [default: 0, or as the touchpad file says]
+    #[arg(long, value_name = "SHARE", value_parser = values::share)]
+    dropout: Option<f64>,
     /// Coefficient of friction between palms and object, or those of palm 1 and palm 2 [default: none, or as the rig file says]
     #[arg(long, value_name = "MU[,MU2]", value_parser = values::friction)]
     friction: Option<[f64; 2]>,
@@ -114,25 +131,9 @@ pub struct Arguments {
 /// Noise of the contact positions if nothing is said of it, metres.
 const USUAL_NOISE_M: f64 = 1e-4;
 
-/// How the palms move.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Motion {
-    /// Planned for the object: a full turn without a jump; if there is none, back and forth over as much as can be felt
-    Turn,
-    /// Squeezes, rotations and openings of one palm, there and back, as in the paper; independent of the object
-    Zigzag,
-    /// A random smooth motion; independent of the object
-    Random,
-}
-
-/// What the touch sensors are like.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Pad {
-    /// Unlimited length, no rounding
-    Ideal,
-    /// The pad of the paper: 55.5 mm long, 200 counts per inch, 128 levels of pressure
-    Interlink,
-}
+/// Duration and rate of a motion by name if nothing is said of it, seconds and hertz.
+const USUAL_DURATION_S: f64 = 100.0;
+const USUAL_RATE_HZ: f64 = 20.0;
 
 /// Simulates and writes the log and the truth.
 pub fn run(arguments: &Arguments) -> Result<Ending, Failure> {
@@ -140,16 +141,10 @@ pub fn run(arguments: &Arguments) -> Result<Ending, Failure> {
     if arguments.out.is_dir() {
         return Err(Failure::Input(format!("{}: this is a folder; give the file to write", arguments.out.display())));
     }
-    let [x_mm, y_mm] = arguments.com_offset_mm;
-    let shape = arguments.shape.shape(1e-3 * arguments.radius_mm)?.translated(-1e-3 * x_mm, -1e-3 * y_mm);
-    if !holds_its_origin(&shape) {
-        return Err(Failure::Input(format!(
-            "--com-offset-mm {x_mm},{y_mm} puts the centre of mass outside the object"
-        )));
-    }
+    let shape = shape(arguments, &terminal)?;
     let rig = arguments.rig.as_deref().map(palpate_io::read_rig).transpose()?.unwrap_or_else(RigFile::exact);
     let calibration = if arguments.draw_rig { rig.rig.drawn(arguments.seed) } else { rig.rig.calibration };
-    let touchpad = touchpad(arguments, &rig);
+    let touchpad = touchpad(arguments, &rig)?;
     let course = course(arguments, &shape, &touchpad, &rig)?;
     let options = SimulateOptions {
         touchpad,
@@ -182,6 +177,32 @@ pub fn run(arguments: &Arguments) -> Result<Ending, Failure> {
     Ok(Ending::Success)
 }
 
+/// The object about its centre of mass, after notes on how it was made.
+fn shape(arguments: &Arguments, terminal: &Terminal) -> Result<SupportFunction, Failure> {
+    let radius_m = arguments.radius_mm.map(|radius| 1e-3 * radius);
+    let made = arguments.shape.fitted(radius_m)?;
+    made.notes.iter().for_each(|note| terminal.note(note));
+    let shape = made.fit.shape;
+    let ([x_mm, y_mm], moved, option) = match arguments.com_mm {
+        Some(com_mm) => {
+            let centroid = if made.about_centroid { [0.0; 2] } else { [shape.centroid().x_m, shape.centroid().y_m] };
+            (com_mm, shape.translated(-centroid[0], -centroid[1]), "--com-mm")
+        }
+        None => (arguments.com_offset_mm, shape, "--com-offset-mm"),
+    };
+    let shape = moved.translated(-1e-3 * x_mm, -1e-3 * y_mm);
+    if holds_its_origin(&shape) {
+        Ok(shape)
+    } else if [x_mm, y_mm] == [0.0; 2] {
+        Err(Failure::Input(format!(
+            "{}: the centre of mass lies outside of the object; give another one by --com-mm",
+            arguments.shape
+        )))
+    } else {
+        Err(Failure::Input(format!("{option} {x_mm},{y_mm} puts the centre of mass outside the object")))
+    }
+}
+
 /// Coefficients of friction of both palms: as asked for, else as the rig file says, where the object moves slowly.
 fn friction(arguments: &Arguments, rig: &RigFile) -> [f64; 2] {
     match (arguments.friction, arguments.speed) {
@@ -206,10 +227,14 @@ fn holds_its_origin(shape: &SupportFunction) -> bool {
     (0..720).all(|step| shape.at(TAU * f64::from(step) / 720.0).r > 0.0)
 }
 
-fn touchpad(arguments: &Arguments, rig: &RigFile) -> Touchpad {
-    let pad = match arguments.pad {
-        Pad::Ideal => Touchpad::ideal(),
-        Pad::Interlink => Touchpad::interlink(),
+fn touchpad(arguments: &Arguments, rig: &RigFile) -> Result<Touchpad, Failure> {
+    let (pad, of_file) = match &arguments.pad {
+        PadSource::Ideal => (Touchpad::ideal(), None),
+        PadSource::Interlink => (Touchpad::interlink(), None),
+        PadSource::File(path) => {
+            let pads = palpate_sweep::read_touchpad(path)?;
+            (Touchpad::from(pads), Some(pads))
+        }
     };
     // The pads are alike: what the file says of either.
     let of_pads = |value: fn(&palpate_io::Pad) -> Option<f64>| rig.pads.iter().find_map(value);
@@ -217,15 +242,15 @@ fn touchpad(arguments: &Arguments, rig: &RigFile) -> Touchpad {
     let length_m = arguments.palm_length_mm.map(|length| 1e-3 * length).or(lengths.reduce(f64::min));
     let noise_sd_m = arguments.noise_mm.map(|noise| 1e-3 * noise).or(of_pads(|pad| pad.reading_sd_m));
     let angle_noise_sd_rad = arguments.angle_noise_deg.map(f64::to_radians).or(rig.angle_reading_sd_rad);
-    Touchpad {
+    Ok(Touchpad {
         length_m: length_m.unwrap_or(pad.length_m),
         counts_per_inch: arguments.counts_per_inch.or(of_pads(|pad| pad.counts_per_inch)).or(pad.counts_per_inch),
-        noise_sd_m: noise_sd_m.unwrap_or(USUAL_NOISE_M),
-        angle_noise_sd_rad: angle_noise_sd_rad.unwrap_or(0.0),
-        dropout: arguments.dropout,
-        rate_hz: arguments.rate_hz,
+        noise_sd_m: noise_sd_m.or(of_file.map(|pads| pads.noise_sd_m)).unwrap_or(USUAL_NOISE_M),
+        angle_noise_sd_rad: angle_noise_sd_rad.unwrap_or(pad.angle_noise_sd_rad),
+        dropout: arguments.dropout.unwrap_or(pad.dropout),
+        rate_hz: arguments.rate_hz.unwrap_or(USUAL_RATE_HZ),
         ..pad
-    }
+    })
 }
 
 fn told(arguments: &Arguments, simulation: &Simulation) -> String {
@@ -285,23 +310,40 @@ fn course(
     touchpad: &Touchpad,
     rig: &RigFile,
 ) -> Result<Course, Failure> {
-    let Arguments { duration_s, rate_hz, .. } = *arguments;
+    let duration_s = arguments.duration_s.unwrap_or(USUAL_DURATION_S);
+    let rate_hz = arguments.rate_hz.unwrap_or(USUAL_RATE_HZ);
     let half = 0.5e-3 * arguments.finger_gap_mm;
-    let (motion, start_psi_rad) = match arguments.motion {
-        Motion::Turn => {
-            let planned = plan_turn(shape, &limits(touchpad), duration_s)?;
-            (planned.motion, planned.start_psi_rad)
-        }
-        Motion::Zigzag => (PalmMotion::squeeze_and_rotate(duration_s, 2)?, 0.0),
-        Motion::Random => (PalmMotion::random(arguments.seed, duration_s, 1.0)?, 0.0),
-    };
+    let speed = arguments.speed.unwrap_or(1.0);
     // Where an object rests depends on the angles of the palms alone, so that a plan for hinged palms holds for fingers too.
     let of = |palm: usize, x_m: f64| {
         let [x, y] = rig.conventions.palms[palm].base_m;
         [x.unwrap_or(x_m), y.unwrap_or(0.0)]
     };
-    let speed = arguments.speed.unwrap_or(1.0);
-    let mut palms = motion.with_bases(of(0, half), of(1, -half)).sample(rate_hz / speed)?;
+    let (base1_m, base2_m) = (of(0, half), of(1, -half));
+    let (motion, start_psi_rad) = match &arguments.motion {
+        MotionSource::File(path) => {
+            if arguments.duration_s.is_some() || arguments.rate_hz.is_some() {
+                let file = path.display();
+                return Err(Failure::Input(format!("{file} has its own times; leave --duration-s and --rate-hz out")));
+            }
+            let mut palms = palpate_io::read_palm_course(path)?;
+            let are_hinged = palms.iter().all(|(_, pair)| pair.base1_m == [0.0; 2] && pair.base2_m == [0.0; 2]);
+            for (time_s, pair) in &mut palms {
+                *time_s /= speed;
+                if are_hinged {
+                    (pair.base1_m, pair.base2_m) = (base1_m, base2_m);
+                }
+            }
+            return Ok(Course { palms, start_psi_rad: 0.0 });
+        }
+        MotionSource::Turn => {
+            let planned = plan_turn(shape, &limits(touchpad), duration_s)?;
+            (planned.motion, planned.start_psi_rad)
+        }
+        MotionSource::Zigzag => (PalmMotion::squeeze_and_rotate(duration_s, 2)?, 0.0),
+        MotionSource::Random => (PalmMotion::random(arguments.seed, duration_s, 1.0)?, 0.0),
+    };
+    let mut palms = motion.with_bases(base1_m, base2_m).sample(rate_hz / speed)?;
     palms.iter_mut().for_each(|(time_s, _)| *time_s /= speed);
     Ok(Course { palms, start_psi_rad })
 }

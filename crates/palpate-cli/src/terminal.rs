@@ -18,13 +18,17 @@ const PATIENCE: Duration = Duration::from_secs(1);
 /// Time between two updates of the progress.
 const TICK: Duration = Duration::from_millis(120);
 
-/// How a successful command ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// How a command ended, from good to bad: of several logs the worst counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Ending {
     /// All is well; a reconstruction is certified.
     Success,
     /// There is a result, but it is not certified.
     NotCertified,
+    /// The input or the options are at fault, and the user was told.
+    BadInput,
+    /// Anything else is, and the user was told.
+    Failed,
 }
 
 /// Why a command failed: one message for the user.
@@ -77,17 +81,24 @@ impl Terminal {
 
     /// Ends the program: the error, if there is one, in one line, and the exit code.
     pub fn end(ending: Result<Ending, Failure>) -> ExitCode {
-        let (code, message) = match ending {
-            Ok(Ending::Success) => (0, None),
-            Ok(Ending::NotCertified) => (3, None),
-            Err(Failure::Input(message)) => (2, Some(message)),
-            Err(Failure::Other(message)) => (1, Some(message)),
+        let code = match ending.unwrap_or_else(|failure| Self::tell(&failure)) {
+            Ending::Success => 0,
+            Ending::Failed => 1,
+            Ending::BadInput => 2,
+            Ending::NotCertified => 3,
         };
-        if let Some(message) = message {
-            // A failure here cannot be reported.
-            let _ = writeln!(io::stderr(), "error: {message}");
-        }
         ExitCode::from(code)
+    }
+
+    /// Tells of a failure in one line, quiet or not.
+    pub fn tell(failure: &Failure) -> Ending {
+        let (ending, message) = match failure {
+            Failure::Input(message) => (Ending::BadInput, message),
+            Failure::Other(message) => (Ending::Failed, message),
+        };
+        // A failure here cannot be reported.
+        let _ = writeln!(io::stderr(), "error: {message}");
+        ending
     }
 
     /// A result, to standard output.

@@ -3,6 +3,7 @@
 mod common;
 
 use std::fs;
+use std::io::Write;
 
 use common::{folder, names, palpate};
 
@@ -39,7 +40,7 @@ fn refusal(bytes: impl AsRef<[u8]>) -> String {
 fn a_missing_column_is_named() {
     assert_eq!(
         refusal(good(20).replace("s2_mm", "force")),
-        "trial.csv, line 1: there is no column for s2; it must be named s2_m, s2_cm or s2_mm (the header has: time_s, phi1_deg, phi2_deg, s1_mm, force)"
+        "trial.csv, line 1: there is no column for s2; it must be named s2_m, s2_cm, s2_mm or s2_um (the header has: time_s, phi1_deg, phi2_deg, s1_mm, force)"
     );
 }
 
@@ -47,7 +48,7 @@ fn a_missing_column_is_named() {
 fn an_unknown_unit_is_named() {
     assert_eq!(
         refusal(good(20).replace("s2_mm", "s2_inch")),
-        "trial.csv, line 1, column s2_inch: the unit \"inch\" is unknown; convert the column and name it s2_m, s2_cm or s2_mm"
+        "trial.csv, line 1, column s2_inch: the unit \"inch\" is unknown; convert the column and name it s2_m, s2_cm, s2_mm or s2_um"
     );
 }
 
@@ -180,6 +181,54 @@ fn a_missing_log_is_refused() {
 }
 
 #[test]
+fn a_log_in_the_wrong_unit_is_refused() {
+    assert_eq!(
+        refusal(good(20).replace("s1_mm,s2_mm", "s1_m,s2_m")),
+        "trial.csv, line 2, column s1_m: 30.1 m is more than 2 m; correct it, or name the column s1_cm, s1_mm or s1_um if that is its unit"
+    );
+}
+
+#[test]
+fn logs_that_cannot_go_together_are_refused() {
+    let prepare = |dir: &std::path::Path| {
+        with_good_log(dir);
+        fs::create_dir(dir.join("b")).expect("a folder");
+        fs::copy(dir.join("trial.csv"), dir.join("b/trial.csv")).expect("a copy");
+    };
+    assert_eq!(
+        misuse(prepare, &["reconstruct", "trial.csv", "b/trial.csv", "-o", "out"]),
+        "error: trial.csv and b/trial.csv would both be written to out/trial; reconstruct them in two calls"
+    );
+    assert_eq!(
+        misuse(prepare, &["reconstruct", "trial.csv", "b/trial.csv", "--truth", "trial.truth"]),
+        "error: --truth belongs to one log; reconstruct that one by itself"
+    );
+    assert_eq!(
+        misuse(prepare, &["reconstruct", "-"]),
+        "error: standard input has no name for its result; give a folder with -o DIR"
+    );
+}
+
+#[test]
+fn standard_input_is_named_in_messages() {
+    let dir = folder();
+    let mut command = common::command(dir.path(), &["reconstruct", "-", "-o", "out"]);
+    let mut child = command
+        .stdin(std::process::Stdio::piped())
+        .stdout(std::process::Stdio::piped())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .expect("the program starts");
+    child.stdin.take().expect("a pipe").write_all(good(5).as_bytes()).expect("it reads");
+    let ran: common::Ran = child.wait_with_output().expect("it ends").into();
+    assert_eq!(ran.code, Some(2));
+    assert_eq!(
+        ran.stderr,
+        "error: standard input: 5 of its 5 samples have a contact on both palms, and at least 12 are needed to solve for a shape; record longer, or check the touch threshold\n"
+    );
+}
+
+#[test]
 fn a_folder_for_a_log_is_refused() {
     let prepare = |dir: &std::path::Path| fs::create_dir(dir.join("trial.csv")).expect("a folder");
     assert_eq!(
@@ -267,7 +316,28 @@ fn an_impossible_simulation_is_refused() {
     let with = |options: &[&str]| misuse(|_| {}, &[&["simulate", "-o", "out.csv"], options].concat());
     assert_eq!(
         with(&["--shape", "banana"]),
-        "error: invalid value 'banana' for '--shape <NAME>': no shape is named \"banana\"; known are circle, disc, ellipse, egg, triangle, square, pebble, stone, random:SEED"
+        "error: invalid value 'banana' for '--shape <NAME|FILE>': no shape is named \"banana\"; known are circle, disc, ellipse, egg, triangle, square, pebble, stone, random:SEED, rectangle:LENGTHxWIDTH[xCORNER], stadium:LENGTHxWIDTH, or a file .csv or .svg"
+    );
+    assert_eq!(with(&["--shape", "soap.svg"]), "error: soap.svg: no such file; check the path");
+    assert_eq!(
+        with(&["--motion", "wild"]),
+        "error: invalid value 'wild' for '--motion <NAME|FILE>': turn, zigzag, random or a file .csv is needed"
+    );
+    assert_eq!(
+        with(&["--pad", "soft"]),
+        "error: invalid value 'soft' for '--pad <NAME|FILE>': ideal, interlink or a file .toml is needed"
+    );
+    assert_eq!(
+        with(&["--motion", "palms.csv", "--rate-hz", "5"]),
+        "error: palms.csv has its own times; leave --duration-s and --rate-hz out"
+    );
+    assert_eq!(
+        with(&["--shape", "soap.svg", "--radius-mm", "5"]),
+        "error: soap.svg: an outline has its own size; leave --radius-mm out"
+    );
+    assert_eq!(
+        with(&["--com-mm", "90,3", "--motion", "zigzag"]),
+        "error: --com-mm 90,3 puts the centre of mass outside the object"
     );
     assert_eq!(
         with(&["--palm-length-mm", "5"]),

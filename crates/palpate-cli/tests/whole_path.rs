@@ -3,6 +3,7 @@
 mod common;
 
 use std::fs;
+use std::io::Write;
 use std::path::Path;
 use std::process::Stdio;
 
@@ -83,6 +84,40 @@ fn a_simulated_log_comes_back() {
     assert_eq!(names(dir.path()), ["egg.csv", "egg.palpate", "egg.truth"]);
     let summary = summary(&dir.path().join("egg.palpate"));
     assert!(error_mm(&summary) < 0.06, "{summary}");
+}
+
+#[test]
+fn several_logs_go_into_one_folder_and_the_worst_counts() {
+    let dir = folder();
+    let simulate = |name: &str| palpate(dir.path(), &["simulate", "--shape", "egg", "--duration-s", "40", "-o", name]);
+    assert_eq!(simulate("a.csv").code, Some(0));
+    let log = fs::read(dir.path().join("a.csv")).expect("a log");
+    let compressed = fs::File::create(dir.path().join("b.csv.gz")).expect("a file");
+    let mut encoder = flate2::write::GzEncoder::new(compressed, flate2::Compression::fast());
+    encoder.write_all(&log).and_then(|()| encoder.finish().map(drop)).expect("the log is compressed");
+    fs::write(dir.path().join("bad.csv"), "time_s\n1\n").expect("a file");
+
+    let ran = palpate(dir.path(), &["reconstruct", "bad.csv", "a.csv", "b.csv.gz", "-o", "out"]);
+    assert_eq!(ran.code, Some(2), "{}", ran.stderr);
+    assert!(
+        ran.stderr.starts_with("error: bad.csv, line 1: there are no columns for phi1, phi2, s1 and s2"),
+        "{}",
+        ran.stderr
+    );
+    assert!(ran.stdout.starts_with("bad.csv:\na.csv:\ncertified: "), "{}", ran.stdout);
+    assert_eq!(names(&dir.path().join("out")), ["a", "b"]);
+    for name in ["a", "b"] {
+        assert_eq!(names(&dir.path().join("out").join(name)), RESULT_FILES);
+    }
+    let of = |name: &str| fs::read_to_string(dir.path().join("out").join(name).join("shape.csv")).expect("a shape");
+    assert_eq!(of("a"), of("b"));
+
+    let ran = palpate(dir.path(), &["reconstruct", "a.csv", "b.csv.gz", "--json"]);
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    let logs: Vec<Value> =
+        serde_json::Deserializer::from_str(&ran.stdout).into_iter().map(|json| json.expect("JSON")).collect();
+    assert_eq!([&logs[0]["log"], &logs[1]["log"]], ["a.csv", "b.csv.gz"]);
+    assert_eq!(names(dir.path()), ["a.csv", "a.palpate", "a.truth", "b.csv.gz", "b.palpate", "bad.csv", "out"]);
 }
 
 #[test]
@@ -323,6 +358,7 @@ fn help_teaches_with_examples_and_names_every_option() {
         "--shape",
         "--radius-mm",
         "--com-offset-mm",
+        "--com-mm",
         "--motion",
         "--duration-s",
         "--rate-hz",
@@ -509,4 +545,75 @@ fn a_simulated_rig_is_calibrated_by_its_logs() {
     );
     assert_eq!(ran.code, Some(2), "{}", ran.stdout);
     assert!(!dir.path().join("disc.toml").exists());
+}
+
+#[test]
+fn own_shapes_motions_and_touchpads_are_simulated() {
+    let dir = folder();
+    let write = |name: &str, text: &str| fs::write(dir.path().join(name), text).expect("a file");
+    write("soap.csv", "x_mm;y_mm\n0;0\n60;0\n60;40\n30;38,5\n0;40\n");
+    write("soap.svg", "<svg><path d=\"M0,0 h60 v40 h-60 z\"/></svg>");
+    write("pad.toml", "noise_sd_m = 0\ncounts_per_inch = 254\n");
+    let simulate = |more: &[&str]| {
+        let ran = palpate(
+            dir.path(),
+            &[&["simulate", "-o", "log.csv", "--motion", "zigzag", "--duration-s", "20"], more].concat(),
+        );
+        assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+        let shape = fs::read_to_string(dir.path().join("log.truth/shape.csv")).expect("a truth");
+        let r = |line: &str| line.split(',').nth(1).and_then(|r| r.parse::<f64>().ok()).expect("r");
+        let rows: Vec<f64> = shape.lines().skip(1).map(r).collect();
+        // To the right, up, left and down.
+        (ran.stderr, [0, 1, 2, 3].map(|quarter| rows[quarter * rows.len() / 4]))
+    };
+    let close = |found: [f64; 4], expected: [f64; 4], tolerance: f64| {
+        assert!(
+            found.iter().zip(expected).all(|(found, expected)| (found - expected).abs() < tolerance),
+            "{found:?} {expected:?}"
+        );
+    };
+    let (notes, r) = simulate(&["--shape", "soap.csv"]);
+    close(r, [0.03, 0.0202, 0.03, 0.0198], 5e-4);
+    assert!(
+        notes.starts_with("note: soap.csv: the shape has 256 harmonics; corners of the outline are cut by up to 0."),
+        "{notes}"
+    );
+    assert!(notes.ends_with("note: soap.csv: the outline has a dent 1.50 mm deep, which palms do not feel: its convex hull takes its place\n"), "{notes}");
+    let (notes, r) = simulate(&["--shape", "soap.svg", "--com-mm", "5,-2", "--mass-g", "80"]);
+    close(r, [0.025, 0.022, 0.035, 0.018], 5e-4);
+    assert!(
+        notes.starts_with(
+            "note: soap.svg: the outline is the path in line 1; user units are taken for millimetres: 60.0 mm across\n"
+        ),
+        "{notes}"
+    );
+    // A truth is a shape about its centre of mass.
+    fs::copy(dir.path().join("log.truth/shape.csv"), dir.path().join("again.csv")).expect("a copy");
+    close(simulate(&["--shape", "again.csv"]).1, r, 1e-4);
+    close(simulate(&["--shape", "again.csv", "--com-mm", "0,0"]).1, [0.03, 0.02, 0.03, 0.02], 5e-4);
+    let (notes, r) = simulate(&["--shape", "stadium:60x40", "--com-mm", "0,1"]);
+    close(r, [0.03, 0.019, 0.03, 0.021], 5e-4);
+    assert!(notes.starts_with("note: stadium:60x40: the shape has 256 harmonics"), "{notes}");
+    assert_eq!(simulate(&["--shape", "egg"]).0, "");
+
+    // The log is a motion: the same palms at the same times, in steps of the pad.
+    let made = palpate(dir.path(), &["simulate", "-o", "first.csv", "--duration-s", "30", "--finger-gap-mm", "10"]);
+    assert_eq!(made.code, Some(0), "{}", made.stderr);
+    let ran = palpate(
+        dir.path(),
+        &["simulate", "-o", "second.csv", "--motion", "first.csv", "--pad", "pad.toml", "--shape", "egg"],
+    );
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    let rows = |name: &str| {
+        let text = fs::read_to_string(dir.path().join(name)).expect("a log");
+        let rows = text.lines().skip_while(|line| !line.starts_with("time_s")).skip(1);
+        rows.map(|row| row.split(',').map(|cell| cell.parse::<f64>().expect("a number")).collect::<Vec<_>>())
+            .collect::<Vec<_>>()
+    };
+    let (first, second) = (rows("first.csv"), rows("second.csv"));
+    assert!(first.len() == 601 && second.len() == 601);
+    for (first, second) in first.iter().zip(&second) {
+        assert_eq!((&first[..3], &first[5..]), (&second[..3], &second[5..]));
+        assert!(second[3..5].iter().all(|s| (1e4 * s - (1e4 * s).round()).abs() < 1e-6), "{second:?}");
+    }
 }

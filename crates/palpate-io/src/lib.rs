@@ -19,7 +19,7 @@
 //! let error = palpate_io::parse_log("trial.csv", text.replace("s2_mm", "s2_inch").as_bytes()).unwrap_err();
 //! assert_eq!(
 //!     error.to_string(),
-//!     "trial.csv, line 2, column s2_inch: the unit \"inch\" is unknown; convert the column and name it s2_m, s2_cm or s2_mm"
+//!     "trial.csv, line 2, column s2_inch: the unit \"inch\" is unknown; convert the column and name it s2_m, s2_cm, s2_mm or s2_um"
 //! );
 //! # Ok::<(), palpate_io::ReadError>(())
 //! ```
@@ -36,26 +36,32 @@
 //! A rig file says what is known of the palms and pads before a log is read: calibration constants with their standard deviations, and
 //! conventions that differ from those of a palm log. See [`read_rig`], [`rig_to_toml`] and the commented [`rig_template`].
 //!
+//! The outline of an object comes from points in a CSV file, a support function, or a drawing in SVG: see [`read_outline`].
+//!
 //! Nothing here knows how a shape is estimated.
 #![forbid(unsafe_code)]
 
 mod csv;
 mod folder;
 mod log;
+mod outline;
 mod read_error;
 mod result;
 mod rig;
 mod truth;
 mod write_error;
 
+pub use csv::bytes::{bytes_from, read_bytes};
 pub use csv::columns::{point_of, point_row, pose_of, pose_row};
 pub use folder::write_whole;
 pub use log::log_reader::{
-    LogFile, MIN_SAMPLES, fault_of, log_from_columns, parse_log, read_log, read_log_as, read_log_with_rig,
+    LogFile, MIN_SAMPLES, fault_of, log_from_columns, name_in_seconds, parse_log, parse_log_as, parse_log_with_rig,
+    read_log, read_log_as, read_log_with_rig, read_palm_course,
 };
 pub use log::log_writer::{log_csv, log_csv_header, push_log_row, write_log};
 pub use log::row_reader::RowReader;
-pub use read_error::{ReadError, ReadProblem};
+pub use outline::{Outline, OutlineFile, parse_outline, read_outline};
+pub use read_error::{MissingColumn, ReadError, ReadProblem};
 pub use result::figures::{check_figures_target, write_figures};
 pub use result::summary::{CoefficientSummary, ConstantSummary, FrictionSummary, JumpSummary, Summary, TruthSummary};
 pub use result::{

@@ -57,6 +57,15 @@ pub enum ReadProblem {
         /// Largest file that is read, in MiB.
         limit_mib: u64,
     },
+    /// A compressed file that unpacks to more than a log can reasonably be.
+    #[error("the compressed file holds more than {limit_mib} MiB; split the log, or log at a lower rate")]
+    UnpacksTooLarge {
+        /// Most that is unpacked, in MiB.
+        limit_mib: u64,
+    },
+    /// A compressed file that cannot be unpacked to its end.
+    #[error("the gzip file is damaged or cut off; copy it again, or unpack what is left of it with gunzip")]
+    DamagedGzip,
     /// No bytes, or only blank lines.
     #[error("the file is empty; it needs a header line with the column names and a line for each sample")]
     Empty,
@@ -89,13 +98,11 @@ pub enum ReadProblem {
     /// A quote that is opened and not closed, or closed too early.
     #[error("a double quote is not closed; remove the quotes, numbers need none")]
     Quote,
-    /// A required column is absent.
-    #[error("there is no column for {quantity}; it must be named {names} (the header has: {found})")]
-    MissingColumn {
-        /// Name of the quantity, without a unit.
-        quantity: &'static str,
-        /// The names that would do.
-        names: String,
+    /// Required columns are absent.
+    #[error("{} (the header has: {found})", missing_told(missing))]
+    MissingColumns {
+        /// What is absent, in the order of the documentation.
+        missing: Vec<MissingColumn>,
         /// The names that are there.
         found: String,
     },
@@ -165,11 +172,41 @@ pub enum ReadProblem {
         /// What an empty cell would mean here; empty where there must be a number.
         empty: &'static str,
     },
-    /// A decimal comma.
-    #[error("\"{text}\" has a comma in a number; write it with a decimal point and without marks between thousands")]
+    /// A comma in a number of a file whose columns are separated by commas, or marks between thousands.
+    #[error(
+        "\"{text}\" has a comma in a number; write it with a decimal point and without marks between thousands, or separate the columns by semicolons"
+    )]
     DecimalComma {
         /// The text.
         text: String,
+    },
+    /// Decimal commas and decimal points in one file.
+    #[error(
+        "\"{text}\" has a decimal {mark}, unlike {other} in line {other_line}; write all numbers with a decimal point and without marks between thousands"
+    )]
+    MixedDecimalMarks {
+        /// The text.
+        text: String,
+        /// Its decimal mark, `comma` or `point`.
+        mark: &'static str,
+        /// A number with the other one.
+        other: String,
+        /// Its line.
+        other_line: usize,
+    },
+    /// A line `sep=` with a mark that is not understood.
+    #[error("the columns are said to be separated by \"{mark}\"; separate them by commas, semicolons or tabs")]
+    UnknownSeparator {
+        /// The mark.
+        mark: String,
+    },
+    /// More columns than any log has.
+    #[error("the line has {cells} cells, more than {limit}; is it a log?")]
+    TooManyColumns {
+        /// Cells in the line.
+        cells: usize,
+        /// Most cells that are read.
+        limit: usize,
     },
     /// An empty cell, or NaN, where there must be a number.
     #[error("{} where a number must be; fill it in, or delete the row", if text.is_empty() { "the cell is empty".to_string() } else { format!("{text} stands") })]
@@ -282,7 +319,7 @@ pub enum ReadProblem {
         unit: &'static str,
     },
     /// A length beyond anything two palms can hold.
-    #[error("{text} {unit} is more than {limit_m} m; correct it{}", or_millimeters(millimeters))]
+    #[error("{text} {unit} is more than {limit_m} m; correct it{}", or_name(others))]
     TooLong {
         /// The value.
         text: String,
@@ -290,9 +327,120 @@ pub enum ReadProblem {
         unit: &'static str,
         /// Longest length accepted, metres.
         limit_m: f64,
-        /// The name for millimetres where the column is in metres, so that the likely cause is a wrong unit; else empty.
-        millimeters: String,
+        /// The names for smaller units; empty where there are none.
+        others: String,
     },
+    /// Contacts that are all closer to the base than a pad can tell.
+    #[error(
+        "no contact is more than {farthest} {unit} from the base of its palm, and palms shorter than {limit_mm} mm feel nothing; correct the column{}",
+        or_name(others)
+    )]
+    TooShort {
+        /// Distance of the farthest contact, in the unit of the column.
+        farthest: String,
+        /// Its unit.
+        unit: &'static str,
+        /// What it must be at least, millimetres.
+        limit_mm: f64,
+        /// The names for larger units; empty where there are none.
+        others: String,
+    },
+    /// Palms that are all but closed at all times.
+    #[error(
+        "the palms never open wider than {widest} {unit}, too little for an object between them; correct the column{}",
+        or_name(radians)
+    )]
+    TooNarrow {
+        /// The widest angle, in the unit of the column.
+        widest: String,
+        /// Its unit.
+        unit: &'static str,
+        /// The name for radians where the column is in degrees; else empty.
+        radians: String,
+    },
+    /// Base points too far apart to hold one object.
+    #[error(
+        "the base points of the palms are {apart_m:.1} m apart, more than {limit_m} m; correct them{}",
+        or_name(others)
+    )]
+    BasesApart {
+        /// Distance between them, metres.
+        apart_m: f64,
+        /// Largest distance accepted, metres.
+        limit_m: f64,
+        /// The names for smaller units; empty where there are none.
+        others: String,
+    },
+    /// A log that lasts longer than anyone carries an object.
+    #[error(
+        "the log lasts {duration} {unit}, more than {limit_s} s; correct the times, or split the log{}",
+        or_name(others)
+    )]
+    TooLasting {
+        /// Time from first to last sample, in the unit of the column.
+        duration: String,
+        /// Its unit.
+        unit: &'static str,
+        /// Longest duration accepted, seconds.
+        limit_s: f64,
+        /// The names for smaller units; empty where there are none.
+        others: String,
+    },
+    /// More samples per second than any sensor takes.
+    #[error(
+        "the samples follow each other every {step} {unit}, more than {limit_hz} per second; correct the times{}",
+        or_name(others)
+    )]
+    TooFast {
+        /// Mean time between samples, in the unit of the column.
+        step: String,
+        /// Its unit.
+        unit: &'static str,
+        /// Highest rate accepted, hertz.
+        limit_hz: f64,
+        /// The names for larger units; empty where there are none.
+        others: String,
+    },
+    /// An outline in a size that no object between palms has.
+    #[error(
+        "the outline is {across_m} m across, and must be from {least_m} m to {most_m} m; correct its unit{}",
+        or_name(others)
+    )]
+    OutlineSize {
+        /// Its size, metres.
+        across_m: f64,
+        /// Smallest size accepted, metres.
+        least_m: f64,
+        /// Largest size accepted, metres.
+        most_m: f64,
+        /// The names for units that may be meant; empty where there are none.
+        others: String,
+    },
+    /// Fewer points than have an area between them.
+    #[error("there are {points} points, and an outline needs at least {needed}, in order round the object")]
+    TooFewPoints {
+        /// Points there.
+        points: usize,
+        /// Points needed.
+        needed: usize,
+    },
+    /// More points than a fit can tell apart.
+    #[error("the outline has {points} points, more than {limit}; leave some out")]
+    TooManyPoints {
+        /// Points there, or those that were counted.
+        points: usize,
+        /// Most points that are read.
+        limit: usize,
+    },
+    /// No drawing that can be read.
+    #[error("not an SVG drawing that can be read ({message}); export the outline as one path in plain SVG")]
+    Svg {
+        /// What is wrong with it.
+        message: String,
+    },
+    /// A drawing without an outline.
+    #[error("the drawing has no path, polygon, rect, circle or ellipse with an area; convert text and copies to paths")]
+    NoOutline,
     /// Not enough to solve for a shape.
     #[error(
         "{both} of its {samples} samples have a contact on both palms, and at least {needed} are needed to solve for a shape; record longer, or check the touch threshold"
@@ -319,6 +467,17 @@ pub enum ReadProblem {
         /// What the parser said.
         message: String,
     },
+}
+
+/// A column that should be there.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct MissingColumn {
+    /// Name of the quantity, without a unit.
+    pub quantity: &'static str,
+    /// The names that would do.
+    pub names: String,
+    /// The column that may be meant to be it.
+    pub meant: Option<String>,
 }
 
 impl ReadError {
@@ -378,12 +537,28 @@ fn empty_means(empty: &str) -> String {
     if empty.is_empty() { String::new() } else { format!(", or leave the cell empty where {empty}") }
 }
 
-fn or_millimeters(millimeters: &str) -> String {
-    if millimeters.is_empty() {
-        String::new()
-    } else {
-        format!(", or name the column {millimeters} if it is in millimetres")
+fn missing_told(missing: &[MissingColumn]) -> String {
+    let named = |column: &MissingColumn| match &column.meant {
+        Some(meant) => format!("{} (did you mean {meant}?)", column.names),
+        None => column.names.clone(),
+    };
+    let names: Vec<String> = missing.iter().map(named).collect();
+    let quantities: Vec<&str> = missing.iter().map(|column| column.quantity).collect();
+    match quantities[..] {
+        [quantity] => format!("there is no column for {quantity}; it must be named {}", names.concat()),
+        [ref others @ .., last] => {
+            format!(
+                "there are no columns for {} and {last}; they must be named {}",
+                others.join(", "),
+                names.join(", and ")
+            )
+        }
+        [] => String::new(),
     }
+}
+
+fn or_name(names: &str) -> String {
+    if names.is_empty() { String::new() } else { format!(", or name the column {names} if that is its unit") }
 }
 
 #[cfg(test)]

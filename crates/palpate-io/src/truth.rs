@@ -7,8 +7,9 @@ use std::path::{Path, PathBuf};
 use palpate::Truth;
 use palpate::truth::TruePose;
 
+use crate::csv::bytes::read_bytes;
 use crate::csv::number::{number, push_row};
-use crate::csv::table::{Column, Quantity, Table, read_bytes};
+use crate::csv::table::{Column, Quantity, Table};
 use crate::csv::unit::{Dimension, Unit};
 use crate::folder::FolderKind;
 use crate::read_error::{ReadError, ReadProblem};
@@ -19,8 +20,8 @@ const MOTION_FILE: &str = "motion.csv";
 const SHAPE_HEADER: &str = "theta_rad,r_m";
 const MOTION_HEADER: &str = "time_s,psi_rad,com_x_m,com_y_m";
 
-const THETA: Quantity = Quantity::new("theta", Dimension::Angle);
-const R: Quantity = Quantity::new("r", Dimension::Length);
+pub(crate) const THETA: Quantity = Quantity::new("theta", Dimension::Angle);
+pub(crate) const R: Quantity = Quantity::new("r", Dimension::Length);
 const TIME: Quantity = Quantity::new("time", Dimension::Time);
 const PSI: Quantity = Quantity::new("psi", Dimension::Angle);
 const COM_X: Quantity = Quantity::new("com_x", Dimension::Length);
@@ -44,8 +45,11 @@ fn is_truth_shape(path: &Path) -> bool {
     fs::read_to_string(path).is_ok_and(|text| text.lines().next().is_some_and(|line| line.trim_end() == SHAPE_HEADER))
 }
 
-/// Where the truth of a log is: `NAME.truth` beside `NAME.csv`.
+/// Where the truth of a log is: `NAME.truth` beside `NAME.csv` or `NAME.csv.gz`.
 pub fn truth_dir_of(log_path: &Path) -> PathBuf {
+    let is_compressed = log_path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("gz"));
+    let unpacked = is_compressed.then(|| log_path.with_extension(""));
+    let log_path = unpacked.as_deref().unwrap_or(log_path);
     let is_csv = log_path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("csv"));
     if is_csv {
         return log_path.with_extension("truth");
@@ -76,8 +80,12 @@ pub fn read_truth(dir: &Path) -> Result<Truth, ReadError> {
 
 fn read_support(path: &Path) -> Result<Vec<(f64, f64)>, ReadError> {
     let (name, bytes) = (path.to_string_lossy(), read_bytes(path)?);
-    let table = Table::parse(&name, &bytes, SHAPE_HEADER)?;
-    let (theta_column, r_column) = (table.require(THETA, &[THETA, R])?, table.require(R, &[THETA, R])?);
+    support(&name, &Table::parse(&name, &bytes, SHAPE_HEADER)?, &[THETA, R])
+}
+
+/// The samples (θ in radians, r in metres) of a support function in a table that may hold `all` these quantities.
+pub(crate) fn support(name: &str, table: &Table, all: &[Quantity]) -> Result<Vec<(f64, f64)>, ReadError> {
+    let [theta_column, r_column] = table.require_all([THETA, R], all)?;
     table.require_rows()?;
     let mut support: Vec<(f64, f64)> = Vec::with_capacity(table.rows());
     for row in 0..table.rows() {
@@ -87,7 +95,7 @@ fn read_support(path: &Path) -> Result<Vec<(f64, f64)>, ReadError> {
             break;
         }
         if !(0.0..TAU).contains(&theta) {
-            return Err(table.error(row, theta_column, outside_circle(&table, row, theta_column, theta)));
+            return Err(table.error(row, theta_column, outside_circle(table, row, theta_column, theta)));
         }
         if let Some(&(before, _)) = support.last() {
             table.require_increase(row, theta_column, before, theta, "theta")?;
@@ -102,7 +110,7 @@ fn read_support(path: &Path) -> Result<Vec<(f64, f64)>, ReadError> {
         }
         support.push((theta, r));
     }
-    require(&name, support.len(), MIN_DIRECTIONS)?;
+    require(name, support.len(), MIN_DIRECTIONS)?;
     Ok(support)
 }
 

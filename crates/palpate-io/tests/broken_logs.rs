@@ -150,7 +150,7 @@ fn check(bytes: &[u8]) -> Result<(), TestCaseError> {
                     always.into_iter().chain(sometimes.into_iter().flatten()).chain(bases).all(f64::is_finite)
                 );
                 prop_assert!(sample.palms.phi2_rad.sin() > 9e-4);
-                prop_assert!(sample.s1_m.into_iter().chain(sample.s2_m).all(|s| (0.0..=100.0).contains(&s)));
+                prop_assert!(sample.s1_m.into_iter().chain(sample.s2_m).all(|s| (0.0..=2.0).contains(&s)));
                 prop_assert!(sample.s1_sd_m.into_iter().chain(sample.s2_sd_m).all(|sd| sd > 0.0));
             }
             for note in &file.notes {
@@ -175,6 +175,11 @@ proptest! {
     #[test]
     fn random_bytes(bytes in vec(any::<u8>(), 0..400)) {
         check(&bytes)?;
+    }
+
+    #[test]
+    fn random_text_of_spreadsheets(text in "(sep=[;,|\t]\n)?[-+0-9.,;\t\n\"\\[\\]()°µ timephs_]{0,200}") {
+        check(text.as_bytes())?;
     }
 
     #[test]

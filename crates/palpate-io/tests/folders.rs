@@ -493,7 +493,7 @@ fn a_wrong_truth_is_told() {
         &good_shape().replace("r_m", "x_m"),
         good_motion,
         format!(
-            "{in_shape}, line 1: there is no column for r; it must be named r_m, r_cm or r_mm (the header has: theta_rad, x_m)"
+            "{in_shape}, line 1: there is no column for r; it must be named r_m, r_cm, r_mm or r_um (the header has: theta_rad, x_m)"
         ),
     );
     expect(

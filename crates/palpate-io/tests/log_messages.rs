@@ -1,5 +1,6 @@
 //! Every way in which a palm log can be wrong, with the whole message that the user sees.
 
+use std::io::Write;
 use std::path::Path;
 
 use palpate_io::{log_from_columns, parse_log, read_log};
@@ -45,11 +46,11 @@ fn good_is_good() {
 fn header() {
     expect(
         &with_line(1, "time_s,phi1_rad,phi2_rad,s1_mm,pressure"),
-        "log.csv, line 1: there is no column for s2; it must be named s2_m, s2_cm or s2_mm (the header has: time_s, phi1_rad, phi2_rad, s1_mm, pressure)",
+        "log.csv, line 1: there is no column for s2; it must be named s2_m, s2_cm, s2_mm or s2_um (the header has: time_s, phi1_rad, phi2_rad, s1_mm, pressure)",
     );
     expect(
         &with_line(1, "time_s,phi1_rad,phi2_rad,s1_inch,s2_mm"),
-        "log.csv, line 1, column s1_inch: the unit \"inch\" is unknown; convert the column and name it s1_m, s1_cm or s1_mm",
+        "log.csv, line 1, column s1_inch: the unit \"inch\" is unknown; convert the column and name it s1_m, s1_cm, s1_mm or s1_um",
     );
     expect(
         &with_line(1, "time_s,phi1_grad,phi2_rad,s1_mm,s2_mm"),
@@ -57,11 +58,11 @@ fn header() {
     );
     expect(
         &with_line(1, "Time_min,phi1_rad,phi2_rad,s1_mm,s2_mm"),
-        "log.csv, line 1, column Time_min: the unit \"min\" is unknown; convert the column and name it time_s or time_ms",
+        "log.csv, line 1, column Time_min: the unit \"min\" is unknown; convert the column and name it time_s, time_ms, time_us or time_ns",
     );
     expect(
         &with_line(1, "time_s,phi1_rad,phi2_rad,s1,s2_mm"),
-        "log.csv, line 1, column s1: the name has no unit; name the column s1_m, s1_cm or s1_mm",
+        "log.csv, line 1, column s1: the name has no unit; name the column s1_m, s1_cm, s1_mm or s1_um",
     );
     expect(
         &text(
@@ -175,8 +176,22 @@ fn cells() {
         &format!("log.csv, line 3, column phi1_rad: \"{}…\" is not a number; write one such as 12.5", "x".repeat(40)),
     );
     expect(
-        &text(&good()).replace(',', ";").replace('.', ","),
-        "log.csv, line 2, column time_s: \"0,00\" has a comma in a number; write it with a decimal point and without marks between thousands",
+        &with_line(3, "0.05,1.04,1.21,\"29,7\",31.8"),
+        "log.csv, line 3, column s1_mm: \"29,7\" has a comma in a number; write it with a decimal point and without marks between thousands, or separate the columns by semicolons",
+    );
+    let decimal_commas = text(&good()).replace(',', ";").replace('.', ",");
+    expect(&decimal_commas, "accepted");
+    expect(
+        &decimal_commas.replace("0,10", "0.10"),
+        "log.csv, line 4, column time_s: \"0.10\" has a decimal point, unlike 0,00 in line 2; write all numbers with a decimal point and without marks between thousands",
+    );
+    expect(
+        &text(&good()).replace(',', "\t").replace("29.7", "1,234"),
+        "log.csv, line 2, column s1_mm: \"1,234\" has a decimal comma, unlike 0.00 in line 2; write all numbers with a decimal point and without marks between thousands",
+    );
+    expect(
+        &decimal_commas.replace("29,7", "1.029,7"),
+        "log.csv, line 2, column s1_mm: \"1.029,7\" has a decimal point, unlike 0,00 in line 2; write all numbers with a decimal point and without marks between thousands",
     );
     expect(
         &with_line(3, "0.05,,1.21,29.7,31.8"),
@@ -250,11 +265,18 @@ fn lengths() {
     );
     expect(
         &with_line(3, "0.05,1.04,1.21,1e6,31.8"),
-        "log.csv, line 3, column s1_mm: 1e6 mm is more than 100 m; correct it",
+        "log.csv, line 3, column s1_mm: 1e6 mm is more than 2 m; correct it, or name the column s1_um if that is its unit",
+    );
+    // On each side of the limit; 88 in metres is an object of the size of a house.
+    let in_meters = |s1: &str| with_line(1, "time_s,phi1_rad,phi2_rad,s1_m,s2_mm").replace("29.7", s1);
+    expect(&in_meters("2"), "accepted");
+    expect(
+        &in_meters("2.1"),
+        "log.csv, line 2, column s1_m: 2.1 m is more than 2 m; correct it, or name the column s1_cm, s1_mm or s1_um if that is its unit",
     );
     expect(
-        &with_line(1, "time_s,phi1_rad,phi2_rad,s1_m,s2_m").replace("29.7", "129.7"),
-        "log.csv, line 2, column s1_m: 129.7 m is more than 100 m; correct it, or name the column s1_mm if it is in millimetres",
+        &in_meters("88"),
+        "log.csv, line 2, column s1_m: 88 m is more than 2 m; correct it, or name the column s1_cm, s1_mm or s1_um if that is its unit",
     );
     expect(
         &text(
@@ -264,6 +286,130 @@ fn lengths() {
                 .collect::<Vec<_>>(),
         ),
         "log.csv, line 2, column s2_sd_mm: 0 mm is not a standard deviation, which must be above 0; omit the column if it is unknown",
+    );
+}
+
+#[test]
+fn sizes_that_no_palms_have() {
+    let short = |s2: &str| text(&good()).replace("31.8", s2);
+    expect(&short("1"), "accepted");
+    expect(
+        &short("0.0318"),
+        "log.csv, line 1, column s2_mm: no contact is more than 0.0318 mm from the base of its palm, and palms shorter than 1 mm feel nothing; correct the column, or name the column s2_m or s2_cm if that is its unit",
+    );
+    // One contact far enough out is enough.
+    expect(&short("0.9").replacen(",0.9\n", ",1.1\n", 1), "accepted");
+
+    let opening = |widest: &str| {
+        with_line(1, "time_s,phi1_rad,phi2_deg,s1_mm,s2_mm")
+            .replace(",1.", &format!(",{widest}"))
+            .replace(&format!(",{widest}04,"), ",1.04,")
+    };
+    expect(&opening("3.2"), "accepted");
+    expect(
+        &opening("1."),
+        "log.csv, line 1, column phi2_deg: the palms never open wider than 1.33 deg, too little for an object between them; correct the column, or name the column phi2_rad if that is its unit",
+    );
+    expect(
+        &text(&good()).replace(",1.2", ",0.02").replace(",1.3", ",0.03"),
+        "log.csv, line 1, column phi2_rad: the palms never open wider than 0.033 rad, too little for an object between them; correct the column",
+    );
+}
+
+#[test]
+fn times_that_no_log_has() {
+    let with_times = |unit: &str, time: fn(usize) -> f64| {
+        let rows = (0..14).map(|row| format!("{},1.04,1.2,29.7,31.8\n", time(row)));
+        format!("time_{unit},phi1_rad,phi2_rad,s1_mm,s2_mm\n{}", rows.collect::<String>())
+    };
+    // Thirteen steps; on each side of eleven days and a half.
+    expect(&with_times("s", |row| 1e6 / 13.0 * row as f64 * 0.999), "accepted");
+    expect(
+        &with_times("s", |row| 1e9 * row as f64),
+        "log.csv, line 1, column time_s: the log lasts 13000000000 s, more than 1000000 s; correct the times, or split the log, or name the column time_ms, time_us or time_ns if that is its unit",
+    );
+    expect(
+        &with_times("s", |row| 1e5 * row as f64),
+        "log.csv, line 1, column time_s: the log lasts 1300000 s, more than 1000000 s; correct the times, or split the log, or name the column time_ms, time_us or time_ns if that is its unit",
+    );
+    expect(&with_times("us", |row| 101.0 * row as f64), "accepted");
+    expect(
+        &with_times("us", |row| 99.0 * row as f64),
+        "log.csv, line 1, column time_us: the samples follow each other every 99 us, more than 10000 per second; correct the times, or name the column time_s or time_ms if that is its unit",
+    );
+    expect(&with_times("ns", |row| 5e7 * row as f64), "accepted");
+}
+
+#[test]
+fn base_points_too_far_apart() {
+    let with_base = |unit: &str, x1: f64, x2: f64| {
+        let add = |line: &String| {
+            let cells = if line == HEADER { format!("base1_x_{unit},base2_x_{unit}") } else { format!("{x1},{x2}") };
+            format!("{line},{cells}")
+        };
+        text(&good().iter().map(add).collect::<Vec<_>>())
+    };
+    expect(&with_base("m", 50.0, 51.9), "accepted");
+    expect(
+        &with_base("m", 25.0, -25.5),
+        "log.csv, line 2, column base2_x_m: the base points of the palms are 50.5 m apart, more than 2 m; correct them, or name the column base2_x_cm, base2_x_mm or base2_x_um if that is its unit",
+    );
+    expect(
+        &with_base("m", 101.0, 101.0),
+        "log.csv, line 2, column base1_x_m: 101 m is more than 100 m; correct it, or name the column base1_x_cm, base1_x_mm or base1_x_um if that is its unit",
+    );
+}
+
+#[test]
+fn all_missing_columns_are_told_at_once() {
+    expect(
+        &with_line(1, "t [s],phi1_rad,phi_2_rad,pos,s2_mm"),
+        "log.csv, line 1: there are no columns for time, phi2 and s1; they must be named time_s, time_ms, time_us or time_ns (did you mean t [s]?), and phi2_rad or phi2_deg (did you mean phi_2_rad?), and s1_m, s1_cm, s1_mm or s1_um (the header has: t [s], phi1_rad, phi_2_rad, pos, s2_mm)",
+    );
+}
+
+#[test]
+fn separators() {
+    expect(
+        &format!("sep=|\n{}", text(&good()).replace(',', "|")),
+        "log.csv, line 1: the columns are said to be separated by \"|\"; separate them by commas, semicolons or tabs",
+    );
+    let wide = vec!["x"; 5000].join(",");
+    expect(&wide, "log.csv, line 1: the line has 5000 cells, more than 4096; is it a log?");
+    expect(
+        &(HEADER.to_string() + &",".repeat(4091)),
+        "log.csv, line 1: there is only a header and no line below it; was the recording stopped before it began?",
+    );
+}
+
+#[test]
+fn compressed_files() {
+    let folder = tempfile::tempdir().expect("a folder for the test");
+    let path = folder.path().join("log.csv.gz");
+    let compressed = |bytes: &[u8]| {
+        let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+        encoder.write_all(bytes).expect("into memory");
+        encoder.finish().expect("into memory")
+    };
+    let read = |bytes: &[u8]| {
+        std::fs::write(&path, bytes).expect("a file for the test");
+        read_log(&path).map_err(|error| error.to_string().replace(&path.display().to_string(), "log.csv.gz"))
+    };
+    let whole = compressed(text(&good()).as_bytes());
+    assert_eq!(
+        read(&whole).map(|file| file.log),
+        parse_log("log.csv", text(&good()).as_bytes()).map(|file| file.log).map_err(|_| String::new())
+    );
+    let damaged =
+        "log.csv.gz: the gzip file is damaged or cut off; copy it again, or unpack what is left of it with gunzip";
+    assert_eq!(read(&whole[..whole.len() - 9]), Err(damaged.to_string()));
+    assert_eq!(read(b"\x1f\x8b and more"), Err(damaged.to_string()));
+    // A bomb: half a megabyte that unpacks to more than there is memory for in a small machine.
+    let bomb = compressed(&vec![b' '; 128 * 1024 * 1024 + 1]);
+    assert_eq!(
+        read(&bomb),
+        Err("log.csv.gz: the compressed file holds more than 128 MiB; split the log, or log at a lower rate"
+            .to_string())
     );
 }
 
@@ -321,6 +467,12 @@ fn columns_in_memory_follow_the_same_rules() {
     short[4].0 = "s2".into();
     short[4].1.push("30".into());
     // A header in memory has no line.
-    assert_eq!(message(&short), "columns, column s2: the name has no unit; name the column s2_m, s2_cm or s2_mm");
-    assert!(message(&[]).starts_with("columns: there is no column for time"));
+    assert_eq!(
+        message(&short),
+        "columns, column s2: the name has no unit; name the column s2_m, s2_cm, s2_mm or s2_um"
+    );
+    assert!(
+        message(&[])
+            .starts_with("columns: there are no columns for time, phi1, phi2, s1 and s2; they must be named time_s")
+    );
 }

@@ -49,6 +49,8 @@ mod _palpate {
     #[pymodule_export]
     use crate::object::mechanics::{Landscape, Rest, follow};
     #[pymodule_export]
+    use crate::object::outline::Fit;
+    #[pymodule_export]
     use crate::object::shape::Shape;
     #[pymodule_export]
     use crate::palms_motion::motion::Motion;

@@ -11,11 +11,8 @@ import pytest
 
 import palpate
 
-FORMS = [
-    getattr(palpate, name)
-    for name in palpate.__all__
-    if inspect.isclass(getattr(palpate, name)) and issubclass(getattr(palpate, name), BaseException)
-]
+CLASSES = [getattr(palpate, name) for name in palpate.__all__ if inspect.isclass(getattr(palpate, name))]
+FORMS = [form for form in CLASSES if issubclass(form, BaseException) and not issubclass(form, Warning)]
 
 
 def test_all_exceptions_have_one_root() -> None:
@@ -24,6 +21,7 @@ def test_all_exceptions_have_one_root() -> None:
         assert issubclass(form, palpate.PalpateError)
         assert form.__module__ == "palpate"
         assert form.__doc__
+    assert issubclass(palpate.ReadWarning, UserWarning)
     assert issubclass(palpate.InputError, ValueError)
     for form in (palpate.ReadError, palpate.ShapeError, palpate.MotionError, palpate.SimulateError):
         assert issubclass(form, palpate.InputError)

@@ -57,7 +57,8 @@ def test_units_in_names_are_converted(log: Log) -> None:
             "s1_cm": frame.s1_m * 1e2,
         }
     )
-    read = Log.from_pandas(other)
+    with pytest.warns(palpate.ReadWarning, match="columns ignored: comment"):
+        read = Log.from_pandas(other)
     assert read.notes == ["columns ignored: comment"]
     for name in ("time_s", "phi1_rad", "s1_m", "s2_m"):
         assert_allclose(getattr(read, name), getattr(log, name), rtol=1e-14)
@@ -114,7 +115,72 @@ def test_slices_are_logs(log: Log) -> None:
 
 def test_a_notebook_shows_no_markup_of_the_file(log: Log) -> None:
     frame = log.to_pandas().assign(**{"<b>": 1})
-    assert "&lt;b&gt;" in Log.from_pandas(frame)._repr_html_()
+    with pytest.warns(palpate.ReadWarning) as caught:
+        read = Log.from_pandas(frame)
+    assert "&lt;b&gt;" in read._repr_html_()
+    # The line to look at is the one that read the log.
+    assert [warning.filename for warning in caught] == [__file__]
+
+
+START = pd.Timestamp("2026-11-24T20:31:30.123456789")
+
+
+@pytest.mark.parametrize("zone", [None, "Europe/Berlin"])
+@pytest.mark.parametrize("name", ["time", "time_ms", "timestamp", "Time [s]"])
+def test_dates_are_seconds_since_the_first(log: Log, name: str, zone: str | None) -> None:
+    seconds = log.time_s - log.time_s[0]
+    dates = pd.DatetimeIndex(START + pd.to_timedelta(seconds, unit="s"), tz=zone)
+    others = log.to_pandas().drop(columns="time_s")
+    as_column = others.assign(**{name: dates})
+    for frame in (as_column, as_column.set_index(name), others.set_axis(dates)):
+        assert_allclose(Log.from_pandas(frame).time_s, seconds, atol=1e-9)
+    lengths = pd.to_timedelta(log.time_s + 5.0, unit="s")
+    as_column = others.assign(**{name: lengths})
+    for frame in (as_column, as_column.set_index(name), others.set_axis(lengths)):
+        assert_allclose(Log.from_pandas(frame).time_s, log.time_s + 5.0, atol=1e-9)
+
+
+def test_dates_of_numpy_are_read_in_every_way(log: Log) -> None:
+    arrays = log.to_numpy()
+    time_s = arrays.pop("time_s")
+    seconds = time_s - time_s[0]
+    for unit, tolerance in (("ns", 1e-9), ("us", 1e-6), ("ms", 1e-3)):
+        steps = np.round(seconds * {"ns": 1e9, "us": 1e6, "ms": 1e3}[unit]).astype("int64")
+        for values in (START.to_datetime64().astype(f"datetime64[{unit}]") + steps, steps.astype(f"timedelta64[{unit}]")):
+            assert_allclose(Log.from_numpy(arrays, time=values).time_s, seconds, atol=tolerance)
+            assert_allclose(Log(values, *arrays.values()).time_s, seconds, atol=tolerance)
+
+
+def test_a_frame_may_have_time_as_its_index(log: Log) -> None:
+    frame = log.to_pandas()
+    assert Log.from_pandas(frame.set_index("time_s")) == log
+    assert_allclose(Log.from_pandas(frame.set_index(frame.time_s.mul(1e3).rename("Time (ms)"))).time_s, log.time_s)
+    # An index that is no time, or one beside a column of time, is left alone.
+    assert Log.from_pandas(frame.set_axis(frame.index.rename("sample"))) == log
+    dates = pd.DatetimeIndex(START + pd.to_timedelta(log.time_s, unit="s"))
+    assert Log.from_pandas(frame.set_axis(dates)) == log
+    with pytest.raises(palpate.ReadError, match="there is no column for time"):
+        Log.from_pandas(frame.drop(columns="time_s"))
+
+
+def test_dates_that_are_missing_or_of_another_quantity_are_refused(log: Log) -> None:
+    frame = log.to_pandas()
+    dates = pd.Series(START + pd.to_timedelta(log.time_s, unit="s"))
+    with pytest.raises(palpate.ReadError, match="NaN stands where a number must be") as caught:
+        Log.from_pandas(frame.assign(time_s=dates.where(dates.index != 7)))
+    assert (caught.value.line, caught.value.column) == (7, "time_s")
+    with pytest.raises(palpate.ReadError, match="is not a number"):
+        Log.from_pandas(frame.assign(phi1_rad=dates))
+    with pytest.warns(palpate.ReadWarning, match="columns ignored: recorded"):
+        assert Log.from_pandas(frame.assign(recorded=dates)) == log
+
+
+def test_sizes_that_no_palms_have_are_refused(log: Log) -> None:
+    frame = log.to_pandas()
+    with pytest.raises(palpate.ReadError, match="m is more than 2 m; correct it, or name the column s1_cm, s1_mm"):
+        Log.from_pandas(frame.assign(s1_m=1e3 * frame.s1_m))
+    with pytest.raises(palpate.ReadError, match=r"the log lasts .* s, more than 1000000 s"):
+        Log.from_pandas(frame.assign(time_s=1e9 * frame.time_s))
 
 
 def columns(**changes: object) -> dict[str, object]:
@@ -132,8 +198,8 @@ def with_value(place: int, value: object) -> list[object]:
 @pytest.mark.parametrize(
     ("change", "line", "column", "words"),
     [
-        ({"s1_m": None}, None, None, "there is no column for s1; it must be named s1_m, s1_cm or s1_mm"),
-        ({"s2_m": None, "s2": np.zeros(20)}, None, "s2", "the name has no unit; name the column s2_m, s2_cm or s2_mm"),
+        ({"s1_m": None}, None, None, "there is no column for s1; it must be named s1_m, s1_cm, s1_mm or s1_um"),
+        ({"s2_m": None, "s2": np.zeros(20)}, None, "s2", "the name has no unit; name the column s2_m, s2_cm, s2_mm or"),
         ({"s1_m": with_value(7, -0.1)}, 7, "s1_m", "-0.1"),
         ({"s1_m": with_value(7, "wet")}, 7, "s1_m", '"wet" is not a number'),
         ({"s1_m": with_value(7, np.inf)}, 7, "s1_m", "inf"),
@@ -176,7 +242,8 @@ def test_files_are_refused_in_the_words_of_the_command_line(tmp_path: Path) -> N
     path.write_text("time_s,phi1_rad,phi2_rad,s1_m,s2\n0,1,1,0.1,0.1\n")
     with pytest.raises(palpate.ReadError) as caught:
         Log.from_csv(path)
-    assert str(caught.value) == f"{path}, line 1, column s2: the name has no unit; name the column s2_m, s2_cm or s2_mm"
+    names = "s2_m, s2_cm, s2_mm or s2_um"
+    assert str(caught.value) == f"{path}, line 1, column s2: the name has no unit; name the column {names}"
     with pytest.raises(palpate.ReadError, match="no such file; check the path"):
         Log.from_csv(tmp_path / "none.csv")
     path.write_bytes(bytes(range(256)))

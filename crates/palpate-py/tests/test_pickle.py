@@ -26,6 +26,7 @@ def everything() -> list[object]:
     result = palpate.reconstruct(log)
     return [
         egg,
+        SupportFunction.from_outline([(0, 0), (0.06, 0), (0.03, 0.01), (0, 0.04)]),
         start,
         *moves,
         nested,

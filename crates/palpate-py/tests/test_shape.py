@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -107,3 +109,48 @@ def test_impossible_shapes_are_refused(make: object, words: str) -> None:
     assert callable(make)
     with pytest.raises(palpate.ShapeError, match=words):
         make()
+
+
+SOAP_M = [(0.0, 0.0), (0.06, 0.0), (0.06, 0.04), (0.0, 0.04)]
+
+
+def test_an_outline_says_what_its_fit_costs(tmp_path: Path) -> None:
+    fit = SupportFunction.from_outline(SOAP_M)
+    assert len(fit.shape.harmonics_m) == 256
+    assert 0 < fit.cut_m < fit.bulge_m == fit.residual_m < 3e-4
+    assert fit.dent_m == 0
+    # The middle of a flat side is where the shape bulges most.
+    assert_allclose(fit.shape.r(np.pi / 2), 0.02 + fit.bulge_m, atol=1e-6)
+    assert fit.residual_m < (SupportFunction.from_polygon(SOAP_M).r(np.pi / 2) - 0.02) / 3
+    assert_allclose(fit.shape.centroid_m, 0, atol=1e-6)
+    moved = SupportFunction.from_outline(np.array(SOAP_M), center_of_mass_offset_m=(0.01, -0.002))
+    assert_allclose(moved.shape.centroid_m, (-0.01, 0.002), atol=1e-6)
+
+    (tmp_path / "soap.csv").write_text("x_mm;y_mm\n0;0\n60;0\n60;40\n0;40,0\n")
+    assert SupportFunction.from_outline(tmp_path / "soap.csv") == fit
+    drawing = tmp_path / "soap.svg"
+    drawing.write_text('<svg xmlns="http://www.w3.org/2000/svg"><path id="soap" d="M0,0 h60 v40 h-60 z"/></svg>')
+    drawn = SupportFunction.from_outline(str(drawing))
+    assert_allclose(drawn.shape.harmonics_m, fit.shape.harmonics_m, atol=1e-12)
+    assert drawn.notes == [
+        'the outline is the path "soap" in line 1; user units are taken for millimetres: 60.0 mm across'
+    ]
+
+    notched = SupportFunction.from_outline([*SOAP_M[:3], (0.03, 0.035), SOAP_M[3]])
+    assert_allclose(notched.dent_m, 0.005)
+
+
+def test_names_may_have_sizes() -> None:
+    stadium = SupportFunction.named("stadium:60x40")
+    assert_allclose(stadium.perimeter_m, 0.04 + 0.04 * np.pi)
+    assert_allclose(SupportFunction.named("stadium:60x40", 0.02).mean_radius_m, 0.02)
+    assert SupportFunction.named("egg") == SupportFunction.named("egg", 0.03)
+
+
+def test_outlines_that_are_none_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(palpate.ReadError, match="no such file"):
+        SupportFunction.from_outline(tmp_path / "soap.csv")
+    with pytest.raises(palpate.ShapeError, match="they lie on a line"):
+        SupportFunction.from_outline([(0, 0), (1, 1), (2, 2)])
+    with pytest.raises(palpate.InputError, match=r"outline must have the shape \(n, 2\)"):
+        SupportFunction.from_outline(np.zeros((3, 3)))

@@ -48,6 +48,6 @@ pub use job::touchpad::Touchpads;
 pub use job::varied::{Conditions, MotionConditions, MotionShape, NoiseShape, SensorConditions, VariedJob};
 pub use job::{Job, Outcome, Source};
 pub use plan::plan_error::{PlanError, PlanProblem};
-pub use plan::{parse_plan, read_plan};
+pub use plan::{parse_plan, read_plan, read_touchpad};
 pub use sweep::Sweep;
 pub use sweep_error::SweepError;

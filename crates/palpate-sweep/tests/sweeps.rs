@@ -110,7 +110,11 @@ fn logs_are_reconstructed_and_held_against_the_truths_beside_them() {
         ]
     );
     assert!(rows[0].solved.is_some());
-    assert!(rows[1].reason.starts_with("broken.csv, line 1: there is no column for phi1"), "{}", rows[1].reason);
+    assert!(
+        rows[1].reason.starts_with("broken.csv, line 1: there are no columns for phi1, phi2, s1 and s2"),
+        "{}",
+        rows[1].reason
+    );
     assert_eq!(rows[3].reason, "the truth has 149 poses, the log 150 samples; they do not belong together");
 
     // A machine that sees other logs, or none, gives no row.
@@ -274,4 +278,93 @@ fn the_guide_names_every_column() {
     for name in column_names() {
         assert!(guide.contains(&format!("`{name}`")), "{name} is missing in docs/sweeps.md");
     }
+}
+
+/// A job's object as JSON.
+fn objects(plan: &str, base: &Path) -> Vec<serde_json::Value> {
+    let jobs = sweep(plan, base).jobs;
+    let object = |job: &Job| serde_json::to_value(job).expect("JSON")["source"]["simulate"]["object"].clone();
+    jobs.iter().map(object).collect()
+}
+
+#[test]
+fn outlines_from_files_are_objects_that_need_no_file() {
+    let dir = tempfile::tempdir().expect("a folder");
+    let ellipse = palpate::shape::ellipse(0.03, 0.02).expect("an ellipse");
+    let rows = (0..400).map(|i| ellipse.boundary_point(std::f64::consts::TAU * f64::from(i) / 400.0));
+    let rows: String = rows.map(|point| format!("{},{}\n", point.x_m, point.y_m)).collect();
+    fs::write(dir.path().join("mine.csv"), format!("x_m,y_m\n{rows}")).expect("a file");
+    let plan = |more: &str| {
+        format!(
+            "kind = \"simulate\"\nsamples = 150\ntouchpads = [{{}}]\nobjects.outline = {{ file = \"mine.csv\"{more} }}\n"
+        )
+    };
+    let sweep = sweep(&plan(""), dir.path());
+    let letter = serde_json::to_string(&sweep.jobs[0]).expect("JSON");
+    let there: Job = serde_json::from_str(&letter).expect("a job");
+    assert_eq!(there, sweep.jobs[0]);
+    let row = there.run(0, Path::new("elsewhere")).row;
+    assert_eq!((row.object.as_str(), row.status), ("mine.csv", Status::Reconstructed), "{}", row.reason);
+    assert!((row.mean_radius_m.expect("a radius") - ellipse.mean_radius_m()).abs() < 1e-5);
+
+    let many = objects(&plan(", mean_radius_m = [0.02, 0.03], mass_offset = [0, 0.1]"), dir.path());
+    let radii: Vec<f64> =
+        many.iter().map(|object| object["outline"]["shape"]["mean_radius_m"].as_f64().expect("one")).collect();
+    assert!(
+        radii.iter().zip([0.02, 0.02, 0.03, 0.03]).all(|(radius, expected)| (radius - expected).abs() < 1e-12),
+        "{radii:?}"
+    );
+    assert_eq!(many[1]["outline"]["mass_offset"], 0.1);
+
+    let refusal = |text: &str| {
+        let plan = parse_plan("plan.toml", text).expect("a plan");
+        Sweep::new(&plan, dir.path()).map_or_else(|error| error.to_string(), |_| "accepted".to_owned())
+    };
+    let missing = dir.path().join("other.csv").display().to_string();
+    assert_eq!(
+        refusal(&plan("").replace("mine", "other")),
+        format!("plan.toml, objects.outline: {missing}: no such file; check the path")
+    );
+    fs::write(dir.path().join("other.csv"), "x_m,y_m\n0,0\n1,1\n2,2\n").expect("a file");
+    assert!(
+        refusal(&plan("").replace("mine", "other"))
+            .starts_with("plan.toml, objects.outline: other.csv: the points do not")
+    );
+}
+
+#[test]
+fn named_objects_have_the_size_in_their_name() {
+    let plan = |more: &str| {
+        format!(
+            "kind = \"simulate\"\ntouchpads = [{{}}]\nobjects.named = {{ name = [\"egg\", \"stadium:60x40\"]{more} }}\n"
+        )
+    };
+    let radii = |more: &str| {
+        let all = objects(&plan(more), Path::new("."));
+        all.iter().map(|object| object["named"]["mean_radius_m"].as_f64().expect("one")).collect::<Vec<_>>()
+    };
+    let stadium = (0.02 + 0.02 * std::f64::consts::PI) / std::f64::consts::PI;
+    let own = radii("");
+    assert!(own[0] == 0.03 && (own[1] - stadium).abs() < 1e-15, "{own:?}");
+    assert_eq!(radii(", mean_radius_m = 0.025"), [0.025, 0.025]);
+}
+
+#[test]
+fn a_touchpad_is_read_from_a_file() {
+    let dir = tempfile::tempdir().expect("a folder");
+    let path = dir.path().join("pad.toml");
+    let read = |text: &str| {
+        fs::write(&path, text).expect("a file");
+        palpate_sweep::read_touchpad(&path)
+            .map_err(|error| error.to_string().replace(&path.display().to_string(), "pad.toml"))
+    };
+    let pads = read("noise_sd_m = 2e-4\ncounts_per_inch = 200\n").expect("a touchpad");
+    assert_eq!((pads.noise_sd_m, pads.counts_per_inch, pads.dropout, pads.length_m), (2e-4, Some(200.0), 0.0, None));
+    assert_eq!(
+        read("noise_sd_m = [1e-4, 2e-4]\n").expect_err("two"),
+        "pad.toml: there is a list of values where a touchpad has one; give one value for each key"
+    );
+    assert!(
+        read("dropout = 1\n").expect_err("too many").starts_with("pad.toml, line 1, dropout: it must be at least 0")
+    );
 }

@@ -164,7 +164,12 @@ fn a_dented_outline_is_not_convex() {
 #[test]
 fn named_shapes_have_the_size_asked_for_and_are_convex() {
     for name in NamedShape::NAMES {
-        let named: NamedShape = name.replace("SEED", "17").parse().expect("a listed name");
+        let named: NamedShape = name
+            .replace("SEED", "17")
+            .replace("LENGTHxWIDTH", "60x40")
+            .replace("[xCORNER]", "x5")
+            .parse()
+            .expect("a listed name");
         assert_eq!(named.to_string().parse(), Ok(named));
         let shape = named.shape(0.03).expect("a valid size");
         assert!((shape.mean_radius_m() - 0.03).abs() < 1e-15 && shape.is_convex(), "{name}");
@@ -223,4 +228,106 @@ fn useless_points_are_refused() {
     let same = [(0.5, 1.0); 20];
     assert_eq!(SupportFunction::from_samples(&same, 3), Err(ShapeError::Undetermined));
     assert!(SupportFunction::from_samples(&same[..3], 3).is_err());
+}
+
+fn corner(x_m: f64, y_m: f64) -> BoundaryPoint {
+    BoundaryPoint { x_m, y_m }
+}
+
+/// The hull of an outline about `center` against a shape: how far the shape is inside and outside of it at most.
+fn distances(shape: &SupportFunction, outline: &[BoundaryPoint], center: BoundaryPoint) -> (f64, f64) {
+    let gained = |theta: f64| {
+        let (sin, cos) = theta.sin_cos();
+        let heights = outline.iter().map(|p| (p.x_m - center.x_m) * cos + (p.y_m - center.y_m) * sin);
+        shape.radius_m(theta) - heights.fold(f64::NEG_INFINITY, f64::max)
+    };
+    let all: Vec<f64> = (0..3600).map(|step| gained(TAU * f64::from(step) / 3600.0)).collect();
+    (all.iter().copied().fold(0.0, f64::min).abs(), all.iter().copied().fold(0.0, f64::max))
+}
+
+#[test]
+fn an_outline_says_what_its_fit_costs() {
+    // A bar of soap with sharp corners, away from the origin, run clockwise.
+    let soap = [corner(0.01, 0.0), corner(0.01, 0.04), corner(0.07, 0.04), corner(0.07, 0.0)];
+    let fit = SupportFunction::from_outline(&soap).expect("a bar of soap");
+    assert!(fit.shape.is_convex() && fit.shape.harmonics_m().len() == 256 && fit.dent_m == 0.0);
+    let (cut, bulge) = distances(&fit.shape, &soap, corner(0.04, 0.02));
+    assert!((fit.cut_m - cut).abs() < 2e-5 && (fit.bulge_m - bulge).abs() < 2e-5, "{cut} {bulge} {fit:?}");
+    assert!(fit.residual_m() == fit.cut_m.max(fit.bulge_m) && (1e-4..6e-4).contains(&fit.residual_m()), "{fit:?}");
+    let few = SupportFunction::from_boundary_points(&soap, 32, None).expect("the same");
+    let (cut, bulge) = distances(&few, &soap, corner(0.04, 0.02));
+    assert!(cut.max(bulge) > 3.0 * fit.residual_m(), "{cut} {bulge} against {}", fit.residual_m());
+    // The origin is the centroid, and may be moved.
+    assert!(fit.shape.centroid().x_m.hypot(fit.shape.centroid().y_m) < 1e-6);
+    let about = fit.about(0.01, -0.002).shape.centroid();
+    assert!((about.x_m + 0.01).abs() < 1e-6 && (about.y_m - 0.002).abs() < 1e-6);
+}
+
+#[test]
+fn a_smooth_outline_takes_few_harmonics() {
+    let pebble = pebble(3);
+    let outline: Vec<BoundaryPoint> = (0..3000).map(|i| pebble.boundary_point(TAU * f64::from(i) / 3000.0)).collect();
+    let fit = SupportFunction::from_outline(&outline).expect("a pebble");
+    assert!(fit.shape.harmonics_m().len() == 8 && fit.residual_m() < 1e-6 && fit.dent_m < 1e-6, "{fit:?}");
+    assert!((fit.shape.area_m2() / pebble.area_m2() - 1.0).abs() < 1e-4);
+}
+
+#[test]
+fn samples_of_a_support_function_choose_their_harmonics() {
+    let pebble = pebble(3);
+    let samples: Vec<(f64, f64)> =
+        (0..720).map(|i| TAU * f64::from(i) / 720.0).map(|theta| (theta, pebble.radius_m(theta))).collect();
+    let fit = SupportFunction::from_support(&samples).expect("a pebble");
+    assert!(fit.residual_m() < 1e-12 && fit.shape.harmonics_m().len() == 8);
+    // A third of ten samples: three harmonics.
+    let few = SupportFunction::from_support(&samples.iter().step_by(72).copied().collect::<Vec<_>>()).expect("ten");
+    assert_eq!(few.shape.harmonics_m().len(), 3);
+    assert!(SupportFunction::from_support(&samples[..2]).is_err());
+}
+
+#[test]
+fn a_dent_is_closed_by_the_hull_and_said() {
+    let notched = [corner(0.0, 0.0), corner(0.06, 0.0), corner(0.06, 0.04), corner(0.03, 0.035), corner(0.0, 0.04)];
+    let fit = SupportFunction::from_outline(&notched).expect("a convex hull");
+    assert!((fit.dent_m - 0.005).abs() < 1e-12, "{}", fit.dent_m);
+    // The mass is that of the outline, not of the hull.
+    assert!(fit.shape.centroid().y_m > 1e-4);
+    let eight = [corner(0.0, 0.0), corner(0.06, 0.04), corner(0.06, 0.0), corner(0.0, 0.04)];
+    assert_eq!(SupportFunction::from_outline(&eight), Err(ShapeError::Undetermined));
+    assert!(SupportFunction::from_outline(&eight[..2]).is_err());
+    let line = [corner(0.0, 0.0), corner(1.0, 1.0), corner(2.0, 2.0)];
+    assert_eq!(SupportFunction::from_outline(&line), Err(ShapeError::Undetermined));
+    let hole = [corner(0.0, 0.0), corner(1.0, f64::NAN), corner(2.0, 2.0)];
+    assert_eq!(SupportFunction::from_outline(&hole), Err(ShapeError::NotFinite { index: 1 }));
+}
+
+#[test]
+fn rectangles_and_stadiums_have_sizes_in_their_names() {
+    let named = |name: &str| name.parse::<NamedShape>().expect("a name");
+    let fit = named("rectangle:60x40x10").fitted(None).expect("a rectangle");
+    assert!((fit.shape.perimeter_m() - (0.2 - 0.08 + 0.02 * PI)).abs() < 1e-4);
+    assert!(
+        (fit.shape.radius_m(0.0) - 0.03).abs() <= fit.residual_m() && fit.residual_m() < 3e-4,
+        "{}",
+        fit.residual_m()
+    );
+    assert!(fit.shape.is_convex() && named("rectangle:60x40x0").fitted(None).expect("sharp").shape.is_convex());
+    assert_eq!(named("Rectangle:60x40"), named("rectangle:60x40x8"));
+    for name in ["rectangle:60x40x8", "stadium:60x40", "rectangle:0.1x29.7x0.01"] {
+        assert_eq!(named(name).to_string(), name);
+    }
+    let stadium = named("stadium:60x40").fitted(None).expect("a stadium").shape;
+    assert!((stadium.perimeter_m() - (0.04 + 0.04 * PI)).abs() < 1e-4 && stadium.is_convex());
+    for name in ["stadium:60x40", "rectangle:60x40x10", "egg"] {
+        let fit = named(name).fitted(None).expect("a shape");
+        assert!((fit.shape.mean_radius_m() - named(name).usual_radius_m()).abs() < 1e-12, "{name}");
+    }
+    let scaled = named("stadium:60x40").fitted(Some(0.02)).expect("a stadium").shape;
+    assert!((scaled.mean_radius_m() - 0.02).abs() < 1e-12);
+    assert_eq!(named("egg").fitted(None).expect("an egg").shape, NamedShape::Egg.shape(0.03).expect("the same"));
+    assert_eq!(named("rectangle:60x40x21").fitted(None), Err(ShapeError::CornerRadius));
+    assert!(named("stadium:0x40").fitted(None).is_err() && named("stadium:6x4").fitted(Some(f64::NAN)).is_err());
+    for name in ["rectangle", "rectangle:60", "rectangle:axb", "stadium:60x40x5", "circle:3", "rectangle:1x2x3x4"] {
+        assert!(name.parse::<NamedShape>().is_err(), "{name}");
+    }
 }

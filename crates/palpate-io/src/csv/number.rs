@@ -11,6 +11,11 @@ pub(crate) fn number(value: f64) -> String {
     }
 }
 
+/// The number to six digits, as messages show what was computed.
+pub(crate) fn six_digits(value: f64) -> f64 {
+    format!("{value:.5e}").parse().unwrap_or(value)
+}
+
 /// One line of a CSV file, ended.
 pub(crate) fn push_row(text: &mut String, cells: impl IntoIterator<Item = String>) {
     for (index, cell) in cells.into_iter().enumerate() {

@@ -2,22 +2,22 @@
 //! folders and result folders.
 
 use std::borrow::Cow;
-use std::fs::File;
-use std::io::Read;
-use std::path::Path;
 
+use crate::csv::name::{self, plain};
 use crate::csv::text;
 use crate::csv::unit::{Dimension, Unit};
-use crate::read_error::{ReadError, ReadProblem};
+use crate::read_error::{MissingColumn, ReadError, ReadProblem};
 
-/// Largest file that is read: far more than a day of samples, far less than the memory of the machine.
-const MAX_MIB: u64 = 512;
+/// Most cells in a line: far more than any log has columns, few enough that a line is never large in memory.
+const MAX_COLUMNS: usize = 4096;
 
 /// Something a column may hold; the column is named `stem_unit`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Quantity {
     /// Name without the unit, lower case.
     pub(crate) stem: &'static str,
+    /// Other names of it, for files that do not have the first.
+    also: &'static [&'static str],
     pub(crate) dimension: Option<Dimension>,
     /// What an empty cell says, in words that follow "where"; empty where there must be a number.
     pub(crate) empty: &'static str,
@@ -26,17 +26,22 @@ pub(crate) struct Quantity {
 impl Quantity {
     /// A quantity with a number in every row.
     pub(crate) const fn new(stem: &'static str, dimension: Dimension) -> Self {
-        Self { stem, dimension: Some(dimension), empty: "" }
+        Self { stem, also: &[], dimension: Some(dimension), empty: "" }
     }
 
     /// A quantity whose cells may be empty where `empty`.
     pub(crate) const fn or_empty(stem: &'static str, dimension: Dimension, empty: &'static str) -> Self {
-        Self { stem, dimension: Some(dimension), empty }
+        Self { stem, also: &[], dimension: Some(dimension), empty }
     }
 
     /// A plain number, its column named `stem` alone.
     pub(crate) const fn count(stem: &'static str) -> Self {
-        Self { stem, dimension: None, empty: "" }
+        Self { stem, also: &[], dimension: None, empty: "" }
+    }
+
+    /// The same quantity under other names as well.
+    pub(crate) const fn also_named(self, also: &'static [&'static str]) -> Self {
+        Self { also, ..self }
     }
 
     /// The unit that the end of a column name stands for.
@@ -44,23 +49,33 @@ impl Quantity {
         self.dimension?.units().iter().copied().find(|unit| unit.suffix() == suffix)
     }
 
-    /// The column names that are understood.
-    fn names(&self) -> String {
-        match self.dimension {
-            None => self.stem.to_string(),
-            Some(dimension) => {
-                let mut names = dimension.units().iter().map(|unit| format!("{}_{}", self.stem, unit.suffix()));
-                let last = names.next_back().unwrap_or_default();
-                let others: Vec<String> = names.collect();
-                if others.is_empty() { last } else { format!("{} or {last}", others.join(", ")) }
-            }
-        }
+    /// The column names that are understood, under this stem.
+    fn names(&self, stem: &str) -> String {
+        let units = self.dimension.map_or(&[][..], Dimension::units);
+        if units.is_empty() { stem.to_string() } else { names_in(stem, units.iter().copied()) }
     }
 
-    /// What follows the stem in `name` (lower case): nothing, or `_` and more.
-    fn rest<'n>(&self, name: &'n str) -> Option<&'n str> {
-        name.strip_prefix(self.stem).filter(|rest| rest.is_empty() || rest.starts_with('_'))
+    /// All its stems, the first one first.
+    fn stems(&self) -> impl Iterator<Item = &'static str> {
+        std::iter::once(self.stem).chain(self.also.iter().copied())
     }
+
+    /// The stem that `name`, made plain, begins with, if it is one of this quantity.
+    pub(crate) fn stem_in(&self, name: &str) -> Option<&'static str> {
+        self.stems().filter(|stem| rest(name, stem).is_some()).max_by_key(|stem| stem.len())
+    }
+}
+
+/// What follows the stem in `name`, made plain: nothing, or `_` and more.
+fn rest<'n>(name: &'n str, stem: &str) -> Option<&'n str> {
+    name.strip_prefix(stem).filter(|rest| rest.is_empty() || rest.starts_with('_'))
+}
+
+/// The names with one stem in several units; empty without a unit.
+fn names_in(stem: &str, units: impl IntoIterator<Item = Unit>) -> String {
+    let mut names: Vec<String> = units.into_iter().map(|unit| format!("{stem}_{}", unit.suffix())).collect();
+    let Some(last) = names.pop() else { return String::new() };
+    if names.is_empty() { last } else { format!("{} or {last}", names.join(", ")) }
 }
 
 /// A column that was found.
@@ -77,6 +92,8 @@ pub(crate) struct Table<'a> {
     file: &'a str,
     header_line: usize,
     names: Vec<String>,
+    /// Columns are not separated by commas, so that a comma in a number is a decimal mark.
+    decimal_commas: bool,
     /// Row after row.
     cells: Vec<Cow<'a, str>>,
     /// Line of each row, from 1.
@@ -85,22 +102,6 @@ pub(crate) struct Table<'a> {
     pub(crate) metadata: Vec<(String, String)>,
     /// The last line of the file has no line break.
     pub(crate) unended: bool,
-}
-
-/// The bytes of a file, up to the limit.
-pub(crate) fn read_bytes(path: &Path) -> Result<Vec<u8>, ReadError> {
-    let failed = |error| ReadError::io(path, &error);
-    let mut file = File::open(path).map_err(failed)?;
-    if file.metadata().map_err(failed)?.is_dir() {
-        return Err(ReadError::in_file(&path.to_string_lossy(), ReadProblem::IsFolder));
-    }
-    let mut bytes = Vec::new();
-    let limit = MAX_MIB * 1024 * 1024;
-    (&mut file).take(limit + 1).read_to_end(&mut bytes).map_err(failed)?;
-    if bytes.len() as u64 > limit {
-        return Err(ReadError::in_file(&path.to_string_lossy(), ReadProblem::TooLarge { limit_mib: MAX_MIB }));
-    }
-    Ok(bytes)
 }
 
 impl<'a> Table<'a> {
@@ -112,12 +113,15 @@ impl<'a> Table<'a> {
             file,
             header_line: 0,
             names: Vec::new(),
+            decimal_commas: false,
             cells: Vec::new(),
             lines: Vec::new(),
             metadata: Vec::new(),
             unended: !text.ends_with(line_break),
         };
         let mut delimiter = ',';
+        // What a line `sep=;` above the header says.
+        let mut said = None;
         let mut comments = false;
         // A row that ends early; it is the last one unless another follows.
         let mut short_row: Option<(usize, usize)> = None;
@@ -136,7 +140,21 @@ impl<'a> Table<'a> {
                 continue;
             }
             if table.names.is_empty() {
-                delimiter = [',', ';', '\t'].into_iter().find(|&mark| trimmed.contains(mark)).unwrap_or(',');
+                if let Some(mark) = separator_said(content) {
+                    if !SEPARATORS.contains(&mark) {
+                        let mark = text::quoted(&mark.to_string());
+                        return Err(ReadError::in_line(file, line, ReadProblem::UnknownSeparator { mark }));
+                    }
+                    said = Some(mark);
+                    continue;
+                }
+                delimiter = said.unwrap_or_else(|| separator_of(trimmed));
+                table.decimal_commas = delimiter != ',';
+            }
+            let marks = content.matches(delimiter).count();
+            if marks >= MAX_COLUMNS {
+                let problem = ReadProblem::TooManyColumns { cells: marks + 1, limit: MAX_COLUMNS };
+                return Err(ReadError::in_line(file, line, problem));
             }
             let before = table.cells.len();
             if !split_cells(content, delimiter, &mut table.cells) {
@@ -150,7 +168,7 @@ impl<'a> Table<'a> {
                 continue;
             }
             if table.names.is_empty() {
-                if row.iter().all(|cell| cell.is_empty() || cell.parse::<f64>().is_ok()) {
+                if row.iter().all(|cell| cell.is_empty() || parse_number(cell, table.decimal_commas).is_some()) {
                     return Err(ReadError::in_line(file, line, ReadProblem::NoHeader { example }));
                 }
                 if cells == 1 && row[0].contains(char::is_whitespace) {
@@ -197,6 +215,7 @@ impl<'a> Table<'a> {
             file,
             header_line: 0,
             names: columns.iter().map(|(name, _)| name.trim().to_owned()).collect(),
+            decimal_commas: false,
             cells: (0..rows).flat_map(row).collect(),
             lines: (0..rows).collect(),
             metadata: Vec::new(),
@@ -222,19 +241,40 @@ impl<'a> Table<'a> {
         self.lines[row]
     }
 
-    /// The column of `quantity`, in whatever unit; `all` are the quantities that this kind of file may have.
+    /// The column of `quantity`, in whatever unit; `all` are the quantities that this kind of file may have. One under another of its
+    /// names counts where there is none of the first.
     ///
     /// # Errors
     /// There are two, or its unit is missing or unknown. A name with an unknown unit beside a good one is an extra column.
     pub(crate) fn find(&self, quantity: Quantity, all: &[Quantity]) -> Result<Option<Column>, ReadError> {
+        let mut first_problem = None;
+        for stem in quantity.stems() {
+            match self.find_named(quantity, stem, all) {
+                Ok(None) => {}
+                Err(error) if !matches!(*error.problem, ReadProblem::TwoColumns { .. }) => {
+                    first_problem = first_problem.or(Some(error));
+                }
+                found => return found,
+            }
+        }
+        first_problem.map_or(Ok(None), Err)
+    }
+
+    /// The same under one of its names.
+    fn find_named(
+        &self,
+        quantity: Quantity,
+        stem: &'static str,
+        all: &[Quantity],
+    ) -> Result<Option<Column>, ReadError> {
         let mut found: Option<Column> = None;
         let mut doubtful: Option<(&str, ReadProblem)> = None;
         for (index, name) in self.names.iter().enumerate() {
-            let lower = name.to_ascii_lowercase();
-            if stem_of(&lower, all) != Some(quantity) {
+            let plain = plain(name);
+            if stem_of(&plain, all) != Some((quantity, stem)) {
                 continue;
             }
-            let suffix = quantity.rest(&lower).unwrap_or_default().trim_start_matches('_');
+            let suffix = rest(&plain, stem).unwrap_or_default().trim_start_matches('_');
             let unit = quantity.unit(suffix);
             if unit.is_some() || (quantity.dimension.is_none() && suffix.is_empty()) {
                 if let Some(first) = found {
@@ -247,7 +287,7 @@ impl<'a> Table<'a> {
                 }
                 found = Some(Column { quantity, unit, index });
             } else if doubtful.is_none() && quantity.dimension.is_some() {
-                let names = quantity.names();
+                let names = quantity.names(stem);
                 let problem = if suffix.is_empty() {
                     ReadProblem::NoUnit { names }
                 } else {
@@ -264,14 +304,111 @@ impl<'a> Table<'a> {
 
     /// The column of `quantity`, which must be there.
     pub(crate) fn require(&self, quantity: Quantity, all: &[Quantity]) -> Result<Column, ReadError> {
-        self.find(quantity, all)?.ok_or_else(|| {
-            let problem = ReadProblem::MissingColumn {
-                quantity: quantity.stem,
-                names: quantity.names(),
-                found: text::list(self.names.iter().map(String::as_str)),
-            };
-            ReadError::in_line(self.file, self.header_line, problem)
-        })
+        let [column] = self.require_all([quantity], all)?;
+        Ok(column)
+    }
+
+    /// The columns of several quantities, which must all be there.
+    pub(crate) fn require_all<const N: usize>(
+        &self,
+        quantities: [Quantity; N],
+        all: &[Quantity],
+    ) -> Result<[Column; N], ReadError> {
+        let mut found = [None; N];
+        for (column, quantity) in found.iter_mut().zip(quantities) {
+            *column = self.find(quantity, all)?;
+        }
+        let missing =
+            quantities.iter().zip(&found).filter(|(_, column)| column.is_none()).map(|(quantity, _)| *quantity);
+        let missing: Vec<Quantity> = missing.collect();
+        if let Some(columns) = all_of(found) {
+            return Ok(columns);
+        }
+        // What is a known column, or may be one of those, cannot be meant to be another.
+        let free = || self.names.iter().filter(|name| stem_of(&plain(name), all).is_none());
+        let of = |quantity: &Quantity| MissingColumn {
+            quantity: quantity.stem,
+            names: quantity.names(quantity.stem),
+            meant: name::meant(quantity.stem, quantity.dimension, free().map(String::as_str)).map(text::quoted),
+        };
+        let problem = ReadProblem::MissingColumns {
+            missing: missing.iter().map(of).collect(),
+            found: text::list(self.names.iter().map(String::as_str)),
+        };
+        Err(ReadError::in_line(self.file, self.header_line, problem))
+    }
+
+    /// A length, unless it is beyond this limit, either way.
+    pub(crate) fn within(&self, row: usize, column: Column, length_m: f64, limit_m: f64) -> Result<f64, ReadError> {
+        if length_m.abs() <= limit_m {
+            return Ok(length_m);
+        }
+        let problem = ReadProblem::TooLong {
+            text: self.shown(row, column),
+            unit: column.unit.map_or("", Unit::suffix),
+            limit_m,
+            others: self.names_of_smaller_units(column),
+        };
+        Err(self.error(row, column, problem))
+    }
+
+    /// Refuses decimal commas beside decimal points, of which one must be a mark between thousands.
+    pub(crate) fn require_one_decimal_mark(&self, columns: &[Column]) -> Result<(), ReadError> {
+        if !self.decimal_commas {
+            return Ok(());
+        }
+        let mut first: Option<(usize, Column, char)> = None;
+        for row in 0..self.rows() {
+            for &column in columns {
+                let Some(mark) = self.cell(row, column).chars().find(|mark| ",.".contains(*mark)) else { continue };
+                let Some((other_row, other, of_first)) = first else {
+                    first = Some((row, column, mark));
+                    continue;
+                };
+                if mark != of_first {
+                    let problem = ReadProblem::MixedDecimalMarks {
+                        text: self.shown(row, column),
+                        mark: if mark == ',' { "comma" } else { "point" },
+                        other: self.shown(other_row, other),
+                        other_line: self.line(other_row),
+                    };
+                    return Err(self.error(row, column, problem));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The name of a column if it were in this unit.
+    pub(crate) fn name_in(&self, column: Column, unit: Unit) -> String {
+        names_in(self.stem(column), [unit])
+    }
+
+    /// The names of a column in units that are larger than its own; empty where there are none.
+    pub(crate) fn names_of_larger_units(&self, column: Column) -> String {
+        self.names_of_units(column, |unit, own| unit.to_si(1.0) > own.to_si(1.0))
+    }
+
+    /// The same for smaller units.
+    pub(crate) fn names_of_smaller_units(&self, column: Column) -> String {
+        self.names_of_units(column, |unit, own| unit.to_si(1.0) < own.to_si(1.0))
+    }
+
+    fn names_of_units(&self, column: Column, wanted: impl Fn(Unit, Unit) -> bool) -> String {
+        let Some((dimension, own)) = column.quantity.dimension.zip(column.unit) else { return String::new() };
+        names_in(self.stem(column), dimension.units().iter().copied().filter(|unit| wanted(*unit, own)))
+    }
+
+    /// A column's name in the header without its unit, in plain letters.
+    fn stem(&self, column: Column) -> &'static str {
+        column.quantity.stem_in(&plain(self.name(column))).unwrap_or(column.quantity.stem)
+    }
+
+    /// A problem with a column as a whole.
+    pub(crate) fn column_error(&self, column: Column, problem: ReadProblem) -> ReadError {
+        let error = ReadError::in_column(self.file, self.header_line, self.name(column), problem);
+        // Columns in memory have no header line.
+        if self.header_line == 0 { ReadError { line: None, ..error } } else { error }
     }
 
     /// The names of all columns that are not among `used`.
@@ -360,10 +497,10 @@ impl<'a> Table<'a> {
         if cell.is_empty() {
             return Ok(None);
         }
-        match cell.parse::<f64>() {
-            Ok(value) if value.is_nan() => Ok(None),
-            Ok(value) => Ok(Some(column.unit.map_or(value, |unit| unit.to_si(value)))),
-            Err(_) => {
+        match parse_number(cell, self.decimal_commas) {
+            Some(value) if value.is_nan() => Ok(None),
+            Some(value) => Ok(Some(column.unit.map_or(value, |unit| unit.to_si(value)))),
+            None => {
                 let text = text::quoted(cell);
                 let has_comma = cell.contains(',') && cell.replace(',', "").parse::<f64>().is_ok();
                 let problem = if has_comma {
@@ -377,9 +514,40 @@ impl<'a> Table<'a> {
     }
 }
 
-/// The quantity with the longest stem that begins `name`, so that `s1_sd_mm` is no `s1` in the unit `sd_mm`.
-fn stem_of(name: &str, all: &[Quantity]) -> Option<Quantity> {
-    all.iter().copied().filter(|quantity| quantity.rest(name).is_some()).max_by_key(|quantity| quantity.stem.len())
+/// The quantity with the longest stem that begins `name`, and that stem, so that `s1_sd_mm` is no `s1` in the unit `sd_mm`.
+fn stem_of(name: &str, all: &[Quantity]) -> Option<(Quantity, &'static str)> {
+    let of = |quantity: &Quantity| Some((*quantity, quantity.stem_in(name)?));
+    all.iter().filter_map(of).max_by_key(|(_, stem)| stem.len())
+}
+
+/// All of them, if there are all.
+fn all_of<const N: usize>(found: [Option<Column>; N]) -> Option<[Column; N]> {
+    let columns: Vec<Column> = found.into_iter().flatten().collect();
+    columns.try_into().ok()
+}
+
+/// What may separate columns; of those that occur equally often, the first does.
+const SEPARATORS: [char; 3] = [',', ';', '\t'];
+
+/// What separates the columns of a header.
+fn separator_of(header: &str) -> char {
+    let count = |mark: &char| header.matches(*mark).count();
+    SEPARATORS.into_iter().rev().max_by_key(count).unwrap_or(',')
+}
+
+/// The separator that a line `sep=;` of a spreadsheet names.
+fn separator_said(line: &str) -> Option<char> {
+    let line = line.trim_start().trim_matches('"');
+    let (key, mark) = line.split_at_checked(4)?;
+    key.eq_ignore_ascii_case("sep=").then(|| mark.chars().next()).flatten()
+}
+
+/// A number as it is written in a cell; with a decimal comma where columns are not separated by commas.
+fn parse_number(cell: &str, decimal_commas: bool) -> Option<f64> {
+    match cell.split_once(',') {
+        Some((whole, decimals)) if decimal_commas && !cell.contains('.') => format!("{whole}.{decimals}").parse().ok(),
+        _ => cell.parse().ok(),
+    }
 }
 
 /// The text of a file, without its byte order mark.

@@ -14,21 +14,24 @@ pub(crate) enum Dimension {
 pub(crate) enum Unit {
     Second,
     Millisecond,
+    Microsecond,
+    Nanosecond,
     Radian,
     Degree,
     Meter,
     Centimeter,
     Millimeter,
+    Micrometer,
     Newton,
 }
 
 impl Dimension {
-    /// The units understood, SI first.
+    /// The units understood, SI first; beyond that from large to small.
     pub(crate) fn units(self) -> &'static [Unit] {
         match self {
-            Dimension::Time => &[Unit::Second, Unit::Millisecond],
+            Dimension::Time => &[Unit::Second, Unit::Millisecond, Unit::Microsecond, Unit::Nanosecond],
             Dimension::Angle => &[Unit::Radian, Unit::Degree],
-            Dimension::Length => &[Unit::Meter, Unit::Centimeter, Unit::Millimeter],
+            Dimension::Length => &[Unit::Meter, Unit::Centimeter, Unit::Millimeter, Unit::Micrometer],
             Dimension::Force => &[Unit::Newton],
         }
     }
@@ -40,11 +43,14 @@ impl Unit {
         match self {
             Unit::Second => "s",
             Unit::Millisecond => "ms",
+            Unit::Microsecond => "us",
+            Unit::Nanosecond => "ns",
             Unit::Radian => "rad",
             Unit::Degree => "deg",
             Unit::Meter => "m",
             Unit::Centimeter => "cm",
             Unit::Millimeter => "mm",
+            Unit::Micrometer => "um",
             Unit::Newton => "n",
         }
     }
@@ -55,6 +61,8 @@ impl Unit {
             Unit::Second | Unit::Radian | Unit::Meter | Unit::Newton => value,
             Unit::Millisecond | Unit::Millimeter => value / 1000.0,
             Unit::Centimeter => value / 100.0,
+            Unit::Microsecond | Unit::Micrometer => value / 1e6,
+            Unit::Nanosecond => value / 1e9,
             Unit::Degree => value.to_radians(),
         }
     }

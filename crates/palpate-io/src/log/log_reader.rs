@@ -6,9 +6,12 @@ use std::path::Path;
 use palpate::palms::PalmPair;
 use palpate::{Log, Sample};
 
-use crate::csv::table::{Column, Quantity, Table, read_bytes};
+use crate::csv::bytes::read_bytes;
+use crate::csv::name::plain;
+use crate::csv::table::{Column, Quantity, Table};
 use crate::csv::text;
 use crate::csv::unit::{Dimension, Unit};
+use crate::log::plausible::{self, MAX_COORDINATE_M, MAX_REACH_M, unit_of};
 use crate::read_error::{ReadError, ReadProblem};
 use crate::rig::conventions::Conventions;
 use crate::rig::{RigFile, comment};
@@ -18,12 +21,6 @@ pub const MIN_SAMPLES: usize = palpate::reconstruct::FEWEST_SAMPLES;
 
 /// Palms closer to parallel than this, as |sin φ₂|, cannot be told from parallel ones.
 const MIN_SIN_PHI2: f64 = 1e-3;
-/// Longest length accepted, metres.
-const MAX_LENGTH_M: f64 = 100.0;
-/// A contact farther out than this is worth a note, metres.
-const LONG_CONTACT_M: f64 = 10.0;
-/// Contacts that are all closer than this are worth a note, metres.
-const SHORT_CONTACT_M: f64 = 1e-3;
 /// The unwrapped angle of palm 1 stays within this many radians.
 const MAX_PHI1_RAD: f64 = 2.0 * TAU;
 
@@ -32,7 +29,7 @@ const MAX_TIME_S: f64 = 1e13;
 
 const NO_CONTACT: &str = "no contact was seen";
 const NOT_STATED: &str = "it is not known";
-const TIME: Quantity = Quantity::new("time", Dimension::Time);
+const TIME: Quantity = Quantity::new("time", Dimension::Time).also_named(&["timestamp", "time_stamp"]);
 const PHI1: Quantity = Quantity::new("phi1", Dimension::Angle);
 const PHI2: Quantity = Quantity::new("phi2", Dimension::Angle);
 const S1: Quantity = Quantity::or_empty("s1", Dimension::Length, NO_CONTACT);
@@ -56,22 +53,24 @@ pub struct LogFile {
     pub log: Log,
     /// The `# key: value` lines, in the order of the file.
     pub metadata: Vec<(String, String)>,
-    /// What the user may want to know about the file, a sentence each: columns left aside, values that look odd.
+    /// What the user may want to know about the file, a sentence each: columns left aside, a last line that may be cut off.
     pub notes: Vec<String>,
 }
 
 /// Reads a palm log.
 ///
-/// Columns are found by name, in any order, upper or lower case, separated by commas (or all by semicolons or tabs); their units
-/// are converted. Required: time, phi1, phi2, s1, s2. Optional: the standard deviations s1_sd and s2_sd, the base points
-/// base1_x, base1_y, base2_x, base2_y, and force1, force2. Lengths end in `_m`, `_cm` or `_mm`, angles in `_rad` or `_deg`, times
-/// in `_s` or `_ms`, forces in `_n`. An empty cell or NaN in s1 or s2 means that no contact was seen; in a standard deviation or
-/// force, that it is not known.
+/// Columns are found by name, in any order, upper or lower case, separated by commas (or all by semicolons or tabs, then with decimal
+/// commas or points); their units are converted. Required: time (or timestamp), phi1, phi2, s1, s2. Optional: the standard deviations s1_sd
+/// and s2_sd, the base points base1_x, base1_y, base2_x, base2_y, and force1, force2. Lengths end in `_m`, `_cm`, `_mm` or `_um`, angles in
+/// `_rad` or `_deg`, times in `_s`, `_ms`, `_us` or `_ns`, forces in `_n`; the unit may also stand in brackets, as in `phi1 (deg)`. An empty
+/// cell or NaN in s1 or s2 means that no contact was seen; in a standard deviation or force, that it is not known. A file that gzip
+/// compressed is unpacked.
 ///
 /// # Errors
 /// The file cannot be read or is no usable palm log; see [`ReadProblem`]. In particular time must increase from sample to sample,
-/// the angle φ₂ between the palms must lie between 0 and π with |sin φ₂| ≥ 0.001, lengths must lie within 100 m, and
-/// [`MIN_SAMPLES`] samples must have a contact on both palms.
+/// the angle φ₂ between the palms must lie between 0 and π with |sin φ₂| ≥ 0.001, [`MIN_SAMPLES`] samples must have a contact on both
+/// palms, and sizes must be those of two palms: contacts within 2 m of the base and the farthest at least 1 mm from it, bases within 2 m
+/// of each other, palms that open wider than π degrees, at most eleven days and ten thousand samples per second.
 pub fn read_log(path: &Path) -> Result<LogFile, ReadError> {
     parse_log(&path.to_string_lossy(), &read_bytes(path)?)
 }
@@ -81,11 +80,7 @@ pub fn read_log(path: &Path) -> Result<LogFile, ReadError> {
 /// # Errors
 /// As [`read_log`].
 pub fn read_log_as(path: &Path, conventions: &Conventions) -> Result<LogFile, ReadError> {
-    let (name, bytes) = (path.to_string_lossy(), read_bytes(path)?);
-    let (whole, cut) = whole_lines(&bytes);
-    let mut file = by_conventions(&name, Table::parse(&name, whole, HEADER)?, conventions)?;
-    file.notes.extend(cut);
-    Ok(file)
+    parse_log_as(&path.to_string_lossy(), &read_bytes(path)?, conventions)
 }
 
 /// The same for a log that may say by itself what rig wrote it, in a comment `# rig: …` above its header (as `palpate simulate` writes it, see
@@ -94,16 +89,42 @@ pub fn read_log_as(path: &Path, conventions: &Conventions) -> Result<LogFile, Re
 /// # Errors
 /// As [`read_log`]; also when the comment says nothing that can be understood.
 pub fn read_log_with_rig(path: &Path) -> Result<(LogFile, Option<RigFile>), ReadError> {
-    let (name, bytes) = (path.to_string_lossy(), read_bytes(path)?);
-    let (whole, cut) = whole_lines(&bytes);
-    let table = Table::parse(&name, whole, HEADER)?;
+    parse_log_with_rig(&path.to_string_lossy(), &read_bytes(path)?)
+}
+
+/// Reads a palm log from memory; `name` stands for the file in messages. Compressed bytes are for [`bytes_from`](crate::bytes_from).
+///
+/// # Errors
+/// As [`read_log`].
+pub fn parse_log(name: &str, bytes: &[u8]) -> Result<LogFile, ReadError> {
+    parse_log_as(name, bytes, &Conventions::default())
+}
+
+/// The same as [`read_log_as`], from memory.
+///
+/// # Errors
+/// As [`read_log`].
+pub fn parse_log_as(name: &str, bytes: &[u8], conventions: &Conventions) -> Result<LogFile, ReadError> {
+    let (whole, cut) = whole_lines(bytes);
+    let mut file = by_conventions(name, Table::parse(name, whole, HEADER)?, conventions)?;
+    file.notes.extend(cut);
+    Ok(file)
+}
+
+/// The same as [`read_log_with_rig`], from memory.
+///
+/// # Errors
+/// As [`read_log_with_rig`].
+pub fn parse_log_with_rig(name: &str, bytes: &[u8]) -> Result<(LogFile, Option<RigFile>), ReadError> {
+    let (whole, cut) = whole_lines(bytes);
+    let table = Table::parse(name, whole, HEADER)?;
     let said = table.metadata.iter().find(|(key, _)| key == comment::KEY);
     let rig = said
-        .map(|(_, value)| comment::parse_rig_comment(&name, value))
+        .map(|(_, value)| comment::parse_rig_comment(name, value))
         .transpose()
-        .map_err(|error| ReadError::in_file(&name, ReadProblem::RigComment { problem: error.problem.to_string() }))?;
+        .map_err(|error| ReadError::in_file(name, ReadProblem::RigComment { problem: error.problem.to_string() }))?;
     let conventions = rig.as_ref().map(|rig| rig.conventions).unwrap_or_default();
-    let mut file = by_conventions(&name, table, &conventions)?;
+    let mut file = by_conventions(name, table, &conventions)?;
     file.notes.extend(cut);
     Ok((file, rig))
 }
@@ -128,20 +149,6 @@ fn by_conventions(name: &str, table: Table, conventions: &Conventions) -> Result
     Ok(file)
 }
 
-/// Reads a palm log from memory; `name` stands for the file in messages.
-///
-/// # Errors
-/// As [`read_log`].
-pub fn parse_log(name: &str, bytes: &[u8]) -> Result<LogFile, ReadError> {
-    let (whole, cut) = whole_lines(bytes);
-    let table = Table::parse(name, whole, HEADER)?;
-    let columns = Columns::find(&table)?;
-    table.require_rows()?;
-    let mut file = from_table(name, table, &columns)?;
-    file.notes.extend(cut);
-    Ok(file)
-}
-
 /// A palm log from columns in memory, each a name and the text of its cells, by the same rules. Lines of an error are rows,
 /// counted from 0; `name` stands for the file in messages.
 ///
@@ -153,7 +160,47 @@ pub fn log_from_columns(name: &str, columns: &[(String, Vec<String>)]) -> Result
     from_table(name, table, &found)
 }
 
+/// The name in seconds of a column of time that is named in another unit or in none: `time_s` for `time` and `Time (ms)`, `timestamp_s` for
+/// `timestamp`; `None` for a column of anything else. For values that know their unit by themselves, such as dates.
+pub fn name_in_seconds(name: &str) -> Option<String> {
+    TIME.stem_in(&plain(name)).map(|stem| format!("{stem}_{}", Unit::Second.suffix()))
+}
+
+/// Reads how palms moved: the times, palm angles and base points of a palm log, with contacts or without.
+///
+/// # Errors
+/// As [`read_log`], but for the contacts, of which nothing is asked.
+pub fn read_palm_course(path: &Path) -> Result<Vec<(f64, PalmPair)>, ReadError> {
+    const PALMS: [Quantity; 7] = [TIME, PHI1, PHI2, BASE1_X, BASE1_Y, BASE2_X, BASE2_Y];
+    let (name, bytes) = (path.to_string_lossy(), read_bytes(path)?);
+    let table = Table::parse(&name, &bytes, "time_s,phi1_rad,phi2_rad")?;
+    let [time, phi1, phi2] = table.require_all([TIME, PHI1, PHI2], &PALMS)?;
+    let [base1_x, base1_y, base2_x, base2_y] =
+        [BASE1_X, BASE1_Y, BASE2_X, BASE2_Y].map(|base| table.find(base, &PALMS));
+    let (base1, base2) = ([base1_x?, base1_y?], [base2_x?, base2_y?]);
+    table.require_rows()?;
+    let given = [base1, base2].into_iter().flatten().flatten();
+    table.require_one_decimal_mark(&[time, phi1, phi2].into_iter().chain(given).collect::<Vec<_>>())?;
+    let mut course: Vec<(f64, PalmPair)> = Vec::with_capacity(table.rows());
+    for row in 0..table.rows() {
+        let coordinate = |column: Option<Column>| column.map_or(Ok(0.0), |column| base_coordinate(&table, row, column));
+        let time_s = table.number(row, time)?;
+        if let Some((before_s, _)) = course.last() {
+            table.require_increase(row, time, *before_s, time_s, "time")?;
+        }
+        let palms = PalmPair {
+            phi1_rad: palm1_angle(&table, row, phi1, 1.0)?,
+            phi2_rad: palm2_angle(&table, row, phi2, 1.0)?,
+            base1_m: [coordinate(base1[0])?, coordinate(base1[1])?],
+            base2_m: [coordinate(base2[0])?, coordinate(base2[1])?],
+        };
+        course.push((time_s, palms));
+    }
+    Ok(course)
+}
+
 fn from_table(name: &str, table: Table, columns: &Columns) -> Result<LogFile, ReadError> {
+    table.require_one_decimal_mark(&columns.used())?;
     let mut samples: Vec<Sample> = Vec::with_capacity(table.rows());
     for row in 0..table.rows() {
         let sample = columns.sample(&table, row)?;
@@ -167,17 +214,18 @@ fn from_table(name: &str, table: Table, columns: &Columns) -> Result<LogFile, Re
         let problem = ReadProblem::TooFewSamples { both, samples: samples.len(), needed: MIN_SAMPLES };
         return Err(ReadError::in_file(name, problem));
     }
-    let notes = notes(&table, columns, &samples);
+    plausible::check(&table, columns, &samples)?;
+    let notes = notes(&table, columns);
     Ok(LogFile { log: Log { samples }, metadata: table.metadata, notes })
 }
 
 /// Where each quantity is.
-pub(super) struct Columns {
-    time: Column,
-    phi: [Column; 2],
+pub(crate) struct Columns {
+    pub(crate) time: Column,
+    pub(crate) phi: [Column; 2],
     /// What the angles are multiplied by.
     pub(super) signs: [f64; 2],
-    s: [Column; 2],
+    pub(crate) s: [Column; 2],
     sd: [Option<Column>; 2],
     base1: [Option<Column>; 2],
     base2: [Option<Column>; 2],
@@ -186,13 +234,13 @@ pub(super) struct Columns {
 
 impl Columns {
     pub(super) fn find(table: &Table) -> Result<Self, ReadError> {
-        let required = |quantity| table.require(quantity, &ALL);
+        let [time, phi1, phi2, s1, s2] = table.require_all([TIME, PHI1, PHI2, S1, S2], &ALL)?;
         let optional = |quantity| table.find(quantity, &ALL);
         Ok(Self {
-            time: required(TIME)?,
-            phi: [required(PHI1)?, required(PHI2)?],
+            time,
+            phi: [phi1, phi2],
             signs: [1.0; 2],
-            s: [required(S1)?, required(S2)?],
+            s: [s1, s2],
             sd: [optional(S1_SD)?, optional(S2_SD)?],
             base1: [optional(BASE1_X)?, optional(BASE1_Y)?],
             base2: [optional(BASE2_X)?, optional(BASE2_Y)?],
@@ -204,6 +252,14 @@ impl Columns {
         let required = [self.time, self.phi[0], self.phi[1], self.s[0], self.s[1]];
         let optional = [self.sd, self.base1, self.base2, self.force];
         required.into_iter().chain(optional.into_iter().flatten().flatten()).collect()
+    }
+
+    /// The column of the coordinate that takes the bases of a sample farthest apart, where they have any.
+    pub(crate) fn farthest_base(&self, sample: &Sample) -> Option<Column> {
+        let bases = [(self.base1, sample.palms.base1_m), (self.base2, sample.palms.base2_m)];
+        let coordinates = bases.into_iter().flat_map(|(columns, base_m)| columns.into_iter().zip(base_m));
+        let given = coordinates.filter_map(|(column, coordinate_m)| Some((column?, coordinate_m.abs())));
+        given.max_by(|(_, a), (_, b)| a.total_cmp(b)).map(|(column, _)| column)
     }
 
     pub(super) fn sample(&self, table: &Table, row: usize) -> Result<Sample, ReadError> {
@@ -244,16 +300,12 @@ pub fn fault_of(sample: &Sample) -> Option<&'static str> {
         ("an angle of palm 1 beyond two turns", palms.phi1_rad.abs() <= MAX_PHI1_RAD),
         ("palms that do not open between 0 and 180 degrees", palms.phi2_rad > 0.0 && palms.phi2_rad < PI),
         ("parallel palms", palms.phi2_rad.sin().abs() >= MIN_SIN_PHI2),
-        ("a base point far away", bases.as_flattened().iter().all(|length_m| length_m.abs() <= MAX_LENGTH_M)),
-        ("a contact beyond its palm", all([s1_m, s2_m], |s_m| (0.0..=MAX_LENGTH_M).contains(&s_m))),
-        ("a standard deviation that is none", all([s1_sd_m, s2_sd_m], |sd_m| sd_m > 0.0 && sd_m <= MAX_LENGTH_M)),
+        ("a base point far away", bases.as_flattened().iter().all(|length_m| length_m.abs() <= MAX_COORDINATE_M)),
+        ("a contact beyond its palm", all([s1_m, s2_m], |s_m| (0.0..=MAX_REACH_M).contains(&s_m))),
+        ("a standard deviation that is none", all([s1_sd_m, s2_sd_m], |sd_m| sd_m > 0.0 && sd_m <= MAX_REACH_M)),
         ("a negative force", all([force1_n, force2_n], |force_n| force_n >= 0.0 && force_n.is_finite())),
     ];
     checks.into_iter().find_map(|(fault, good)| (!good).then_some(fault))
-}
-
-fn unit_of(column: Column) -> &'static str {
-    column.unit.map_or("", Unit::suffix)
 }
 
 fn palm1_angle(table: &Table, row: usize, column: Column, sign: f64) -> Result<f64, ReadError> {
@@ -317,12 +369,12 @@ fn contact_position(table: &Table, row: usize, column: Column) -> Result<Option<
         };
         return Err(table.error(row, column, problem));
     }
-    within_reach(table, row, column, s).map(Some)
+    table.within(row, column, s, MAX_REACH_M).map(Some)
 }
 
 fn base_coordinate(table: &Table, row: usize, column: Column) -> Result<f64, ReadError> {
     let coordinate = table.number(row, column)?;
-    within_reach(table, row, column, coordinate)
+    table.within(row, column, coordinate, MAX_COORDINATE_M)
 }
 
 fn normal_force(table: &Table, row: usize, column: Column) -> Result<Option<f64>, ReadError> {
@@ -340,54 +392,15 @@ fn standard_deviation(table: &Table, row: usize, column: Column) -> Result<Optio
         let problem = ReadProblem::NotAStandardDeviation { text: table.shown(row, column), unit: unit_of(column) };
         return Err(table.error(row, column, problem));
     }
-    within_reach(table, row, column, sd).map(Some)
+    table.within(row, column, sd, MAX_REACH_M).map(Some)
 }
 
-fn within_reach(table: &Table, row: usize, column: Column, length_m: f64) -> Result<f64, ReadError> {
-    if length_m.abs() <= MAX_LENGTH_M {
-        return Ok(length_m);
-    }
-    let problem = ReadProblem::TooLong {
-        text: table.shown(row, column),
-        unit: unit_of(column),
-        limit_m: MAX_LENGTH_M,
-        millimeters: if column.unit == Some(Unit::Meter) {
-            format!("{}_mm", column.quantity.stem)
-        } else {
-            String::new()
-        },
-    };
-    Err(table.error(row, column, problem))
-}
-
-fn notes(table: &Table, columns: &Columns, samples: &[Sample]) -> Vec<String> {
+fn notes(table: &Table, columns: &Columns) -> Vec<String> {
     let mut notes = Vec::new();
     let ignored = table.names_beside(&columns.used());
     if !ignored.is_empty() {
         let shown = text::list(ignored.into_iter().map(|name| if name.is_empty() { "(no name)" } else { name }));
         notes.push(format!("columns ignored: {shown}"));
-    }
-    let contacts = [
-        samples.iter().filter_map(|s| s.s1_m).fold(0.0, f64::max),
-        samples.iter().filter_map(|s| s.s2_m).fold(0.0, f64::max),
-    ];
-    for (farthest_m, column) in contacts.into_iter().zip(columns.s) {
-        let name = text::quoted(table.name(column));
-        if farthest_m > LONG_CONTACT_M {
-            notes.push(format!(
-                "{name}: a contact {farthest_m} m from the base of its palm; is the column in millimetres?"
-            ));
-        } else if farthest_m < SHORT_CONTACT_M {
-            notes.push(format!(
-                "{name}: no contact is more than {farthest_m} m from the base of its palm; is the unit right?"
-            ));
-        }
-    }
-    let widest_rad = samples.iter().map(|sample| sample.palms.phi2_rad).fold(0.0, f64::max);
-    if columns.phi[1].unit == Some(Unit::Degree) && widest_rad.to_degrees() < PI {
-        let name = text::quoted(table.name(columns.phi[1]));
-        let widest = widest_rad.to_degrees();
-        notes.push(format!("{name}: the palms never open wider than {widest:.3} degrees; is the column in radians?"));
     }
     if table.unended {
         notes.push("the last line has no line break; if the file was cut off, its last value may be wrong".to_string());

@@ -2,4 +2,5 @@
 
 pub(crate) mod log_reader;
 pub(crate) mod log_writer;
+pub(crate) mod plausible;
 pub(crate) mod row_reader;

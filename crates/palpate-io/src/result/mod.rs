@@ -12,12 +12,13 @@ use palpate::mechanics::ContactMode;
 use palpate::palms::GeneralizedContactSupport;
 use palpate::reconstruct::{ContactDiagnostics, OutlinePoint, Pose};
 
+use crate::csv::bytes::read_bytes;
 use crate::csv::columns::{
     MODE_QUANTITIES, MOTION_HEADER, MOTION_QUANTITIES, SHAPE_HEADER, SHAPE_QUANTITIES, point_of, point_row, pose_of,
     pose_row,
 };
 use crate::csv::number::{number, push_row};
-use crate::csv::table::{Column, Quantity, Table, read_bytes};
+use crate::csv::table::{Column, Quantity, Table};
 use crate::folder::{FolderKind, Numbered};
 use crate::read_error::{ReadError, ReadProblem};
 use crate::result::summary::Summary;

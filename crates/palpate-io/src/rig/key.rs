@@ -62,9 +62,6 @@ pub(crate) const TABLES: [(&str, &[Key]); 5] = [
     ("clock", &[CLOCK, CLOCK_SD]),
 ];
 
-/// Micrometres, in which standard deviations are stated; the unit of no column of a log.
-const MICROMETERS: &str = "um";
-
 impl Key {
     const fn length(stem: &'static str) -> Self {
         Self { stem, dimension: Some(Dimension::Length) }
@@ -84,9 +81,7 @@ impl Key {
 
     /// The units it may end in, SI first; none where it has no dimension.
     fn units(self) -> impl Iterator<Item = &'static str> {
-        let units = self.dimension.map_or(&[][..], Dimension::units);
-        let finer = (self.dimension == Some(Dimension::Length)).then_some(MICROMETERS);
-        units.iter().map(|unit| unit.suffix()).chain(finer)
+        self.dimension.map_or(&[][..], Dimension::units).iter().map(|unit| unit.suffix())
     }
 
     /// Its name in one of its units; "" stands for no dimension.
@@ -125,9 +120,6 @@ impl Key {
 
     /// A number in one of its units, in SI units.
     pub(crate) fn to_si(self, unit: &str, number: f64) -> f64 {
-        if unit == MICROMETERS {
-            return number / 1e6;
-        }
         let units = self.dimension.map_or(&[][..], Dimension::units);
         units.iter().find(|known| known.suffix() == unit).map_or(number, |known| known.to_si(number))
     }

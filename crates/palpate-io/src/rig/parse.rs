@@ -37,7 +37,7 @@ const LATE: Limit = Limit(1.0, "1 s");
 /// Reads a rig file.
 ///
 /// The tables are `[palm1]`, `[palm2]`, `[pads]`, `[angles]` and `[clock]`; see [`rig_template`](crate::rig_template) for the keys. Lengths end in
-/// `_m`, `_cm`, `_mm` or `_um`, angles in `_rad` or `_deg`, times in `_s` or `_ms`. A missing constant is 0 (a scale 1), a missing standard
+/// `_m`, `_cm`, `_mm` or `_um`, angles in `_rad` or `_deg`, times in `_s`, `_ms`, `_us` or `_ns`. A missing constant is 0 (a scale 1), a missing standard
 /// deviation the default of [`Tolerances`]; a standard deviation of 0 means exact.
 ///
 /// # Errors

@@ -139,8 +139,8 @@ fn units() {
         "rig.toml, line 2, key palm1.zero_inch: the unit \"inch\" is unknown; convert the value and name the key zero_m, zero_cm, zero_mm or zero_um",
     );
     refused(
-        "[clock]\noffset_sd_us = 3\n",
-        "rig.toml, line 2, key clock.offset_sd_us: the unit \"us\" is unknown; convert the value and name the key offset_sd_s or offset_sd_ms",
+        "[clock]\noffset_sd_min = 3\n",
+        "rig.toml, line 2, key clock.offset_sd_min: the unit \"min\" is unknown; convert the value and name the key offset_sd_s, offset_sd_ms, offset_sd_us or offset_sd_ns",
     );
     refused(
         "[palm1]\nzero_mm = 0.3\nscale = 1\nzero_m = 3e-4\n",

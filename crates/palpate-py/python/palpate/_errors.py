@@ -9,6 +9,7 @@ __all__ = [
     "MotionError",
     "PalpateError",
     "ReadError",
+    "ReadWarning",
     "ReconstructError",
     "ShapeError",
     "SimulateError",
@@ -63,6 +64,10 @@ class ReadError(InputError):
 
     def __str__(self) -> str:
         return str(self.args[0])
+
+
+class ReadWarning(UserWarning):
+    """Something about a file or table that was read, such as columns left aside."""
 
 
 class WriteError(PalpateError):

@@ -23,6 +23,19 @@ import_exception!(palpate._errors, ReconstructError);
 import_exception!(palpate._errors, CompareError);
 import_exception!(palpate._errors, SweepError);
 import_exception!(palpate._errors, InternalError);
+import_exception!(palpate._errors, ReadWarning);
+
+/// A Python warning for each note, told of the line that called palpate.
+pub fn warn(py: Python<'_>, notes: &[String]) -> PyResult<()> {
+    if notes.is_empty() {
+        return Ok(());
+    }
+    let warn = py.import("warnings")?.getattr("warn")?;
+    for note in notes {
+        warn.call1((ReadWarning::new_err(note.clone()).into_value(py),))?;
+    }
+    Ok(())
+}
 
 /// An argument that cannot be used.
 pub fn input(message: String) -> PyErr {

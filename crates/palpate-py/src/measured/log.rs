@@ -27,8 +27,8 @@ const FRAME: &str = "the data frame (lines counted from 0)";
 ///
 /// Parameters
 /// ----------
-/// time_s : array_like of float, shape (n,)
-///     Time, increasing, seconds.
+/// time_s : array_like of float, datetime64 or timedelta64, shape (n,)
+///     Time, increasing, seconds. Dates become seconds since the first of them.
 /// phi1_rad : array_like of float, shape (n,)
 ///     Angle of palm 1 against the horizontal, radians.
 /// phi2_rad : array_like of float, shape (n,)
@@ -55,7 +55,7 @@ const FRAME: &str = "the data frame (lines counted from 0)";
 /// metadata : dict of str to str
 ///     Notes that go with the log; a copy.
 /// notes : list of str
-///     What there is to say about the file or table: columns left aside, values that look odd.
+///     What there is to say about the file or table, such as columns left aside. Each is a `ReadWarning` as well.
 /// name : str or None
 ///     Name of the file that it came from.
 ///
@@ -172,7 +172,7 @@ impl LogData {
         let mut columns = Vec::new();
         for (name, values) in given {
             if let Some(values) = values {
-                columns.push((name.to_owned(), cells(name, values)?));
+                columns.push(column(name, values)?);
             }
         }
         for (base, table) in [("base1", base1_m), ("base2", base2_m)] {
@@ -183,7 +183,7 @@ impl LogData {
                 }
             }
         }
-        let file = palpate_io::log_from_columns(COLUMNS, &columns).or_raise()?;
+        let file = checked(py, palpate_io::log_from_columns(COLUMNS, &columns).or_raise()?)?;
         let metadata = metadata.into_iter().flatten().map(|(key, value)| Ok((key.extract()?, value.extract()?)));
         let metadata = metadata.collect::<PyResult<_>>()?;
         Ok(Self::of(py, LogFile { metadata, ..file }, None))
@@ -194,7 +194,8 @@ impl LogData {
     /// Parameters
     /// ----------
     /// path : str or os.PathLike
-    ///     The file. Columns are found by name, in any order; the name carries the unit, such as s1_mm or phi1_deg.
+    ///     The file, or one compressed by gzip. Columns are found by name, in any order; the name carries the unit, such as s1_mm or
+    ///     "phi1 (deg)".
     /// rig : Rig or str or os.PathLike, optional
     ///     The rig that wrote it, or its file: signs of the angles, directions of the pads and base points are taken as the rig has them,
     ///     which `reconstruct` then does not do again. Needed where palm 2 counts negative angles. The constants of the rig stay in the
@@ -216,7 +217,7 @@ impl LogData {
             Some(rig) => rig.read(py)?.conventions,
             None => Conventions::default(),
         };
-        let file = py.detach(|| palpate_io::read_log_as(&path, &conventions)).or_raise()?;
+        let file = checked(py, py.detach(|| palpate_io::read_log_as(&path, &conventions)).or_raise()?)?;
         let name = path.file_name().map(|name| name.to_string_lossy().into_owned());
         Ok(Self { conventions, ..Self::of(py, file, name) })
     }
@@ -226,7 +227,8 @@ impl LogData {
     /// Parameters
     /// ----------
     /// columns : mapping of str to array_like, or structured numpy.ndarray, optional
-    ///     The columns by name, such as time_s, phi1_deg, phi2_deg, s1_mm, s2_mm; others are left aside, with a note.
+    ///     The columns by name, such as time_s, phi1_deg, phi2_deg, s1_mm, s2_mm; others are left aside, with a warning. Time may be a
+    ///     datetime64 or timedelta64, which needs no unit in its name.
     /// **named : array_like
     ///     More of them.
     ///
@@ -259,11 +261,9 @@ impl LogData {
             all.extend(columns_of(columns)?);
         }
         for (name, values) in named.into_iter().flatten() {
-            let name: String = name.extract()?;
-            let values = cells(&name, &values)?;
-            all.push((name, values));
+            all.push(column(&name.extract::<String>()?, &values)?);
         }
-        let file = palpate_io::log_from_columns(COLUMNS, &all).or_raise()?;
+        let file = checked(py, palpate_io::log_from_columns(COLUMNS, &all).or_raise()?)?;
         Ok(Self::of(py, file, None))
     }
 
@@ -272,7 +272,8 @@ impl LogData {
     /// Parameters
     /// ----------
     /// frame : pandas.DataFrame
-    ///     A row for each sample, with columns as in a CSV file. A missing value in s1 or s2 means that no contact was seen.
+    ///     A row for each sample, with columns as in a CSV file. A missing value in s1 or s2 means that no contact was seen. Time is a
+    ///     column or the index, as numbers in the unit that its name says, or as dates (read as seconds since the first) or durations.
     ///
     /// Returns
     /// -------
@@ -286,7 +287,7 @@ impl LogData {
     #[staticmethod]
     fn from_pandas(py: Python<'_>, frame: &Bound<'_, PyAny>) -> PyResult<Self> {
         let columns = py.import("palpate._pandas")?.getattr("columns_of")?.call1((frame,))?;
-        let file = palpate_io::log_from_columns(FRAME, &columns_of(&columns)?).or_raise()?;
+        let file = checked(py, palpate_io::log_from_columns(FRAME, &columns_of(&columns)?).or_raise()?)?;
         Ok(Self::of(py, file, None))
     }
 
@@ -471,7 +472,35 @@ fn columns_of(table: &Bound<'_, PyAny>) -> PyResult<Vec<(String, Vec<String>)>> 
         let columns = names.into_iter().map(|name| table.get_item(&name).map(|column| (name, column)));
         columns.collect::<PyResult<_>>()?
     };
-    pairs.into_iter().map(|(name, values)| cells(&name, &values).map(|cells| (name, cells))).collect()
+    pairs.into_iter().map(|(name, values)| column(&name, &values)).collect()
+}
+
+/// A column with its cells. Dates and durations of numpy know their unit: whatever the name says, they are read in seconds, dates as the
+/// time since the first.
+fn column(name: &str, values: &Bound<'_, PyAny>) -> PyResult<(String, Vec<String>)> {
+    let kind: Option<String> = values.getattr("dtype").and_then(|kind| kind.getattr("kind")?.extract()).ok();
+    let is_date = match kind.as_deref() {
+        Some("M") => true,
+        Some("m") => false,
+        _ => return Ok((name.to_owned(), cells(name, values)?)),
+    };
+    let Some(in_seconds) = palpate_io::name_in_seconds(name) else {
+        // No other quantity is a date; as text it is refused, or left aside.
+        return Ok((name.to_owned(), cells(name, &values.call_method1("astype", ("str",))?)?));
+    };
+    let durations = if is_date && values.len().is_ok_and(|length| length > 0) {
+        values.sub(values.get_item(0)?)?
+    } else {
+        values.clone()
+    };
+    let second = values.py().import("numpy")?.getattr("timedelta64")?.call1((1, "s"))?;
+    Ok((in_seconds, cells(name, &durations.div(second)?)?))
+}
+
+/// A log that was read, after a Python warning for each of its notes.
+fn checked(py: Python<'_>, file: LogFile) -> PyResult<LogFile> {
+    errors::warn(py, &file.notes)?;
+    Ok(file)
 }
 
 /// The cells of a column: numbers where it holds numbers, else what Python prints.

@@ -2,4 +2,5 @@
 
 pub(crate) mod compare;
 pub(crate) mod mechanics;
+pub(crate) mod outline;
 pub(crate) mod shape;

@@ -12,6 +12,7 @@ use crate::interop::errors::{self, OrRaise};
 use crate::interop::pickled::{self, Pickled};
 use crate::interop::svg;
 use crate::interop::whole::Whole;
+use crate::object::outline::{Fit, OutlineGiven};
 
 /// Most harmonics of a shape that is made from data.
 const MOST_HARMONICS: usize = 512;
@@ -64,9 +65,10 @@ impl Shape {
     /// Parameters
     /// ----------
     /// name : str
-    ///     circle, disc, ellipse, egg, triangle, square, pebble, stone, or random:SEED.
-    /// mean_radius_m : float, default 0.03
-    ///     Mean radius, metres.
+    ///     circle, disc, ellipse, egg, triangle, square, pebble, stone, random:SEED, or with sizes in millimetres rectangle:60x40,
+    ///     rectangle:60x40x5 (with a corner radius) or stadium:60x40.
+    /// mean_radius_m : float, optional
+    ///     Mean radius, metres. Default: by the size in the name, or else 0.03.
     ///
     /// Returns
     /// -------
@@ -78,9 +80,48 @@ impl Shape {
     /// ShapeError
     ///     If no shape has that name, or the radius is not positive and finite.
     #[staticmethod]
-    #[pyo3(signature = (name, mean_radius_m=0.03))]
-    fn named(name: &str, mean_radius_m: f64) -> PyResult<Self> {
-        name.parse::<NamedShape>().or_raise()?.shape(mean_radius_m).or_raise().map(Self)
+    #[pyo3(signature = (name, mean_radius_m=None))]
+    fn named(name: &str, mean_radius_m: Option<f64>) -> PyResult<Self> {
+        let fit = name.parse::<NamedShape>().or_raise()?.fitted(mean_radius_m).or_raise()?;
+        Ok(Self(fit.shape))
+    }
+
+    /// The shape of an outline, with as many harmonics as it asks for, and how far it is from it.
+    ///
+    /// A support function describes what is convex, with smooth corners: the convex hull takes the place of a concave outline, corners are
+    /// rounded and flat sides bulge, by no more than a thousandth of the mean radius where 256 harmonics or fewer come so close.
+    ///
+    /// Parameters
+    /// ----------
+    /// outline : array_like of float, shape (n, 2), or str or os.PathLike
+    ///     Points in order round the object, metres; or a file: a CSV table of points (x_m, y_m) or of a support function (theta_rad, r_m), or a
+    ///     drawing in SVG, of which the path with the largest area is taken, with user units as millimetres unless it says otherwise.
+    /// center_of_mass_offset_m : tuple of float, default (0, 0)
+    ///     Centre of mass from the centroid of the outline, or from the origin of a support function, metres.
+    ///
+    /// Returns
+    /// -------
+    /// OutlineFit
+    ///     The shape, and what its corners lose and its sides gain.
+    ///
+    /// Raises
+    /// ------
+    /// ReadError
+    ///     If the file cannot be read, or holds no outline.
+    /// ShapeError
+    ///     With fewer than three points, points on a line, or coordinates that are not finite.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import palpate
+    /// >>> fit = palpate.SupportFunction.from_outline([(0, 0), (0.06, 0), (0.06, 0.04), (0, 0.04)])
+    /// >>> fit.residual_m < 3e-4
+    /// True
+    #[staticmethod]
+    #[pyo3(signature = (outline, *, center_of_mass_offset_m=(0.0, 0.0)),
+        text_signature = "(outline, *, center_of_mass_offset_m=(0.0, 0.0))")]
+    fn from_outline(py: Python<'_>, outline: OutlineGiven, center_of_mass_offset_m: (f64, f64)) -> PyResult<Fit> {
+        Fit::of(py, outline, center_of_mass_offset_m)
     }
 
     /// A random smooth convex shape; the same seed gives the same shape.
@@ -176,7 +217,8 @@ impl Shape {
 
     /// The shape closest to the convex hull of a polygon or of boundary points.
     ///
-    /// Corners are rounded as much as the number of harmonics asks for, so that the result is convex.
+    /// Corners are rounded as much as the number of harmonics asks for, so that the result is convex; `from_outline` chooses that number, and
+    /// says what is lost.
     ///
     /// Parameters
     /// ----------

@@ -2,6 +2,7 @@
 
 use std::f64::consts::TAU;
 use std::str::FromStr;
+use std::sync::Arc;
 
 use palpate::shape::{NamedShape, RandomShape, ShapeError, SupportFunction, ellipse, random_shape, rounded_polygon};
 use rand::RngExt;
@@ -53,10 +54,37 @@ pub enum Object {
         /// See above.
         mass_offset: f64,
     },
+    /// A shape made from an outline in a file, which is read when the plan is: other machines need no file.
+    Outline {
+        /// The file as the plan names it.
+        file: String,
+        /// The shape, in the size of the plan.
+        #[serde(with = "shared")]
+        shape: Arc<SupportFunction>,
+        /// See above; `None` for the centre of mass of the file.
+        mass_offset: Option<f64>,
+    },
+}
+
+/// A value that jobs share, written out for each.
+mod shared {
+    use std::sync::Arc;
+
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    pub(super) fn serialize<T: Serialize, S: Serializer>(value: &Arc<T>, serializer: S) -> Result<S::Ok, S::Error> {
+        value.as_ref().serialize(serializer)
+    }
+
+    pub(super) fn deserialize<'de, T: Deserialize<'de>, D: Deserializer<'de>>(
+        deserializer: D,
+    ) -> Result<Arc<T>, D::Error> {
+        T::deserialize(deserializer).map(Arc::new)
+    }
 }
 
 /// The name of a shape, as text in files.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub struct ShapeName(pub NamedShape);
 
@@ -99,6 +127,13 @@ impl Object {
                 let unit = rounded_polygon(corners, CORNER_RADIUS, CORNER_SMOOTHNESS_RAD)?;
                 let shape = unit.scaled(mean_radius_m);
                 Ok((format!("polygon {corners}"), off_centre(&shape, mass_offset * mean_radius_m, rng)))
+            }
+            Self::Outline { ref file, ref shape, mass_offset } => {
+                let shape = match mass_offset {
+                    Some(offset) => off_centre(shape, offset * shape.mean_radius_m(), rng),
+                    None => shape.as_ref().clone(),
+                };
+                Ok((file.clone(), shape))
             }
         }
     }

@@ -14,6 +14,7 @@ use serde::Deserialize;
 use crate::job::object::ShapeName;
 use crate::job::score::{ReconstructChoice, ScoreChoice};
 use crate::job::simulate_job::MotionKind;
+use crate::job::touchpad::Touchpads;
 use crate::plan::bounded::{AxisRatio, Corners, Harmonics, NotNegative, Order, Positive, Samples, Seed, Share, Trials};
 use crate::plan::many::Many;
 use crate::plan::plan_error::{PlanError, PlanProblem};
@@ -86,6 +87,7 @@ pub(crate) struct ObjectLists {
     pub(crate) fourier: Option<FourierLists>,
     pub(crate) ellipse: Option<EllipseLists>,
     pub(crate) polygon: Option<PolygonLists>,
+    pub(crate) outline: Option<OutlineLists>,
 }
 
 /// Nothing to choose: `objects.mixed = {}`.
@@ -97,8 +99,17 @@ pub(crate) struct MixedLists {}
 #[serde(deny_unknown_fields)]
 pub(crate) struct NamedLists {
     pub(crate) name: Many<ShapeName>,
-    #[serde(default = "usual_radius")]
-    pub(crate) mean_radius_m: Many<Positive>,
+    /// The size in the name, or the usual one, where it is left out.
+    pub(crate) mean_radius_m: Option<Many<Positive>>,
+}
+
+/// Outlines from files; their centres of mass and sizes are those of the files where nothing else is said.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct OutlineLists {
+    pub(crate) file: Many<String>,
+    pub(crate) mean_radius_m: Option<Many<Positive>>,
+    pub(crate) mass_offset: Option<Many<Share>>,
 }
 
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -241,6 +252,25 @@ fn no_dropout() -> Many<Share> {
 /// # Errors
 /// The file cannot be read, or is no plan.
 pub fn read_plan(path: &Path) -> Result<Plan, PlanError> {
+    let (file, text) = read_text(path)?;
+    parse_plan(&file, &text)
+}
+
+/// Reads a touchpad from a TOML file with the keys of an entry of `touchpads` in a plan, one value each.
+///
+/// # Errors
+/// The file cannot be read, or is no touchpad.
+pub fn read_touchpad(path: &Path) -> Result<Touchpads, PlanError> {
+    let (file, text) = read_text(path)?;
+    let lists: TouchpadLists = parsed(&file, &text)?;
+    match unfold::touchpads(&lists)[..] {
+        [pads] => Ok(pads),
+        _ => Err(PlanError { file, line: None, key: None, problem: PlanProblem::SeveralTouchpads }),
+    }
+}
+
+/// Name and text of a file, up to the limit.
+fn read_text(path: &Path) -> Result<(String, String), PlanError> {
     let file = path.display().to_string();
     let failed = |problem| PlanError { file: file.clone(), line: None, key: None, problem };
     let unreadable = |error: std::io::Error| failed(PlanProblem::Unreadable(error.to_string()));
@@ -250,7 +280,7 @@ pub fn read_plan(path: &Path) -> Result<Plan, PlanError> {
     if text.len() as u64 > limit {
         return Err(failed(PlanProblem::TooLarge(LIMIT_KIB)));
     }
-    parse_plan(&file, &text)
+    Ok((file, text))
 }
 
 /// Takes in the text of a plan; `file` is what messages call it.

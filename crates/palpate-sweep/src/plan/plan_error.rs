@@ -51,6 +51,12 @@ pub enum PlanProblem {
     /// A rig that cannot be read.
     #[error("{0}")]
     Rig(String),
+    /// An outline that cannot be read, or that is none.
+    #[error("{0}")]
+    Outline(String),
+    /// A file of one touchpad with a list in it.
+    #[error("there is a list of values where a touchpad has one; give one value for each key")]
+    SeveralTouchpads,
     /// More jobs than one table should have.
     #[error("more than {0} jobs; split the plan into several")]
     TooManyJobs(u64),

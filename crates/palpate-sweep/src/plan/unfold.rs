@@ -2,6 +2,7 @@
 //! changes fastest. Logs come in the order of the plan, those of one pattern by name.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use palpate_io::RigFile;
 
@@ -14,7 +15,8 @@ use crate::plan::bounded::{Positive, Share};
 use crate::plan::many::Many;
 use crate::plan::plan_error::{PlanError, PlanProblem};
 use crate::plan::{
-    EllipseLists, FourierLists, ObjectLists, Plan, PlanKind, PolygonLists, ReconstructPlan, SimulatePlan, TouchpadLists,
+    EllipseLists, FourierLists, ObjectLists, OutlineLists, Plan, PlanKind, PolygonLists, ReconstructPlan, SimulatePlan,
+    TouchpadLists,
 };
 
 /// A rig without errors, in place of the name of a file.
@@ -60,7 +62,7 @@ fn simulations(plan: &SimulatePlan, base: &Path) -> Result<Vec<Job>, Wrong> {
     if count.is_none_or(|count| count > MOST_JOBS) {
         return Err((None, PlanProblem::TooManyJobs(MOST_JOBS)));
     }
-    let objects = self::objects(&plan.objects);
+    let objects = self::objects(&plan.objects, base)?;
     let touchpads: Vec<Touchpads> = plan.touchpads.iter().flat_map(self::touchpads).collect();
     let rig = rig_file(plan.rig.as_deref(), base)?.map(|file| Box::new(file.rig));
     let mut jobs = Vec::new();
@@ -87,14 +89,17 @@ fn simulations(plan: &SimulatePlan, base: &Path) -> Result<Vec<Job>, Wrong> {
     Ok(jobs)
 }
 
-fn objects(lists: &ObjectLists) -> Vec<Object> {
+fn objects(lists: &ObjectLists, base: &Path) -> Result<Vec<Object>, Wrong> {
     let mut objects = Vec::new();
     if lists.mixed.is_some() {
         objects.push(Object::Mixed);
     }
     if let Some(named) = &lists.named {
         for &name in &named.name.0 {
-            objects.extend(named.mean_radius_m.0.iter().map(|radius| Object::Named { name, mean_radius_m: radius.0 }));
+            for radius_m in each_or_own(named.mean_radius_m.as_ref()) {
+                let mean_radius_m = radius_m.map_or_else(|| name.0.usual_radius_m(), |radius| radius.0);
+                objects.push(Object::Named { name, mean_radius_m });
+            }
         }
     }
     if let Some(FourierLists { order, mean_radius_m, mass_offset }) = &lists.fourier {
@@ -114,21 +119,63 @@ fn objects(lists: &ObjectLists) -> Vec<Object> {
             Object::Polygon { corners: corners.0, mean_radius_m, mass_offset }
         }));
     }
-    objects
+    if let Some(lists) = &lists.outline {
+        objects.extend(outlines(lists, base)?);
+    }
+    Ok(objects)
+}
+
+/// The objects of the outlines that a plan names, by their files from the folder of the plan.
+fn outlines(
+    OutlineLists { file, mean_radius_m, mass_offset }: &OutlineLists,
+    base: &Path,
+) -> Result<Vec<Object>, Wrong> {
+    let wrong = |error: String| (Some("objects.outline"), PlanProblem::Outline(error));
+    let mut objects = Vec::new();
+    for name in &file.0 {
+        let read = palpate_io::read_outline(&base.join(name)).map_err(|error| wrong(error.to_string()))?;
+        let shape = read.fit().map_err(|error| wrong(format!("{name}: {error}")))?.shape;
+        for radius_m in each_or_own(mean_radius_m.as_ref()) {
+            let scale = radius_m.map_or(1.0, |radius| radius.0 / shape.mean_radius_m());
+            let shape = Arc::new(shape.scaled(scale));
+            objects.extend(each_or_own(mass_offset.as_ref()).map(|offset| Object::Outline {
+                file: name.clone(),
+                shape: Arc::clone(&shape),
+                mass_offset: offset.map(|offset| offset.0),
+            }));
+        }
+    }
+    Ok(objects)
+}
+
+/// Each of the values, or once that the object has its own.
+fn each_or_own<T: Copy>(values: Option<&Many<T>>) -> impl Iterator<Item = Option<T>> {
+    let given = values.into_iter().flat_map(|values| values.0.iter().copied().map(Some));
+    given.chain(values.is_none().then_some(None))
 }
 
 /// How many objects there are of each kind; `None` for more than can be counted.
 fn object_counts(lists: &ObjectLists) -> Vec<Option<u64>> {
-    let ObjectLists { mixed, named, fourier, ellipse, polygon } = lists;
+    let ObjectLists { mixed, named, fourier, ellipse, polygon, outline } = lists;
     let mut counts = Vec::new();
     counts.extend(mixed.iter().map(|_| Some(1)));
-    counts.extend(named.iter().map(|of| product(&[of.name.0.len(), of.mean_radius_m.0.len()])));
+    counts.extend(named.iter().map(|of| product(&[of.name.0.len(), or_one(of.mean_radius_m.as_ref())])));
     let sized =
         |first: usize, radii: &Many<Positive>, offsets: &Many<Share>| product(&[first, radii.0.len(), offsets.0.len()]);
     counts.extend(fourier.iter().map(|of| sized(of.order.0.len(), &of.mean_radius_m, &of.mass_offset)));
     counts.extend(ellipse.iter().map(|of| sized(of.axis_ratio.0.len(), &of.mean_radius_m, &of.mass_offset)));
     counts.extend(polygon.iter().map(|of| sized(of.corners.0.len(), &of.mean_radius_m, &of.mass_offset)));
+    counts.extend(
+        outline
+            .iter()
+            .map(|of| product(&[of.file.0.len(), or_one(of.mean_radius_m.as_ref()), or_one(of.mass_offset.as_ref())])),
+    );
     counts
+}
+
+/// How many values there are, with one that is left out.
+fn or_one<T>(values: Option<&Many<T>>) -> usize {
+    values.map_or(1, |values| values.0.len())
 }
 
 /// Objects for each first value, each mean radius and each offset of the centre of mass.
@@ -161,7 +208,7 @@ fn pairs<'a, A, B>(first: &'a [A], second: &'a [B]) -> impl Iterator<Item = (&'a
 
 fn touchpad_count(lists: &TouchpadLists) -> Option<u64> {
     let TouchpadLists { noise_sd_m, counts_per_inch, angle_noise_sd_rad, dropout, length_m } = lists;
-    let optional = |list: &Option<Many<Positive>>| list.as_ref().map_or(1, |list| list.0.len());
+    let optional = |list: &Option<Many<Positive>>| or_one(list.as_ref());
     product(&[
         noise_sd_m.0.len(),
         optional(counts_per_inch),
@@ -171,7 +218,7 @@ fn touchpad_count(lists: &TouchpadLists) -> Option<u64> {
     ])
 }
 
-fn touchpads(lists: &TouchpadLists) -> Vec<Touchpads> {
+pub(crate) fn touchpads(lists: &TouchpadLists) -> Vec<Touchpads> {
     let mut touchpads = vec![Touchpads::default()];
     touchpads = each(&touchpads, &lists.noise_sd_m.0, |pads, sd| pads.noise_sd_m = sd.0);
     if let Some(counts) = &lists.counts_per_inch {

@@ -8,6 +8,9 @@ use thiserror::Error;
 
 use super::{BoundaryPoint, SupportFunction};
 
+/// Share of a circle that makes up for a radius of curvature that rounding has left below zero.
+const ROUNDING: f64 = 1e-9;
+
 /// Why a shape could not be made from data.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum ShapeError {
@@ -32,6 +35,9 @@ pub enum ShapeError {
         "the points do not determine a shape: they lie on a line, or leave a gap too wide for the number of harmonics"
     )]
     Undetermined,
+    /// The corners of a rectangle cannot be rounded so much.
+    #[error("the corner radius of a rectangle must be from 0 to half of its shorter side")]
+    CornerRadius,
     /// The mean radius, or another size, is not positive and finite.
     #[error("{what} must be positive and finite")]
     OutOfRange {
@@ -88,7 +94,8 @@ impl SupportFunction {
     /// polygon), metres, in any order.
     ///
     /// The origin of the object frame, its centre of mass, is `center_of_mass`, or the centroid of the hull's area. Corners
-    /// are rounded as much as the number of harmonics asks for ([`Self::damped_to_convex`]).
+    /// are rounded as much as the number of harmonics asks for ([`Self::damped_to_convex`]); [`Self::from_outline`] chooses that number by the
+    /// outline, and says what is lost.
     ///
     /// # Errors
     /// With fewer than three points, points on a line, or coordinates that are not finite.
@@ -129,17 +136,19 @@ impl SupportFunction {
     /// convexity through the cut of its harmonics, this brings it back and rounds it by about π / K. Any other outline is
     /// shrunk towards a circle as well.
     pub fn damped_to_convex(&self) -> Self {
-        let moments = self.harmonics_m().len() as f64 + 1.0;
-        let jackson = |k: f64| {
-            let (sin, cos) = (PI * k / (moments + 1.0)).sin_cos();
-            ((moments - k + 1.0) * cos + sin / (PI / (moments + 1.0)).tan()) / (moments + 1.0)
-        };
-        let averaged = self.mixed(1.0, jackson);
-        if averaged.is_convex() {
-            least_convex(|part| self.mixed(part, jackson))
-        } else {
-            least_convex(|part| averaged.mixed(part, |_| 0.0))
+        let jackson = jackson(self.harmonics_m().len());
+        if self.mixed(1.0, jackson).is_convex() {
+            return least_convex(|part| self.mixed(part, jackson));
         }
+        let averaged = self.averaged_to_convex();
+        if averaged.is_convex() { averaged } else { least_convex(|part| averaged.mixed(part, |_| 0.0)) }
+    }
+
+    /// The shape whose radius of curvature is the average of that of this one under the Jackson kernel: convex where these are the harmonics of a
+    /// convex outline.
+    pub(super) fn averaged_to_convex(&self) -> Self {
+        let averaged = self.mixed(1.0, jackson(self.harmonics_m().len()));
+        if averaged.is_convex() { averaged } else { averaged.mixed(ROUNDING, |_| 0.0) }
     }
 
     /// Harmonic k ≥ 2 multiplied by 1 − part + part · factor(k).
@@ -149,6 +158,15 @@ impl SupportFunction {
             [a * scale, b * scale]
         });
         Self::new(self.mean_radius_m(), harmonics.collect())
+    }
+}
+
+/// What the Jackson kernel of this order multiplies harmonic k by.
+fn jackson(order: usize) -> impl Fn(f64) -> f64 + Copy {
+    let moments = order as f64 + 1.0;
+    move |k| {
+        let (sin, cos) = (PI * k / (moments + 1.0)).sin_cos();
+        ((moments - k + 1.0) * cos + sin / (PI / (moments + 1.0)).tan()) / (moments + 1.0)
     }
 }
 
@@ -187,7 +205,7 @@ fn from_even_samples(samples: &[(f64, f64)], order: usize) -> Option<SupportFunc
 }
 
 /// The corners of the convex hull, counter-clockwise (Andrew's monotone chain).
-fn convex_hull(points: &[BoundaryPoint]) -> Vec<BoundaryPoint> {
+pub(super) fn convex_hull(points: &[BoundaryPoint]) -> Vec<BoundaryPoint> {
     let mut sorted = points.to_vec();
     sorted.sort_by(|a, b| a.x_m.total_cmp(&b.x_m).then(a.y_m.total_cmp(&b.y_m)));
     let right_turn = |a: BoundaryPoint, b: BoundaryPoint, c: BoundaryPoint| {
@@ -210,7 +228,7 @@ fn convex_hull(points: &[BoundaryPoint]) -> Vec<BoundaryPoint> {
 }
 
 /// Area and centroid of a polygon with its corners counter-clockwise.
-fn area_and_centroid(corners: &[BoundaryPoint]) -> Option<(f64, BoundaryPoint)> {
+pub(super) fn area_and_centroid(corners: &[BoundaryPoint]) -> Option<(f64, BoundaryPoint)> {
     let origin = *corners.first()?;
     let (mut double_area, mut x, mut y) = (0.0, 0.0, 0.0);
     for (index, corner) in corners.iter().enumerate() {

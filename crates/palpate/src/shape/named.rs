@@ -6,10 +6,13 @@ use std::str::FromStr;
 
 use thiserror::Error;
 
-use super::{RandomShape, ShapeError, SupportFunction, random_shape};
+use super::{OutlineFit, RandomShape, ShapeError, SupportFunction, random_shape, rounded_rectangle};
+
+/// Corner radius of a rectangle where none is given, as a share of its shorter side: a bar of soap.
+const RECTANGLE_CORNER: f64 = 0.2;
 
 /// A shape known by its name; [`NamedShape::shape`] makes it in the size asked for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum NamedShape {
     /// A circle about its centre of mass. It never turns: the palms feel its outline and no motion.
     Circle,
@@ -29,6 +32,22 @@ pub enum NamedShape {
     Stone,
     /// A random smooth shape with this seed (`random:SEED`).
     Random(u64),
+    /// A rectangle with rounded corners, of even mass (`rectangle:60x40` or, with a corner radius, `rectangle:60x40x8`, millimetres).
+    Rectangle {
+        /// Side along x, metres.
+        length_m: f64,
+        /// Side along y, metres.
+        width_m: f64,
+        /// Radius of the corners, metres.
+        corner_radius_m: f64,
+    },
+    /// Two half discs and a rectangle between them, of even mass (`stadium:60x40`, millimetres).
+    Stadium {
+        /// Its length, metres.
+        length_m: f64,
+        /// Its width, metres.
+        width_m: f64,
+    },
 }
 
 /// The name is not the name of a shape.
@@ -40,9 +59,52 @@ pub struct UnknownShape {
 }
 
 impl NamedShape {
-    /// All names, for help texts.
-    pub const NAMES: [&'static str; 9] =
-        ["circle", "disc", "ellipse", "egg", "triangle", "square", "pebble", "stone", "random:SEED"];
+    /// All names, for help texts; sizes in millimetres.
+    pub const NAMES: [&'static str; 11] = [
+        "circle",
+        "disc",
+        "ellipse",
+        "egg",
+        "triangle",
+        "square",
+        "pebble",
+        "stone",
+        "random:SEED",
+        "rectangle:LENGTHxWIDTH[xCORNER]",
+        "stadium:LENGTHxWIDTH",
+    ];
+
+    /// The shape with this mean radius (perimeter / 2π) in metres; `None` for the size in its name, or [`Self::USUAL_RADIUS_M`].
+    ///
+    /// # Errors
+    /// When the mean radius, or a size in the name, is not positive and finite.
+    pub fn fitted(self, mean_radius_m: Option<f64>) -> Result<OutlineFit, ShapeError> {
+        let fit = match self {
+            Self::Rectangle { length_m, width_m, corner_radius_m } => {
+                rounded_rectangle(length_m, width_m, corner_radius_m)?
+            }
+            Self::Stadium { length_m, width_m } => rounded_rectangle(length_m, width_m, 0.5 * length_m.min(width_m))?,
+            _ => return self.shape(mean_radius_m.unwrap_or(Self::USUAL_RADIUS_M)).map(OutlineFit::exact),
+        };
+        match mean_radius_m {
+            None => Ok(fit),
+            Some(radius) if radius > 0.0 && radius.is_finite() => Ok(fit.scaled(radius / fit.shape.mean_radius_m())),
+            Some(_) => Err(ShapeError::OutOfRange { what: "the mean radius" }),
+        }
+    }
+
+    /// Mean radius of a shape whose name has no size, metres.
+    pub const USUAL_RADIUS_M: f64 = 0.03;
+
+    /// Mean radius (perimeter / 2π) by the size in the name, metres, or [`Self::USUAL_RADIUS_M`].
+    pub fn usual_radius_m(self) -> f64 {
+        let of = |length_m: f64, width_m: f64, corner_m: f64| (length_m + width_m - 4.0 * corner_m) / PI + corner_m;
+        match self {
+            Self::Rectangle { length_m, width_m, corner_radius_m } => of(length_m, width_m, corner_radius_m),
+            Self::Stadium { length_m, width_m } => of(length_m, width_m, 0.5 * length_m.min(width_m)),
+            _ => Self::USUAL_RADIUS_M,
+        }
+    }
 
     /// The shape with this mean radius (perimeter / 2π) in metres.
     ///
@@ -63,6 +125,9 @@ impl NamedShape {
             Self::Pebble => return random(4, RandomShape { mass_offset: 0.05, ..RandomShape::default() }),
             Self::Stone => return random(11, RandomShape { mass_offset: 0.15, ..RandomShape::default() }),
             Self::Random(seed) => return random(seed, RandomShape::default()),
+            Self::Rectangle { .. } | Self::Stadium { .. } => {
+                return self.fitted(Some(mean_radius_m)).map(|fit| fit.shape);
+            }
         };
         Ok(unit.scaled(mean_radius_m / unit.mean_radius_m()))
     }
@@ -82,12 +147,39 @@ impl FromStr for NamedShape {
             "square" => Self::Square,
             "pebble" => Self::Pebble,
             "stone" => Self::Stone,
-            other => match other.strip_prefix("random:").and_then(|seed| seed.parse().ok()) {
-                Some(seed) => Self::Random(seed),
-                None => return Err(UnknownShape { name: name.to_owned() }),
-            },
+            other => return with_parameters(other).ok_or_else(|| UnknownShape { name: name.to_owned() }),
         })
     }
+}
+
+/// A name with parameters after a colon.
+fn with_parameters(name: &str) -> Option<NamedShape> {
+    let (kind, parameters) = name.split_once(':')?;
+    if kind == "random" {
+        return parameters.parse().ok().map(NamedShape::Random);
+    }
+    let sizes_m: Vec<f64> = parameters.split('x').map(millimeters).collect::<Option<_>>()?;
+    match (kind, &sizes_m[..]) {
+        ("rectangle", &[length_m, width_m]) => {
+            let corner_radius_m = RECTANGLE_CORNER * length_m.min(width_m);
+            Some(NamedShape::Rectangle { length_m, width_m, corner_radius_m })
+        }
+        ("rectangle", &[length_m, width_m, corner_radius_m]) => {
+            Some(NamedShape::Rectangle { length_m, width_m, corner_radius_m })
+        }
+        ("stadium", &[length_m, width_m]) => Some(NamedShape::Stadium { length_m, width_m }),
+        _ => None,
+    }
+}
+
+/// A length in millimetres as metres.
+fn millimeters(text: &str) -> Option<f64> {
+    text.trim().parse::<f64>().ok().map(|length| length / 1000.0)
+}
+
+/// A length in metres as millimetres, without the last digits, which rounding has left.
+fn in_millimeters(length_m: f64) -> f64 {
+    (1e9 * length_m).round() / 1e6
 }
 
 impl fmt::Display for NamedShape {
@@ -102,6 +194,13 @@ impl fmt::Display for NamedShape {
             Self::Pebble => "pebble",
             Self::Stone => "stone",
             Self::Random(seed) => return write!(formatter, "random:{seed}"),
+            Self::Rectangle { length_m, width_m, corner_radius_m } => {
+                let [length, width, corner] = [length_m, width_m, corner_radius_m].map(|size| in_millimeters(*size));
+                return write!(formatter, "rectangle:{length}x{width}x{corner}");
+            }
+            Self::Stadium { length_m, width_m } => {
+                return write!(formatter, "stadium:{}x{}", in_millimeters(*length_m), in_millimeters(*width_m));
+            }
         };
         formatter.write_str(name)
     }
