@@ -176,15 +176,15 @@ fn zeros_for_no_contact() {
 
 #[test]
 fn coarse_digits() {
-    let log = &logs()[1];
+    let log = &logs()[0];
     let to = |step: f64, value: f64| (value / step).round() * step;
     let rounded = |sample: &Sample| Sample {
-        s1_m: sample.s1_m.map(|s| to(2e-3, s)),
-        s2_m: sample.s2_m.map(|s| to(2e-3, s)),
+        s1_m: sample.s1_m.map(|s| to(1e-3, s)),
+        s2_m: sample.s2_m.map(|s| to(1e-3, s)),
         ..*sample
     };
     let found = named(&Log { samples: log.samples.iter().map(rounded).collect() });
-    assert!(matches!(found, Some(Mistake::CoarsePositions { step_m }) if (step_m - 2e-3).abs() < 1e-9), "{found:?}");
+    assert!(matches!(found, Some(Mistake::CoarsePositions { step_m }) if (step_m - 1e-3).abs() < 1e-9), "{found:?}");
 }
 
 #[test]
