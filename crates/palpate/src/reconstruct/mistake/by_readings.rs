@@ -196,7 +196,7 @@ mod tests {
         assert_eq!(angles(|phi1, phi2| (phi1, -phi2)), [Mistake::Phi2Clockwise]);
         assert_eq!(angles(|phi1, phi2| (-phi1, -phi2)), [Mistake::BothClockwise]);
         assert_eq!(angles(|phi1, phi2| (phi1 + phi2, -phi2)), [Mistake::PalmsSwapped]);
-        assert_eq!(angles(|phi1, phi2| (phi1 + 2.0, -phi2)), []);
+        assert_eq!(angles(|phi1, phi2| (phi1 - 3.0, -phi2)), []);
     }
 
     #[test]
