@@ -6,9 +6,9 @@ use std::time::Instant;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use palpate::compare::{compare, true_support};
 use palpate::mechanics::STANDARD_GRAVITY_M_PER_S2;
-use palpate::reconstruct::{Doubt, FoundSymmetry, Method, Reconstructor, diagnostics, measured_forces};
+use palpate::reconstruct::{FoundSymmetry, Method, Reconstructor, diagnostics, measured_forces};
 use palpate::sensor::CalibrationConstant;
-use palpate::{Reconstruction, Truth};
+use palpate::{Log, Reconstruction, Truth};
 use palpate_io::{ConstantSummary, FrictionSummary, LogFile, Summary, TruthSummary};
 use palpate_report::{ReportInput, TruthOverlay};
 
@@ -230,26 +230,19 @@ pub fn solve(job: &Job, terminal: &Terminal) -> Result<Summary, Failure> {
     let started = Instant::now();
     let progress = terminal.progress();
     let tell = |step| progress.update(step);
-    let reconstructor = job.reconstructor.clone().progress(&tell);
-    let mut reconstruction = reconstructor.run(&job.file.log).map_err(|error| {
-        let mistake = reconstructor.recognise_mistake(&job.file.log, None);
-        mistake.map_or_else(|| Failure::from(error.clone()), |mistake| Failure::Input(format!("{error}; {mistake}")))
-    })?;
-    let verdict = &mut reconstruction.verdict;
-    if let Some(mistake) = reconstructor.recognise_mistake(&job.file.log, Some(verdict)) {
-        verdict.doubts.insert(0, Doubt::Mistaken { mistake });
-    }
+    let mut reconstruction = job.reconstructor.clone().progress(&tell).run_or_name_mistake(&job.file.log)?;
     drop(progress);
+    let log = job.reconstructor.log_as_read(&job.file.log, &reconstruction);
     reconstruction.prune(job.min_touches);
     let mut summary = Summary::new(&reconstruction, started.elapsed().as_secs_f64());
     summary.log = job.name.map(str::to_owned);
     summary.notes = job.file.notes.clone();
-    let forces = measured_forces(&job.file.log, &reconstruction);
+    let forces = measured_forces(&log, &reconstruction);
     summary = summary.with_forces(forces.as_ref());
     summary.truth = job.truth.and_then(|truth| errors(&reconstruction, truth, terminal));
-    let report = report(job, &reconstruction, &summary);
+    let report = report(job, &log, &reconstruction, &summary);
     if job.diagnostics {
-        let diagnostics = diagnostics(&job.file.log, &reconstruction);
+        let diagnostics = diagnostics(&log, &reconstruction);
         palpate_io::write_result_with_diagnostics(job.out, &reconstruction, &summary, &report, &diagnostics)?;
     } else {
         palpate_io::write_result(job.out, &reconstruction, &summary, &report)?;
@@ -265,10 +258,13 @@ pub fn told(summary: &Summary, out: &Path) -> String {
         _ => "NOT certified",
     };
     let mut lines = vec![verdict.to_string()];
-    let doubts = summary.verdict().doubts;
-    // What a mistake in the log spoils besides follows from it.
-    let told = if matches!(doubts.first(), Some(Doubt::Mistaken { .. })) { &doubts[..1] } else { &doubts[..] };
-    lines.extend(told.iter().map(|doubt| format!("  - {doubt}")));
+    for doubt in summary.verdict().doubts {
+        lines.push(format!("  - {doubt}"));
+        let next = doubt.next_step();
+        if !next.is_empty() {
+            lines.push(format!("    {next} ({})", doubt.docs()));
+        }
+    }
     let jumps = match summary.jumps.len() {
         0 => "no jump".to_string(),
         1 => "1 jump".to_string(),
@@ -367,11 +363,11 @@ fn errors(reconstruction: &Reconstruction, truth: &Truth, terminal: &Terminal) -
 }
 
 /// The report page.
-fn report(job: &Job, reconstruction: &Reconstruction, summary: &Summary) -> String {
+fn report(job: &Job, log: &Log, reconstruction: &Reconstruction, summary: &Summary) -> String {
     let overlay = job.truth.zip(summary.truth).map(|(truth, errors)| TruthOverlay { truth, errors: errors.into() });
     palpate_report::page(&ReportInput {
         title: job.title,
-        log: &job.file.log,
+        log,
         reconstruction,
         truth: overlay,
         seconds: summary.seconds,
@@ -406,7 +402,8 @@ mod tests {
             "symmetry": {"order": 2, "mirror": false, "probability": 0.96}}"#,
         )
         .expect("a summary");
-        let expected = "NOT certified\n  - the shape is not convex\n  - 3 different objects; and so on\n  \
+        let expected = "NOT certified\n  - the shape is not convex\n    look for a second touch: only convex objects are reconstructed \
+            (docs/verdict.md#not-convex)\n  - 3 different objects; and so on\n  \
             felt    50 % of the boundary in 100 samples, 1 jump; sensor noise 0.100 mm\n  \
             is      the same after half a turn (probability 0.96); after a jump ψ is known up to turns of 180°\n  \
             others  that fit equally well: out/alternatives\n  report  out/report.html";

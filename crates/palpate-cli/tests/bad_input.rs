@@ -96,7 +96,7 @@ fn parallel_palms_are_refused() {
 fn a_negative_contact_position_is_refused() {
     assert_eq!(
         refusal(with_row("1.0,60,75,-30,31")),
-        "trial.csv, line 22, column s1_mm: -30 mm is negative; it is the distance from the base of the palm to the contact, so correct it or leave the cell empty where no contact was seen"
+        "trial.csv, line 22, column s1_mm: -30 mm is negative; it is the distance from the base of the palm to the contact: add how far from the base the pad begins, or leave the cell empty where no contact was seen"
     );
 }
 

@@ -274,13 +274,15 @@ pub enum ReadProblem {
     },
     /// The angle between the palms has the wrong sign.
     #[error(
-        "{text} {unit} is negative; this is the angle from palm 1 to palm 2, counter-clockwise, between 0 and pi (180 deg): reverse its sign, or swap the palms"
+        "{text} {unit} is negative; this is the angle from palm 1 to palm 2, counter-clockwise, between 0 and pi (180 deg): {remedy}"
     )]
     NegativePalmAngle {
         /// The value.
         text: String,
         /// Its unit.
         unit: &'static str,
+        /// What to do: by the palms of the whole log, where these tell.
+        remedy: String,
     },
     /// The angle between the palms is more than half a turn, or palm 1 is more than two turns away.
     #[error("{text} {unit} is out of range; {range}")]

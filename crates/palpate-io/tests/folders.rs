@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use palpate::mechanics::ContactMode;
-use palpate::reconstruct::{Doubt, FoundSymmetry, Jump, Method, OutlinePoint, Pose, Verdict};
+use palpate::reconstruct::{Cause, Doubt, FoundSymmetry, Jump, Method, Mistake, OutlinePoint, Pose, Verdict};
 use palpate::shape::{SupportFunction, Symmetry};
 use palpate::truth::TruePose;
 use palpate::{Reconstruction, Truth};
@@ -194,7 +194,10 @@ fn the_summary_has_the_promised_keys_and_no_number_that_json_lacks() {
     {
       "kind": "unbalanced",
       "balance_sd_m": 0.00002,
-      "text": "shape and motion are certified, the centre of mass is not: force/torque balance is missed by 0.02 mm (friction, or fast palms)"
+      "text": "shape and motion are certified, the centre of mass is not: force/torque balance is missed by 0.02 mm (friction, or fast palms)",
+      "cause": "forces",
+      "next": "reduce friction, or move the palms more slowly",
+      "docs": "docs/verdict.md#unbalanced"
     }
   ],
   "chi2_per_dof": null,
@@ -266,6 +269,16 @@ fn every_doubt_reads_back_with_its_numbers_and_its_sentence() {
         Doubt::Alternatives { objects: 4 },
         Doubt::Unbalanced { balance_sd_m: 0.5 },
         Doubt::UncertifiedMethod { method: Method::Ode },
+        Doubt::Outliers { outliers: 3, readings: 90 },
+        Doubt::StrayReadings { typical_m: 0.125, all_m: 0.5 },
+        Doubt::UncertainSymmetry { probability: 0.5, deviation_sd_m: 0.25 },
+        Doubt::UnlikelyRig { constant: "s1_zero_m".to_owned(), off_sds: 4.0 },
+        Doubt::UnsettledRig { sds: 2.0 },
+        Doubt::Friction { coefficients: [0.25, 0.5], sds: [0.125, 0.125] },
+        Doubt::UncertainCenter { sd_m: 0.5 },
+        Doubt::Mistaken { mistake: Mistake::PadsSwapped },
+        Doubt::Mistaken { mistake: Mistake::ReadFromTip { length1_m: None, length2_m: Some(0.125) } },
+        Doubt::Mistaken { mistake: Mistake::ZerosForNoContact { readings: 5 } },
         Doubt::Reported { text: text.clone() },
         Doubt::ReportedOfCenterOfMass { text },
     ];
@@ -275,10 +288,24 @@ fn every_doubt_reads_back_with_its_numbers_and_its_sentence() {
     let read: Summary = serde_json::from_str(&json).expect("it reads back");
     assert_eq!(read.verdict(), verdict);
     let value: serde_json::Value = serde_json::from_str(&json).expect("JSON");
+    let page = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/verdict.md");
+    let page = std::fs::read_to_string(page).expect("the page on verdicts");
     for (written, doubt) in value["doubts"].as_array().expect("a list").iter().zip(&verdict.doubts) {
         assert_eq!(written["text"], doubt.to_string());
-        assert!(written["kind"].is_string());
+        assert_eq!(written["kind"], doubt.kind());
+        // What the page calls it, and what files and messages say to do.
+        assert!(page.contains(&format!("\n### {}\n", doubt.kind())), "{}", doubt.kind());
+        assert_eq!(written["docs"], format!("docs/verdict.md#{}", doubt.kind()));
+        let is_in_words = doubt.kind().starts_with("reported");
+        assert_eq!(written["next"].as_str().unwrap_or_default(), doubt.next_step());
+        assert_eq!(doubt.next_step().is_empty(), is_in_words, "{doubt}");
     }
+    let causes: Vec<_> = verdict.doubts.iter().map(Doubt::cause).collect();
+    assert!(causes.is_sorted() && causes.first() == Some(&Cause::Input) && causes.last() == Some(&Cause::Unknown));
+    assert!(
+        json.contains("\"mistake\": \"read-from-tip\",\n      \"length1_m\": null,\n      \"length2_m\": 0.125"),
+        "{json}"
+    );
     assert_eq!(json.matches("\"text\"").count(), verdict.doubts.len());
 }
 

@@ -38,6 +38,36 @@ fn expect(content: &str, expected: &str) {
 }
 
 #[test]
+fn a_negative_angle_between_the_palms_comes_with_the_remedy_that_goes_with_all_of_the_log() {
+    let written = |angles: fn(f64, f64) -> (f64, f64)| {
+        let row = |row: usize| {
+            let (phi1, phi2) = angles(1.04, 1.2 + 0.01 * row as f64);
+            format!("{:.2},{phi1:.2},{phi2:.2},29.7,31.8", 0.05 * row as f64)
+        };
+        text(&std::iter::once(HEADER.to_string()).chain((0..14).map(row)).collect::<Vec<_>>())
+    };
+    let negative =
+        "rad is negative; this is the angle from palm 1 to palm 2, counter-clockwise, between 0 and pi (180 deg):";
+    let at = "log.csv, line 2, column phi2_rad: -1.20";
+    expect(
+        &written(|phi1, phi2| (phi1, -phi2)),
+        &format!("{at} {negative} phi2 is counted clockwise, so write `sign2 = -1` below `[angles]` into the rig file"),
+    );
+    expect(
+        &written(|phi1, phi2| (-phi1, -phi2)),
+        &format!(
+            "{at} {negative} phi1 and phi2 are counted clockwise, so write `sign1 = -1` and `sign2 = -1` below `[angles]` into the rig file"
+        ),
+    );
+    expect(
+        &written(|phi1, phi2| (phi1 + phi2, -phi2)),
+        &format!(
+            "{at} {negative} the palms are swapped: palm 1 must be the one that palm 2 is counter-clockwise of, so exchange the names of s1 and s2 (and of base points and forces), and write phi1 + phi2 for phi1 and -phi2 for phi2"
+        ),
+    );
+}
+
+#[test]
 fn good_is_good() {
     expect(&text(&good()), "accepted");
 }
@@ -245,7 +275,7 @@ fn palm_angles() {
     );
     expect(
         &with_line(3, "0.05,1.04,-1.21,29.7,31.8"),
-        "log.csv, line 3, column phi2_rad: -1.21 rad is negative; this is the angle from palm 1 to palm 2, counter-clockwise, between 0 and pi (180 deg): reverse its sign, or swap the palms",
+        "log.csv, line 3, column phi2_rad: -1.21 rad is negative; this is the angle from palm 1 to palm 2, counter-clockwise, between 0 and pi (180 deg): reverse its sign, and that of phi1 if this is counted clockwise too; or, if palm 2 stands under the names of palm 1, exchange s1 and s2, and write phi1 + phi2 for phi1 and -phi2 for phi2",
     );
     expect(
         &with_line(3, "0.05,1.04,4,29.7,31.8"),
@@ -261,7 +291,7 @@ fn palm_angles() {
 fn lengths() {
     expect(
         &with_line(3, "0.05,1.04,1.21,-0.1,31.8"),
-        "log.csv, line 3, column s1_mm: -0.1 mm is negative; it is the distance from the base of the palm to the contact, so correct it or leave the cell empty where no contact was seen",
+        "log.csv, line 3, column s1_mm: -0.1 mm is negative; it is the distance from the base of the palm to the contact: add how far from the base the pad begins, or leave the cell empty where no contact was seen",
     );
     expect(
         &with_line(3, "0.05,1.04,1.21,1e6,31.8"),

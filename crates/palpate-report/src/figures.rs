@@ -1,6 +1,7 @@
 //! The words and numbers of the page: verdict, key figures, error table.
 
 use palpate::Reconstruction;
+use palpate::reconstruct::Doubt;
 
 use crate::data::{MAX_JUMPS_SHOWN, MAX_SAMPLES_SHOWN, felt_half_width_m, rounded, shown_samples, time_origin_s};
 use crate::html::escape;
@@ -85,14 +86,16 @@ pub(crate) fn verdict(result: &Reconstruction) -> String {
         ),
         (false, _) => ("bad", CROSS, "Not certified", "This is the best fit found. Do not rely on it."),
     };
-    let reasons: Vec<String> = result.verdict.doubts.iter().map(|doubt| escape(&doubt.to_string())).collect();
-    let reason = match &reasons[..] {
-        [] => String::new(),
-        [one] => format!("<p class=\"reason\"><b>Why:</b> {one}</p>"),
-        several => {
-            let items: String = several.iter().map(|one| format!("<li>{one}</li>")).collect();
-            format!("<div class=\"reason\"><b>Why:</b><ul>{items}</ul></div>")
-        }
+    let item = |doubt: &Doubt| {
+        let (what, next, docs) = (escape(&doubt.to_string()), escape(&doubt.next_step()), doubt.docs());
+        let next = if next.is_empty() { next } else { format!("<br>{next} <code>{docs}</code>") };
+        format!("<li>{what}{next}</li>")
+    };
+    let items: String = result.verdict.doubts.iter().map(item).collect();
+    let reason = if items.is_empty() {
+        String::new()
+    } else {
+        format!("<div class=\"reason\"><b>Why, and what to do:</b><ul>{items}</ul></div>")
     };
     let symmetry = result.symmetry.symmetry.is_any().then(|| {
         format!(

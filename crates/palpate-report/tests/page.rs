@@ -149,15 +149,14 @@ fn verdicts_are_told_apart() {
 }
 
 #[test]
-fn several_doubts_are_a_list_and_one_is_a_sentence() {
+fn doubts_are_a_list_with_what_to_do() {
     let egg = fixture(20, 1.0, 1.0);
     let mut result = egg.reconstruction.clone();
     let of = |result: &Reconstruction| page(&input(&egg.log, result));
-    assert!(!of(&result).contains("<b>Why:</b>"));
-    result.verdict = Verdict::new(vec![Doubt::NotConvex]);
-    assert!(of(&result).contains("<p class=\"reason\"><b>Why:</b> the shape is not convex</p>"));
+    assert!(!of(&result).contains("<b>Why"));
     result.verdict = Verdict::new(vec![Doubt::NotConvex, Doubt::Reported { text: "a < b; c".to_owned() }]);
-    let list = "<b>Why:</b><ul><li>the shape is not convex</li><li>a &lt; b; c</li></ul>";
+    let list = "<b>Why, and what to do:</b><ul><li>the shape is not convex<br>look for a second touch: only convex objects are reconstructed \
+        <code>docs/verdict.md#not-convex</code></li><li>a &lt; b; c</li></ul>";
     assert!(of(&result).contains(list));
 }
 

@@ -4,6 +4,7 @@ use std::f64::consts::{PI, TAU};
 use std::path::Path;
 
 use palpate::palms::PalmPair;
+use palpate::reconstruct::Mistake;
 use palpate::{Log, Sample};
 
 use crate::csv::bytes::read_bytes;
@@ -203,7 +204,7 @@ fn from_table(name: &str, table: Table, columns: &Columns) -> Result<LogFile, Re
     table.require_one_decimal_mark(&columns.used())?;
     let mut samples: Vec<Sample> = Vec::with_capacity(table.rows());
     for row in 0..table.rows() {
-        let sample = columns.sample(&table, row)?;
+        let sample = columns.sample(&table, row).map_err(|error| with_remedy(error, &table, columns))?;
         if let Some(before) = samples.last() {
             table.require_increase(row, columns.time, before.time_s, sample.time_s, "time")?;
         }
@@ -217,6 +218,24 @@ fn from_table(name: &str, table: Table, columns: &Columns) -> Result<LogFile, Re
     plausible::check(&table, columns, &samples)?;
     let notes = notes(&table, columns);
     Ok(LogFile { log: Log { samples }, metadata: table.metadata, notes })
+}
+
+/// What a negative angle between the palms may be, where nothing tells.
+const NEGATIVE_ANGLE: &str = "reverse its sign, and that of phi1 if this is counted clockwise too; or, if palm 2 stands under the names of palm 1, exchange s1 and s2, and write phi1 + phi2 for phi1 and -phi2 for phi2";
+
+/// An error with what to do about it by the whole log: palms whose angle is negative throughout hold an object in one way only.
+fn with_remedy(mut error: ReadError, table: &Table, columns: &Columns) -> ReadError {
+    if let ReadProblem::NegativePalmAngle { remedy, .. } = &mut *error.problem {
+        let any_angle = |table: &Table, row, column, sign| Ok(sign * table.number(row, column)?);
+        let samples: Result<Vec<Sample>, ReadError> =
+            (0..table.rows()).map(|row| columns.sample_with(table, row, any_angle)).collect();
+        let mistakes = samples.map(|samples| Mistake::of_palms_that_hold_nothing(&Log { samples })).unwrap_or_default();
+        let told: Vec<String> = mistakes.iter().map(|mistake| format!("{mistake}, so {}", mistake.remedy())).collect();
+        if !told.is_empty() {
+            *remedy = told.join("; or ");
+        }
+    }
+    error
 }
 
 /// Where each quantity is.
@@ -262,7 +281,18 @@ impl Columns {
         given.max_by(|(_, a), (_, b)| a.total_cmp(b)).map(|(column, _)| column)
     }
 
+    /// The sample of a row.
     pub(super) fn sample(&self, table: &Table, row: usize) -> Result<Sample, ReadError> {
+        self.sample_with(table, row, palm2_angle)
+    }
+
+    /// `palm2_angle` reads φ₂.
+    fn sample_with(
+        &self,
+        table: &Table,
+        row: usize,
+        palm2_angle: fn(&Table, usize, Column, f64) -> Result<f64, ReadError>,
+    ) -> Result<Sample, ReadError> {
         let coordinate = |column: Option<Column>| column.map_or(Ok(0.0), |column| base_coordinate(table, row, column));
         let force = |column: Option<Column>| column.map_or(Ok(None), |column| normal_force(table, row, column));
         let sd = |column: Option<Column>| column.map_or(Ok(None), |column| standard_deviation(table, row, column));
@@ -338,7 +368,7 @@ fn palm2_angle(table: &Table, row: usize, column: Column, sign: f64) -> Result<f
     } else if is_parallel {
         ReadProblem::ParallelPalms { text, unit }
     } else if phi2 < 0.0 {
-        ReadProblem::NegativePalmAngle { text, unit }
+        ReadProblem::NegativePalmAngle { text, unit, remedy: NEGATIVE_ANGLE.to_owned() }
     } else {
         out_of_range_between_palms(text, unit)
     };
@@ -365,7 +395,7 @@ fn contact_position(table: &Table, row: usize, column: Column) -> Result<Option<
         let problem = ReadProblem::NegativeLength {
             text: table.shown(row, column),
             unit: unit_of(column),
-            meaning: "it is the distance from the base of the palm to the contact, so correct it or leave the cell empty where no contact was seen",
+            meaning: "it is the distance from the base of the palm to the contact: add how far from the base the pad begins, or leave the cell empty where no contact was seen",
         };
         return Err(table.error(row, column, problem));
     }

@@ -1,6 +1,7 @@
-//! The doubts of a summary: of each its kind, its numbers, and the sentence that `Display` makes of them.
+//! The doubts of a summary: of each its kind, its numbers, the sentence that `Display` makes of them, its cause, what to do about it, and where
+//! the documentation says more.
 
-use palpate::reconstruct::Doubt;
+use palpate::reconstruct::{Cause, Doubt};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 #[derive(Serialize)]
@@ -10,6 +11,11 @@ struct Written<'a> {
     /// `None` where the doubt is its sentence alone and has it already.
     #[serde(skip_serializing_if = "Option::is_none")]
     text: Option<String>,
+    cause: Cause,
+    /// Left out where only words are known.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    next: String,
+    docs: String,
 }
 
 /// A kind that this version does not know is read as its sentence.
@@ -23,7 +29,8 @@ enum Read {
 pub(crate) fn serialize<S: Serializer>(doubts: &[Doubt], serializer: S) -> Result<S::Ok, S::Error> {
     serializer.collect_seq(doubts.iter().map(|doubt| {
         let has_text = matches!(doubt, Doubt::Reported { .. } | Doubt::ReportedOfCenterOfMass { .. });
-        Written { doubt, text: (!has_text).then(|| doubt.to_string()) }
+        let text = (!has_text).then(|| doubt.to_string());
+        Written { doubt, text, cause: doubt.cause(), next: doubt.next_step(), docs: doubt.docs() }
     }))
 }
 

@@ -40,6 +40,26 @@ impl DoubtData {
         self.0.to_string()
     }
 
+    /// str: where it comes from: 'input', 'rig', 'sensor', 'forces', 'felt', 'method' or 'unknown'. Doubts are in this order: what stands first
+    /// spoils what stands after it.
+    #[getter]
+    fn cause(&self) -> PyResult<String> {
+        let cause = serde_json::to_value(self.0.cause()).map_err(internal)?;
+        Ok(cause.as_str().unwrap_or_default().to_owned())
+    }
+
+    /// str: what to do about it; empty where only words are known.
+    #[getter]
+    fn next_step(&self) -> String {
+        self.0.next_step()
+    }
+
+    /// str: where the documentation says more of it, page and section.
+    #[getter]
+    fn docs(&self) -> String {
+        self.0.docs()
+    }
+
     /// dict: the numbers that raised it, by names with their unit, such as 'left_m'; empty where there are none.
     #[getter]
     fn values<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {

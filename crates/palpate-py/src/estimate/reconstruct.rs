@@ -1,10 +1,11 @@
 //! `reconstruct`: log in, shape, motion and centre of mass out.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 use std::time::Instant;
 
-use palpate::Reconstruction;
 use palpate::reconstruct::{ReconstructError, Reconstructor, Start, UnknownMethod};
+use palpate::{Log, Reconstruction};
 use palpate_io::{LogFile, RigFile};
 use pyo3::prelude::*;
 
@@ -34,26 +35,32 @@ fn known(py: Python<'_>, rig: Option<RigGiven>) -> PyResult<RigFile> {
     rig.map_or_else(|| Ok(RigFile::exact()), |rig| rig.read(py))
 }
 
-/// Reconstructs on the pool and makes a result of it.
+/// Reconstructs on the pool and makes a result of it, and of the log that it is of where that is another than the one given.
 fn solved(
     py: Python<'_>,
     log: &Py<LogData>,
     threads: Option<Whole>,
     progress: Option<&Bound<'_, PyAny>>,
-    solve: impl FnOnce(&LogFile, &Teller) -> Result<Reconstruction, ReconstructError> + Send + 'static,
+    solve: impl FnOnce(&LogFile, &Teller) -> Result<(Reconstruction, Option<Log>), ReconstructError> + Send + 'static,
 ) -> PyResult<ResultData> {
     let file = Arc::clone(&log.get().file);
     let outcome = work::run_told(py, threads, progress, move |teller| {
         let started = Instant::now();
-        solve(&file, teller).map(|reconstruction| (reconstruction, started.elapsed().as_secs_f64()))
+        solve(&file, teller).map(|solved| (solved, started.elapsed().as_secs_f64()))
     });
-    let (reconstruction, seconds) = outcome?.or_raise()?;
-    Ok(ResultData::of(py, reconstruction, Some(log.clone_ref(py)), seconds))
+    let ((reconstruction, as_read), seconds) = outcome?.or_raise()?;
+    let log = match as_read {
+        Some(as_read) => Py::new(py, log.get().turned(py, as_read, log.get().conventions))?,
+        None => log.clone_ref(py),
+    };
+    Ok(ResultData::of(py, reconstruction, Some(log), seconds))
 }
 
 /// Find shape, motion and centre of mass from a palm log and nothing else.
 ///
-/// A doubtful answer is no error: it comes back as a result that is not certified. The same log gives the same result on any number of
+/// A doubtful answer is no error: it comes back as a result that is not certified. Where no object explains the log, the usual mistakes in how
+/// it is written are tried (pads swapped, an angle of the wrong sign or from the wrong line, a pad read from its far end, ...): the first doubt names
+/// the one without which it is explained, and the result is of the log without it. The same log gives the same result on any number of
 /// threads. Other Python threads run meanwhile, and Ctrl-C ends the call.
 ///
 /// Parameters
@@ -126,9 +133,13 @@ pub fn reconstruct(
     let options = options(harmonics, sensor_sd_m, method, &rig)?;
     let log = rig::with_conventions(py, log, &rig.conventions)?;
     solved(py, &log, threads, progress, move |file, teller| {
-        let mut found = options.clone().progress(&|progress| teller.tell(progress)).run(&file.log)?;
+        let mut found = options.clone().progress(&|progress| teller.tell(progress)).run_or_name_mistake(&file.log)?;
         found.prune(min_touches.small());
-        Ok(found)
+        let as_read = match options.log_as_read(&file.log, &found) {
+            Cow::Owned(as_read) => Some(as_read),
+            Cow::Borrowed(_) => None,
+        };
+        Ok((found, as_read))
     })
 }
 
@@ -191,7 +202,8 @@ pub fn reconstruct_from(
     let (shape, psi) = (shape.0.clone(), arrays::values(&psi_rad));
     let silent = false.into_pyobject(py)?.to_owned().into_any();
     solved(py, &log, threads, Some(&silent), move |file, _| {
-        options.clone().start(Start::Motion { shape, psi_rad: psi }).run(&file.log)
+        let found = options.clone().start(Start::Motion { shape, psi_rad: psi }).run(&file.log)?;
+        Ok((found, None))
     })
 }
 

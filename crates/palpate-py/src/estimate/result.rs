@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use numpy::{PyArray1, PyArray2};
 use palpate::mechanics::ContactMode;
-use palpate::reconstruct::{CenterStrip, Jump, OutlinePoint, Pose, Verdict, center_strips, measured_forces};
+use palpate::reconstruct::{CenterStrip, Doubt, Jump, OutlinePoint, Pose, Verdict, center_strips, measured_forces};
 use palpate::shape::SupportFunction;
 use palpate::{Log, Reconstruction};
 use palpate_io::Summary;
@@ -68,7 +68,8 @@ type Forces = (Option<Vec<f64>>, Option<[f64; 6]>);
 ///     What the contacts do under friction, shape (n,): 0 where the object sticks to the palm, 1 where it slides along the palm (away from
 ///     the base on palm 1, towards it on palm 2), -1 where it slides the other way; NaN where friction does not say.
 /// log : Log or None
-///     The log that was reconstructed, with the conventions of the rig applied; None after `Result.load`.
+///     The log that was reconstructed, with the conventions of the rig applied, and without the mistake that the first doubt may name; None
+///     after `Result.load`.
 /// seconds : float
 ///     How long the reconstruction took.
 #[pyclass(frozen, module = "palpate", name = "Result")]
@@ -513,12 +514,13 @@ impl ResultData {
 
     fn _repr_html_(&self) -> String {
         let found = &self.found;
-        let reasons: Vec<String> = found.verdict.doubts.iter().map(|doubt| escaped(&doubt.to_string())).collect();
-        let reason = match &reasons[..] {
-            [] => String::new(),
-            [one] => format!("<p>{one}</p>"),
-            several => format!("<ul><li>{}</li></ul>", several.join("</li><li>")),
+        let item = |doubt: &Doubt| {
+            let (what, next) = (escaped(&doubt.to_string()), escaped(&doubt.next_step()));
+            let next = if next.is_empty() { next } else { format!("<br>{next} <code>{}</code>", doubt.docs()) };
+            format!("<li>{what}{next}</li>")
         };
+        let items: String = found.verdict.doubts.iter().map(item).collect();
+        let reason = if items.is_empty() { items } else { format!("<ul>{items}</ul>") };
         let symmetric = found.symmetry.symmetry.is_any();
         let symmetry = symmetric.then(|| format!("<p>The object is {}.</p>", escaped(&found.symmetry.to_string())));
         let mut rows = vec![

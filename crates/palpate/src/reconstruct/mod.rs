@@ -11,7 +11,7 @@
 //! 3. `verdict/`: outline, motion, error bars and jumps of an optimum, and what it is worth;
 //! 4. `selection`: which of several explanations is the answer, and whether it is the only one. Where it is not, the search goes on.
 //!
-//! `mistake` tells what a log that no object explains may have been written by.
+//! `mistake/` names the mistake in how a log is written that no object explains.
 //!
 //! `options/` is what may be set and `result/` what comes out.
 //!
@@ -48,7 +48,7 @@ pub use result::strip::{CenterStrip, center_strips};
 pub use smooth_from::{SmoothOptions, Smoothed, smooth_from};
 pub use start::Start;
 pub use verdict::certificate::Findings;
-pub use verdict::doubt::{Doubt, Verdict};
+pub use verdict::doubt::{Cause, Doubt, Verdict};
 
 pub use crate::estimate::solver::chord::Termination;
 

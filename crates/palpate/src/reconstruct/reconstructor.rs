@@ -19,11 +19,15 @@ use crate::estimate::solver::gauss_newton::Estimate;
 use crate::log::{Log, Sample};
 use crate::sensor::Rig;
 use crate::shape::SupportFunction;
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 
 /// Sizes in which a known shape is tried, one after the other until one explains the log: each leads to the optimum from up to two per cent
 /// away.
 const SIZES: [f64; 5] = [1.0, 0.97, 1.03, 0.94, 1.06];
+
+/// Arrangements of a log that are judged in a brief search: each wrong one costs more than all the rest of it, and the right one is the first or
+/// second.
+const JUDGED_BRIEFLY: usize = 2;
 
 /// Reconstructs logs, with what is known besides them. What is not said is left to the log.
 ///
@@ -127,11 +131,21 @@ impl<'a> Reconstructor<'a> {
     /// When the log cannot be solved at all, an option is out of its range, or the start does not go with the log (see
     /// [`ReconstructError`]). A doubtful answer is not an error: it comes back as a [`Reconstruction`] that is not certified.
     pub fn run(&self, log: &Log) -> Result<Reconstruction, ReconstructError> {
+        self.run_while(log, &|_| true)
+    }
+
+    /// The same; where the first way of the search leads nowhere, `goes_on` is told whether the
+    /// log is explained, and asked whether the longer ones are worth it.
+    pub(super) fn run_while(
+        &self,
+        log: &Log,
+        goes_on: &dyn Fn(bool) -> bool,
+    ) -> Result<Reconstruction, ReconstructError> {
         check_log(log, &self.options)?;
         if look_exchanged(log) {
             // They are of no use, and the rest is what it is.
             let without = |sample: &Sample| Sample { force1_n: None, force2_n: None, ..*sample };
-            return self.run(&Log { samples: log.samples.iter().map(without).collect() });
+            return self.run_while(&Log { samples: log.samples.iter().map(without).collect() }, goes_on);
         }
         if self.integrates() && self.options.rig != Rig::default() {
             // The methods that integrate take the constants of the rig as stated.
@@ -139,7 +153,7 @@ impl<'a> Reconstructor<'a> {
             return exact.run(&self.options.rig.calibration.corrected(log));
         }
         match &self.start {
-            Start::Nothing => self.search(log, true),
+            Start::Nothing => self.search(log, goes_on, usize::MAX),
             Start::Shape(shape) => {
                 check_start(log, shape, None)?;
                 self.place(&Job::new(log, &self.options), shape)
@@ -156,10 +170,20 @@ impl<'a> Reconstructor<'a> {
         self.options.method != Method::Likelihood
     }
 
+    /// Whether nothing is known beforehand.
+    pub(super) fn starts_from_nothing(&self) -> bool {
+        matches!(self.start, Start::Nothing)
+    }
+
+    /// What is known of the rig.
+    pub(super) fn known_rig(&self) -> Rig {
+        self.options.rig
+    }
+
     /// The same from nothing, by the first way of the search alone: most logs of an object are explained by it, and of others it is soon done.
     pub(super) fn run_briefly(&self, log: &Log) -> Result<Reconstruction, ReconstructError> {
         check_log(log, &self.options)?;
-        self.search(log, false)
+        self.search(log, &|_| false, JUDGED_BRIEFLY)
     }
 
     fn tell(&self, stage: &'static str, fraction: f64) {
@@ -168,7 +192,12 @@ impl<'a> Reconstructor<'a> {
         }
     }
 
-    fn search(&self, log: &Log, thorough: bool) -> Result<Reconstruction, ReconstructError> {
+    fn search(
+        &self,
+        log: &Log,
+        goes_on: &dyn Fn(bool) -> bool,
+        most_judged: usize,
+    ) -> Result<Reconstruction, ReconstructError> {
         if self.integrates() {
             return integral::reconstruct(log, &self.options, &|share| self.tell("integrating", share));
         }
@@ -180,8 +209,11 @@ impl<'a> Reconstructor<'a> {
         // One that may be right is a result where nothing else explains the log.
         let by_forces: RefCell<Option<Candidate>> = RefCell::new(None);
         let mut has_rolled = false;
+        let mut judged = 0;
+        let explained_one = Cell::new(false);
+        let thorough = || goes_on(explained_one.get());
         schedule::search(
-            &Readings { thorough, ..job.readings() },
+            &Readings { thorough: &thorough, ..job.readings() },
             &|found| job.corrected(found),
             &|share| self.tell("searching for arrangements", 0.9 * share),
             &mut || {
@@ -195,6 +227,7 @@ impl<'a> Reconstructor<'a> {
                 if explored.contains(&found, 0) {
                     return false;
                 }
+                judged += 1;
                 match job.judge(&found, &mut explored) {
                     Ok(candidate) => {
                         explanations += usize::from(candidate.result.verdict.is_explained());
@@ -205,14 +238,17 @@ impl<'a> Reconstructor<'a> {
                     Err(error) => failure = Some(error),
                 }
                 let explained = best.as_ref().is_some_and(|candidate| candidate.result.verdict.is_explained());
-                if !explained && !has_rolled {
+                explained_one.set(explained);
+                if !has_rolled && !explained && goes_on(false) {
                     has_rolled = true;
                     by_forces.replace(job.explained_by_rolling());
                     if by_forces.borrow().as_ref().is_some_and(explains_forces) {
                         return true;
                     }
                 }
-                explored.is_enough() || best.as_ref().is_some_and(|candidate| candidate.is_enough(explanations))
+                judged >= most_judged
+                    || explored.is_enough()
+                    || best.as_ref().is_some_and(|candidate| candidate.is_enough(explanations))
             },
         );
         self.tell("done", 1.0);

@@ -56,8 +56,8 @@ pub(crate) struct Readings<'a> {
     /// The same with what is unknown of the calibration.
     pub tolerance_m: f64,
     pub prior: Prior,
-    /// Whether all ways are gone; else the first alone, that of most logs.
-    pub thorough: bool,
+    /// Asked when the first way, that of most logs, has led nowhere: whether the others are gone too.
+    pub thorough: &'a dyn Fn() -> bool,
 }
 
 /// Arrangements found.
@@ -105,7 +105,7 @@ pub(crate) fn search(
                 false
             }
         });
-        if enough || !thorough {
+        if enough || !thorough() {
             return;
         }
         // The shape of a part may tell where the object is in all others, though no window beside it was explained.
@@ -152,7 +152,7 @@ enum Arrangement {
 /// Passes arrangements to `consider` until that returns true, or none is left to try.
 fn arrange(
     problem: &Problem,
-    thorough: bool,
+    thorough: &dyn Fn() -> bool,
     calibrate: &Calibrate,
     tell: &dyn Fn(f64),
     consider: &mut dyn FnMut(Arrangement) -> bool,
@@ -194,7 +194,7 @@ fn arrange(
         }
         seeds.push(seed);
     }
-    if !thorough {
+    if !thorough() {
         return false;
     }
     if grow_in_turn(&mut deferred, &MISFIT_LIMITS[1..2], &mut budget, SEEDS - grown, &|_| (), &mut submit) {

@@ -341,7 +341,7 @@ mod tests {
         crosses(&at(80), &at(81), &Doubt::Outliers { outliers: 81, readings: 800 });
         let misfit = |outliers| verdict(&Findings { concavity_m: 1e-3, outliers, ..sound() }).doubts;
         assert_eq!(misfit(4), [Doubt::NotConvex]);
-        assert_eq!(misfit(5), [Doubt::NotConvex, Doubt::Outliers { outliers: 5, readings: 800 }]);
+        assert_eq!(misfit(5), [Doubt::Outliers { outliers: 5, readings: 800 }, Doubt::NotConvex]);
     }
 
     #[test]

@@ -1,12 +1,37 @@
 //! Doubts, the reasons why a result is not certified, as data (`docs/theory.md`, the certificate): each with the numbers that
-//! raised it and a sentence for the user.
+//! raised it, a sentence for the user, its cause, and what to do about it.
 
 use std::fmt;
 
 use crate::reconstruct::mistake::Mistake;
 use crate::reconstruct::options::method::Method;
 
-/// A reason why a result, or its centre of mass alone, is not certified. `Display` gives one sentence for the user.
+/// Where a doubt comes from. What stands first spoils what stands after it, and is to be mended first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "kebab-case"))]
+#[non_exhaustive]
+pub enum Cause {
+    /// How the log is written.
+    Input,
+    /// What lies between readings and truth: zeros, angles, scales, surfaces, clock.
+    Rig,
+    /// Single readings.
+    Sensor,
+    /// Forces that are not those of a smooth convex object at rest: friction, fast palms, jumps that statics does not make.
+    Forces,
+    /// What was felt, which does not tell all.
+    Felt,
+    /// How it was reconstructed.
+    Method,
+    /// Not known: a reason in words.
+    Unknown,
+}
+
+/// The page of the documentation that has a section on each kind of doubt.
+const PAGE: &str = "docs/verdict.md";
+
+/// A reason why a result, or its centre of mass alone, is not certified. `Display` gives one sentence for the user,
+/// [`next_step`](Doubt::next_step) what to do about it, and [`docs`](Doubt::docs) where more is said.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(
     feature = "serde",
@@ -130,7 +155,8 @@ pub enum Doubt {
     },
     /// The log is explained if a mistake in how it is written is undone.
     Mistaken {
-        /// Which.
+        /// Which, with its numbers.
+        #[cfg_attr(feature = "serde", serde(flatten))]
         mistake: Mistake,
     },
     /// Several objects explain the log equally well.
@@ -169,6 +195,111 @@ pub enum Doubt {
 }
 
 impl Doubt {
+    /// Which kind it is, as files have it.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Self::NegativeRadius => "negative-radius",
+            Self::UnphysicalJumps { .. } => "unphysical-jumps",
+            Self::Misfit { .. } => "misfit",
+            Self::NotConvex => "not-convex",
+            Self::UnstablePoses { .. } => "unstable-poses",
+            Self::LittleFelt { .. } => "little-felt",
+            Self::AmbiguousPoses { .. } => "ambiguous-poses",
+            Self::JumpReversals { .. } => "jump-reversals",
+            Self::UncertainOrientation { .. } => "uncertain-orientation",
+            Self::UncertainBoundary { .. } => "uncertain-boundary",
+            Self::Outliers { .. } => "outliers",
+            Self::StrayReadings { .. } => "stray-readings",
+            Self::UncertainSymmetry { .. } => "uncertain-symmetry",
+            Self::UnlikelyRig { .. } => "unlikely-rig",
+            Self::UnsettledRig { .. } => "unsettled-rig",
+            Self::Friction { .. } => "friction",
+            Self::Mistaken { .. } => "mistaken",
+            Self::Alternatives { .. } => "alternatives",
+            Self::Unbalanced { .. } => "unbalanced",
+            Self::UncertainCenter { .. } => "uncertain-center",
+            Self::UncertifiedMethod { .. } => "uncertified-method",
+            Self::Reported { .. } => "reported",
+            Self::ReportedOfCenterOfMass { .. } => "reported-of-center-of-mass",
+        }
+    }
+
+    /// Where it comes from.
+    pub fn cause(&self) -> Cause {
+        match self {
+            Self::Mistaken { .. } | Self::NegativeRadius => Cause::Input,
+            Self::UnlikelyRig { .. } | Self::UnsettledRig { .. } => Cause::Rig,
+            Self::Outliers { .. } | Self::StrayReadings { .. } => Cause::Sensor,
+            Self::UnphysicalJumps { .. }
+            | Self::Misfit { .. }
+            | Self::NotConvex
+            | Self::UnstablePoses { .. }
+            | Self::Friction { .. }
+            | Self::Unbalanced { .. } => Cause::Forces,
+            Self::Alternatives { .. }
+            | Self::LittleFelt { .. }
+            | Self::AmbiguousPoses { .. }
+            | Self::JumpReversals { .. }
+            | Self::UncertainOrientation { .. }
+            | Self::UncertainBoundary { .. }
+            | Self::UncertainSymmetry { .. }
+            | Self::UncertainCenter { .. } => Cause::Felt,
+            Self::UncertifiedMethod { .. } => Cause::Method,
+            Self::Reported { .. } | Self::ReportedOfCenterOfMass { .. } => Cause::Unknown,
+        }
+    }
+
+    /// What to do about it; empty where only words are known.
+    pub fn next_step(&self) -> String {
+        match self {
+            Self::Mistaken { mistake } => mistake.remedy(),
+            Self::NegativeRadius => {
+                "check the signs of the palm angles, and the end that the pads count from".to_owned()
+            }
+            Self::UnlikelyRig { constant, .. } => {
+                format!("measure {constant}, or state a larger tolerance in the rig file")
+            }
+            Self::UnsettledRig { .. } => "state the constants of the rig better, or record longer".to_owned(),
+            Self::Outliers { .. } => "look for a loose cable, a second touch or lost counts".to_owned(),
+            Self::StrayReadings { .. } => {
+                "look for a loose cable, a second touch or lost counts, and record again".to_owned()
+            }
+            Self::UnphysicalJumps { .. } => {
+                "reduce friction and speed, and move the palms so that there are fewer jumps".to_owned()
+            }
+            Self::Misfit { .. } => {
+                "look for friction, fast palms or lost contact, and for base points that are not where the log says"
+                    .to_owned()
+            }
+            Self::NotConvex => "look for a second touch: only convex objects are reconstructed".to_owned(),
+            Self::UnstablePoses { .. } => "reduce friction, or move the palms more slowly".to_owned(),
+            Self::Friction { .. } => "reduce friction, or measure the normal forces".to_owned(),
+            Self::Unbalanced { .. } => "reduce friction, or move the palms more slowly".to_owned(),
+            Self::Alternatives { .. } => {
+                "move so that more of the boundary is felt, or the same boundary twice: that tells them apart"
+                    .to_owned()
+            }
+            Self::LittleFelt { .. } => "move the palms further, so that the object rolls".to_owned(),
+            Self::AmbiguousPoses { .. } => "sample faster, or move more slowly there".to_owned(),
+            Self::JumpReversals { .. } => {
+                "use a less noisy sensor, or move so that the object rolls further".to_owned()
+            }
+            Self::UncertainOrientation { .. } => "move the palms further, over parts that are less round".to_owned(),
+            Self::UncertainBoundary { .. } => "move over them again".to_owned(),
+            Self::UncertainSymmetry { .. } => "feel more of the boundary twice".to_owned(),
+            Self::UncertainCenter { .. } => "open the palms wider, or measure the normal forces".to_owned(),
+            Self::UncertifiedMethod { .. } => {
+                format!("reconstruct with the method {}, which has both", Method::Likelihood)
+            }
+            Self::Reported { .. } | Self::ReportedOfCenterOfMass { .. } => String::new(),
+        }
+    }
+
+    /// Where the documentation says more of it: page and section.
+    pub fn docs(&self) -> String {
+        format!("{PAGE}#{}", self.kind())
+    }
+
     /// Whether it contradicts the answer. (Else the answer may be right, though the log does not tell all.)
     pub fn is_contradiction(&self) -> bool {
         matches!(
@@ -202,8 +333,7 @@ impl fmt::Display for Doubt {
             }
             Self::Misfit { left_m, expected_m, stated } => write!(
                 f,
-                "the fit leaves {:.3} mm in the contact positions, the noise {} explains {:.3} mm: a jump, friction, fast palms, \
-                 a wrong unit or sign, or palms that are not where the log says",
+                "the fit leaves {:.3} mm in the contact positions, the noise {} explains {:.3} mm",
                 1e3 * left_m,
                 if *stated { "stated" } else { "seen between neighbouring samples" },
                 1e3 * expected_m
@@ -212,11 +342,9 @@ impl fmt::Display for Doubt {
             Self::UnstablePoses { samples, of } => {
                 write!(f, "{samples} of {of} poses would not be at rest (their potential energy is not at a minimum)")
             }
-            Self::LittleFelt { coverage } => write!(
-                f,
-                "only {:.0} % of the boundary was felt, too little to tell an object by: move the palms further, so that it rolls",
-                100.0 * coverage
-            ),
+            Self::LittleFelt { coverage } => {
+                write!(f, "only {:.0} % of the boundary was felt, too little to tell an object by", 100.0 * coverage)
+            }
             Self::AmbiguousPoses { samples, .. } => {
                 let (noun, them, their) =
                     if *samples == 1 { ("sample", "it", "its") } else { ("samples", "them", "their") };
@@ -244,43 +372,37 @@ impl fmt::Display for Doubt {
             Self::Outliers { outliers, readings } => write!(
                 f,
                 "{outliers} of {readings} contact readings ({:.1} %) are outliers, far from those before and after them, and were left \
-                 out; there may be more: look for a loose cable, a second touch or lost counts",
+                 out; there may be more",
                 100.0 * *outliers as f64 / (*readings).max(1) as f64
             ),
             Self::StrayReadings { typical_m, all_m } => write!(
                 f,
-                "most contact readings fit to {:.3} mm, but a few are so far off that all of them fit to {:.3} mm only: look for a loose \
-                 cable, a second touch or lost counts; or the object moved in a way that was not found",
+                "most contact readings fit to {:.3} mm, but a few are so far off that all of them fit to {:.3} mm only",
                 1e3 * typical_m,
                 1e3 * all_m
             ),
             Self::UncertainSymmetry { probability, deviation_sd_m } => write!(
                 f,
                 "the object found is symmetric with a probability of {:.0} %, and copies of the same boundary are compared to {:.2} mm \
-                 only (one standard deviation): feel more of it twice",
+                 only (one standard deviation)",
                 100.0 * probability,
                 1e3 * deviation_sd_m
             ),
             Self::UnlikelyRig { constant, off_sds } => write!(
                 f,
-                "by the log, {constant} of the rig is {off_sds:.1} standard deviations from what the rig is said to have: measure it, or \
-                 state a larger tolerance; else palms are swapped, or a unit, sign or base is wrong"
+                "by the log, {constant} of the rig is {off_sds:.1} standard deviations from what the rig is said to have"
             ),
             Self::UnsettledRig { sds } => write!(
                 f,
-                "the constants of the rig did not come to an optimum (they still move by {sds:.1} standard deviations): state them better"
+                "the constants of the rig did not come to an optimum (they still move by {sds:.1} standard deviations)"
             ),
             Self::Friction { coefficients: [first, second], sds: [first_sd, second_sd] } => write!(
                 f,
                 "friction: coefficients of {first:.3} ± {first_sd:.3} on palm 1 and {second:.3} ± {second_sd:.3} on palm 2 explain the log; form, motion \
                  and centre of mass are the best guess with them, which nothing certifies"
             ),
-            Self::Mistaken { mistake } => write!(f, "the log is explained if it is read otherwise; {mistake}"),
-            Self::Alternatives { objects } => write!(
-                f,
-                "{objects} different objects explain the log equally well; a motion that feels more of the boundary, or feels it \
-                 twice, would tell them apart"
-            ),
+            Self::Mistaken { mistake } => f.write_str(&mistake.told()),
+            Self::Alternatives { objects } => write!(f, "{objects} different objects explain the log equally well"),
             Self::Unbalanced { balance_sd_m } => write!(
                 f,
                 "shape and motion are certified, the centre of mass is not: force/torque balance is missed by {:.2} mm \
@@ -289,15 +411,12 @@ impl fmt::Display for Doubt {
             ),
             Self::UncertainCenter { sd_m } => write!(
                 f,
-                "shape and motion are certified, the centre of mass is not: it is known to {:.1} mm only, for the object hardly slides; \
-                 palms that open wider, or measured forces, would tell it",
+                "shape and motion are certified, the centre of mass is not: it is known to {:.1} mm only, for the object hardly slides",
                 1e3 * sd_m
             ),
-            Self::UncertifiedMethod { method } => write!(
-                f,
-                "the method {method} integrates and has neither error bars nor a certificate (the method {} has both)",
-                Method::Likelihood
-            ),
+            Self::UncertifiedMethod { method } => {
+                write!(f, "the method {method} integrates and has neither error bars nor a certificate")
+            }
             Self::Reported { text } | Self::ReportedOfCenterOfMass { text } => f.write_str(text),
         }
     }
@@ -308,13 +427,14 @@ impl fmt::Display for Doubt {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct Verdict {
-    /// All doubts, contradictions first.
+    /// All doubts, by their [`Cause`].
     pub doubts: Vec<Doubt>,
 }
 
 impl Verdict {
-    /// With these doubts.
-    pub fn new(doubts: Vec<Doubt>) -> Self {
+    /// With these doubts, whatever their order.
+    pub fn new(mut doubts: Vec<Doubt>) -> Self {
+        doubts.sort_by_key(Doubt::cause);
         Self { doubts }
     }
 
