@@ -128,9 +128,12 @@ fn phi1_from_the_vertical_clockwise() {
     each_names(Mistake::Phi1FromVerticalClockwise, |log| with_angles(log, |phi1, phi2| (FRAC_PI_2 - phi1, phi2)));
 }
 
+/// What becomes of both positions.
+type Rewrite = fn(f64, f64) -> (f64, f64);
+
 #[test]
 fn pads_read_from_the_far_end() {
-    let cases: [(fn(f64, f64) -> (f64, f64), [Option<f64>; 2]); 3] = [
+    let cases: [(Rewrite, [Option<f64>; 2]); 3] = [
         (|s1, s2| (0.12 - s1, 0.12 - s2), [Some(0.12), Some(0.12)]),
         (|s1, s2| (0.11 - s1, s2), [Some(0.11), None]),
         (|s1, s2| (s1, 0.13 - s2), [None, Some(0.13)]),
@@ -144,7 +147,7 @@ fn pads_read_from_the_far_end() {
 
 #[test]
 fn zeros_of_the_pads_many_millimetres_off() {
-    let cases: [(fn(f64, f64) -> (f64, f64), [Option<f64>; 2]); 3] = [
+    let cases: [(Rewrite, [Option<f64>; 2]); 3] = [
         (|s1, s2| (s1 - 0.012, s2 - 0.012), [Some(-0.012), Some(-0.012)]),
         (|s1, s2| (s1 + 0.012, s2 + 0.012), [Some(0.012), Some(0.012)]),
         (|s1, s2| (s1 + 0.012, s2), [Some(0.012), None]),

@@ -29,6 +29,15 @@ const SIZES: [f64; 5] = [1.0, 0.97, 1.03, 0.94, 1.06];
 /// second.
 const JUDGED_BRIEFLY: usize = 2;
 
+/// How far a search goes.
+#[derive(Clone, Copy)]
+enum Extent<'a> {
+    /// The first way alone, and the first arrangements that it finds.
+    Brief,
+    /// All of it, while this says so ([`Reconstructor::run_while`]).
+    While(&'a dyn Fn(bool) -> bool),
+}
+
 /// Reconstructs logs, with what is known besides them. What is not said is left to the log.
 ///
 /// ```
@@ -134,8 +143,8 @@ impl<'a> Reconstructor<'a> {
         self.run_while(log, &|_| true)
     }
 
-    /// The same; where the first way of the search leads nowhere, `goes_on` is told whether the
-    /// log is explained, and asked whether the longer ones are worth it.
+    /// The same; where an equal trust in balance and contacts leads nowhere, `goes_on` is told whether the log is explained, and asked whether
+    /// others are worth trying.
     pub(super) fn run_while(
         &self,
         log: &Log,
@@ -153,7 +162,7 @@ impl<'a> Reconstructor<'a> {
             return exact.run(&self.options.rig.calibration.corrected(log));
         }
         match &self.start {
-            Start::Nothing => self.search(log, goes_on, usize::MAX),
+            Start::Nothing => self.search(log, Extent::While(goes_on)),
             Start::Shape(shape) => {
                 check_start(log, shape, None)?;
                 self.place(&Job::new(log, &self.options), shape)
@@ -183,7 +192,7 @@ impl<'a> Reconstructor<'a> {
     /// The same from nothing, by the first way of the search alone: most logs of an object are explained by it, and of others it is soon done.
     pub(super) fn run_briefly(&self, log: &Log) -> Result<Reconstruction, ReconstructError> {
         check_log(log, &self.options)?;
-        self.search(log, &|_| false, JUDGED_BRIEFLY)
+        self.search(log, Extent::Brief)
     }
 
     fn tell(&self, stage: &'static str, fraction: f64) {
@@ -192,12 +201,7 @@ impl<'a> Reconstructor<'a> {
         }
     }
 
-    fn search(
-        &self,
-        log: &Log,
-        goes_on: &dyn Fn(bool) -> bool,
-        most_judged: usize,
-    ) -> Result<Reconstruction, ReconstructError> {
+    fn search(&self, log: &Log, extent: Extent) -> Result<Reconstruction, ReconstructError> {
         if self.integrates() {
             return integral::reconstruct(log, &self.options, &|share| self.tell("integrating", share));
         }
@@ -211,9 +215,13 @@ impl<'a> Reconstructor<'a> {
         let mut has_rolled = false;
         let mut judged = 0;
         let explained_one = Cell::new(false);
-        let thorough = || goes_on(explained_one.get());
+        let brief = matches!(extent, Extent::Brief);
+        let goes_on = || match extent {
+            Extent::Brief => false,
+            Extent::While(goes_on) => goes_on(explained_one.get()),
+        };
         schedule::search(
-            &Readings { thorough: &thorough, ..job.readings() },
+            &Readings { brief, goes_on: &goes_on, ..job.readings() },
             &|found| job.corrected(found),
             &|share| self.tell("searching for arrangements", 0.9 * share),
             &mut || {
@@ -239,14 +247,14 @@ impl<'a> Reconstructor<'a> {
                 }
                 let explained = best.as_ref().is_some_and(|candidate| candidate.result.verdict.is_explained());
                 explained_one.set(explained);
-                if !has_rolled && !explained && goes_on(false) {
+                if !has_rolled && !explained && !brief {
                     has_rolled = true;
                     by_forces.replace(job.explained_by_rolling());
                     if by_forces.borrow().as_ref().is_some_and(explains_forces) {
                         return true;
                     }
                 }
-                judged >= most_judged
+                (brief && judged >= JUDGED_BRIEFLY)
                     || explored.is_enough()
                     || best.as_ref().is_some_and(|candidate| candidate.is_enough(explanations))
             },

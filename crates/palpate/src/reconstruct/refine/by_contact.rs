@@ -24,7 +24,7 @@ impl Job<'_> {
         let job = self.clone().without_balance();
         let (mut explained, mut plausible) = (None, None);
         let calibrate = |found: &Found| job.corrected(found);
-        search_by_contact(&Readings { thorough: &|| false, ..job.readings() }, &calibrate, &mut |found| {
+        search_by_contact(&Readings { brief: true, ..job.readings() }, &calibrate, &mut |found| {
             // The contacts tell all of the rig but where gravity is.
             let calibrated = job.roughly_calibrated(&found, 0);
             let job = calibrated.map_or_else(|| job.clone(), |(calibration, _)| job.recalibrated(job.raw, calibration));

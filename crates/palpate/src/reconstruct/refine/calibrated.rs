@@ -51,7 +51,7 @@ impl<'a> Job<'a> {
     pub fn readings(&self) -> Readings<'_> {
         let tolerance_m = self.tolerance_m(&prior_sd(&self.options.rig.tolerances));
         let Self { calibration, ref measurements, scatter_m, prior, .. } = *self;
-        Readings { calibration, measurements, scatter_m, tolerance_m, prior, thorough: &|| true }
+        Readings { calibration, measurements, scatter_m, tolerance_m, prior, brief: false, goes_on: &|| true }
     }
 
     /// Standard deviation of a contact position for a search that knows the constants of the rig to these standard deviations: metres.

@@ -56,8 +56,10 @@ pub(crate) struct Readings<'a> {
     /// The same with what is unknown of the calibration.
     pub tolerance_m: f64,
     pub prior: Prior,
-    /// Asked when the first way, that of most logs, has led nowhere: whether the others are gone too.
-    pub thorough: &'a dyn Fn() -> bool,
+    /// Whether only the first way is gone, that of most logs: few harmonics, and an equal trust in balance and contacts.
+    pub brief: bool,
+    /// Asked when that trust has led nowhere, with any number of harmonics: whether others are tried.
+    pub goes_on: &'a dyn Fn() -> bool,
 }
 
 /// Arrangements found.
@@ -83,7 +85,7 @@ pub(crate) fn search(
     otherwise: &mut dyn FnMut() -> bool,
     accept: &mut dyn FnMut(Found) -> bool,
 ) {
-    let Readings { calibration, measurements, scatter_m, tolerance_m, prior, thorough } = *readings;
+    let Readings { calibration, measurements, scatter_m, tolerance_m, prior, brief, goes_on } = *readings;
     let windows = windows(measurements, &segments(measurements, scatter_m), scatter_m, SAMPLES);
     for (number, balance) in BALANCES.into_iter().enumerate() {
         if number == AFTER_CONTACT_ALONE && otherwise() {
@@ -95,7 +97,7 @@ pub(crate) fn search(
         let tell = |share: f64| tell((number as f64 + share) / BALANCES.len() as f64);
         let mut partial: Vec<(usize, Found)> = Vec::new();
         let mut any_explained = false;
-        let enough = arrange(&problem, thorough, calibrate, &tell, &mut |arranged| match arranged {
+        let enough = arrange(&problem, brief, calibrate, &tell, &mut |arranged| match arranged {
             Arrangement::Whole(found) => {
                 any_explained = true;
                 accept(found)
@@ -105,7 +107,7 @@ pub(crate) fn search(
                 false
             }
         });
-        if enough || !thorough() {
+        if enough || brief {
             return;
         }
         // The shape of a part may tell where the object is in all others, though no window beside it was explained.
@@ -114,7 +116,7 @@ pub(crate) fn search(
             return;
         }
         // Where arrangements with an exact balance explain the log, those without it are no better.
-        if any_explained && number > 0 {
+        if (any_explained && number > 0) || (number == 0 && !goes_on()) {
             return;
         }
     }
@@ -123,12 +125,12 @@ pub(crate) fn search(
 /// The same by contact alone, whatever the forces are: for objects that roll and slide with friction. Passes arrangements of the whole log to
 /// `accept` until that returns true.
 pub(crate) fn search_by_contact(readings: &Readings, calibrate: &Calibrate, accept: &mut dyn FnMut(Found) -> bool) {
-    let Readings { calibration, measurements, scatter_m, tolerance_m, prior, thorough } = *readings;
+    let Readings { calibration, measurements, scatter_m, tolerance_m, prior, brief, .. } = *readings;
     let windows = windows(measurements, &segments(measurements, scatter_m), scatter_m, SAMPLES);
     let tolerance = Tolerance { scatter_m: tolerance_m, size_m: prior.size_m, balance: BALANCES[0] }.of_contact_alone();
     let problem = Problem { calibration, measurements: Cow::Borrowed(measurements), windows, tolerance, prior };
     let mut partial: Vec<(usize, Found)> = Vec::new();
-    let enough = arrange(&problem, thorough, calibrate, &|_| (), &mut |arranged| match arranged {
+    let enough = arrange(&problem, brief, calibrate, &|_| (), &mut |arranged| match arranged {
         Arrangement::Whole(found) => accept(found),
         Arrangement::Partial(explained, found) => {
             partial.push((explained, found));
@@ -152,7 +154,7 @@ enum Arrangement {
 /// Passes arrangements to `consider` until that returns true, or none is left to try.
 fn arrange(
     problem: &Problem,
-    thorough: &dyn Fn() -> bool,
+    brief: bool,
     calibrate: &Calibrate,
     tell: &dyn Fn(f64),
     consider: &mut dyn FnMut(Arrangement) -> bool,
@@ -194,7 +196,7 @@ fn arrange(
         }
         seeds.push(seed);
     }
-    if !thorough() {
+    if brief {
         return false;
     }
     if grow_in_turn(&mut deferred, &MISFIT_LIMITS[1..2], &mut budget, SEEDS - grown, &|_| (), &mut submit) {

@@ -272,9 +272,10 @@ impl Doubt {
                     .to_owned()
             }
             Self::NotConvex => "look for a second touch: only convex objects are reconstructed".to_owned(),
-            Self::UnstablePoses { .. } => "reduce friction, or move the palms more slowly".to_owned(),
+            Self::UnstablePoses { .. } | Self::Unbalanced { .. } => {
+                "reduce friction, or move the palms more slowly".to_owned()
+            }
             Self::Friction { .. } => "reduce friction, or measure the normal forces".to_owned(),
-            Self::Unbalanced { .. } => "reduce friction, or move the palms more slowly".to_owned(),
             Self::Alternatives { .. } => {
                 "move so that more of the boundary is felt, or the same boundary twice: that tells them apart"
                     .to_owned()
