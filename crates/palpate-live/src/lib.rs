@@ -9,7 +9,7 @@
 //! use palpate_live::protocol::Decoder;
 //! use palpate_io::Conventions;
 //!
-//! let lines = "1000000,1047198,1308997,29700,*33\n1010000,1047198,1308997,29700,*e5\n1020000,1047198,1308997,29710,*31\n";
+//! let lines = "1000000,1047198,1308997,29700,*9B\n1010000,1047198,1308997,29700,*e5\n1020000,1047198,1308997,29710,*83\n";
 //! let mut decoder = Decoder::new(Conventions::default());
 //! let mut samples = Vec::new();
 //! decoder.push(lines.as_bytes(), 0.0, &mut samples);

@@ -146,7 +146,8 @@ def test_dates_of_numpy_are_read_in_every_way(log: Log) -> None:
     seconds = time_s - time_s[0]
     for unit, tolerance in (("ns", 1e-9), ("us", 1e-6), ("ms", 1e-3)):
         steps = np.round(seconds * {"ns": 1e9, "us": 1e6, "ms": 1e3}[unit]).astype("int64")
-        for values in (START.to_datetime64().astype(f"datetime64[{unit}]") + steps, steps.astype(f"timedelta64[{unit}]")):
+        dates = START.to_datetime64().astype(f"datetime64[{unit}]") + steps
+        for values in (dates, steps.astype(f"timedelta64[{unit}]")):
             assert_allclose(Log.from_numpy(arrays, time=values).time_s, seconds, atol=tolerance)
             assert_allclose(Log(values, *arrays.values()).time_s, seconds, atol=tolerance)
 

@@ -50,9 +50,9 @@ impl Packet {
     ///
     /// ```
     /// use palpate_live::protocol::Packet;
-    /// let packet = Packet::parse(b"1000000,1047198,1308997,29700,*33")?;
+    /// let packet = Packet::parse(b"1000000,1047198,1308997,29700,*9B")?;
     /// assert_eq!((packet.time_us, packet.s_um), (1_000_000, [Some(29_700), None]));
-    /// assert_eq!(packet.to_line(), "1000000,1047198,1308997,29700,*33\n");
+    /// assert_eq!(packet.to_line(), "1000000,1047198,1308997,29700,*9B\n");
     /// # Ok::<(), palpate_live::protocol::PacketError>(())
     /// ```
     ///
