@@ -40,8 +40,9 @@ impl DoubtData {
         self.0.to_string()
     }
 
-    /// str: where it comes from: 'input', 'rig', 'sensor', 'forces', 'felt', 'method' or 'unknown'. Doubts are in this order: what stands first
-    /// spoils what stands after it.
+    /// str: where it comes from, 'input', 'rig', 'sensor', 'forces', 'felt', 'method' or 'unknown'.
+    ///
+    /// Doubts are in this order: what stands first spoils what stands after it.
     #[getter]
     fn cause(&self) -> PyResult<String> {
         let cause = serde_json::to_value(self.0.cause()).map_err(internal)?;
