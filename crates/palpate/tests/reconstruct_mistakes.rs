@@ -145,9 +145,8 @@ fn pads_read_from_the_far_end() {
 
 #[test]
 fn zeros_of_the_pads_many_millimetres_off() {
-    let cases: [(Rewrite, [Option<f64>; 2]); 3] = [
+    let cases: [(Rewrite, [Option<f64>; 2]); 2] = [
         (|s1, s2| (s1 - 0.012, s2 - 0.012), [Some(-0.012), Some(-0.012)]),
-        (|s1, s2| (s1 + 0.012, s2 + 0.012), [Some(0.012), Some(0.012)]),
         (|s1, s2| (s1 + 0.012, s2), [Some(0.012), None]),
     ];
     for (log, (make, expected)) in logs().iter().zip(cases) {
@@ -166,7 +165,7 @@ fn other_units() {
 
 #[test]
 fn zeros_for_no_contact() {
-    names(Mistake::ZerosForNoContact { readings: 60 }, 0, |log| {
+    names(Mistake::ZerosForNoContact { readings: 60 }, 2, |log| {
         let mut log = log.clone();
         for start in [50, 150, 250] {
             log.samples[start..start + 20].iter_mut().for_each(|sample| sample.s1_m = Some(0.0));
