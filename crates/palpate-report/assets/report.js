@@ -411,14 +411,14 @@ function report(data, before) {
   }
   const doing = (mode) => (mode === 0 ? "sticks" : finite(mode) ? "slides" : "?");
   /** A line over time, one path per piece. */
-  function paintPieces(layer, column, X, Y) {
+  function paintPieces(layer, column, X, Y, kind = "") {
     let from = 0;
     for (let i = 1; i <= count; i++) {
       if (i < count && !newPiece(i)) continue;
       const points = [];
       for (let k = from; k < i; k++) points.push([X(time[k]), Y(column[k])]);
       if (points.length === 1) points.push(points[0]);
-      draw(layer, "path", { class: `line ${pieceClass(data.piece[from])}`, d: path(points) });
+      draw(layer, "path", { class: `line ${kind} ${pieceClass(data.piece[from])}`, d: path(points) });
       from = i;
     }
   }
@@ -441,7 +441,39 @@ function report(data, before) {
 
   // ---------------------------------------------------------------- ψ, centre of mass, residuals
 
+  /** What the log says, a line for each palm, with a dot at the time shown. */
+  function readings(host, names, columns, unit, yStep) {
+    let dots = null, scales = null;
+    const view = chart({
+      ...overTime, host, height: 150, right: 34, y: padded(extent(columns)), yStep,
+      paint(layer, X, Y, box) {
+        const ends = columns.map((column) => Y(column.findLast(finite)));
+        const close = Math.abs(ends[0] - ends[1]) < 15;
+        columns.forEach((column, k) => {
+          draw(layer, "path", { class: `reading palm${k + 1}`, d: path(column.map((value, i) => [X(time[i]), Y(value)])).replace(/M[^ML]+/g, "$&h0") });
+          const y = ends[k] + (close ? (ends[k] > ends[1 - k] || (ends[0] === ends[1] && k) ? 8 : -8) : 0);
+          if (finite(y)) draw(box.svg, "text", { x: box.right + 8, y: y + 4, class: `strong palm${k + 1}` }, names[k]);
+        });
+      },
+      rendered({ svg, X, Y }) {
+        scales = { X, Y };
+        dots = columns.map((_, k) => draw(svg, "circle", { class: `dot contact${k + 1}`, r: 4.5, visibility: "hidden" }));
+      },
+    });
+    timeViews.push((t, i) => columns.forEach((column, k) => {
+      if (!dots) return;
+      const x = scales.X(t), y = scales.Y(between(column, i, t));
+      dots[k].setAttribute("visibility", finite(x) && finite(y) ? "visible" : "hidden");
+      if (finite(y)) { dots[k].setAttribute("cx", px(x)); dots[k].setAttribute("cy", px(y)); }
+    }));
+    follow(view, (i) => readout(`${host}-readout`, [
+      ["t", clock(time[i])], ...columns.map((column, k) => [names[k], finite(column[i]) ? `${fixed(column[i], 2)}${unit}` : "no contact"]),
+    ]));
+  }
+
   function timeCharts() {
+    readings("angles", ["φ₁", "φ₂"], [data.phi1, data.phi2], "°", degreeStep);
+    readings("contacts", ["s₁", "s₂"], [data.s1, data.s2], " mm");
     const trueShown = truth && truth.psi.some(finite);
     const truePsi = trueShown ? data.psi.map((value, i) => minus(value, truth.psiError[i])) : null;
     const end1 = (layer, box, text, x, y) => draw(box.svg, "text", { x, y: y + 4, class: "strong halo" }, text);
@@ -468,8 +500,8 @@ function report(data, before) {
       ...overTime, host: "com", height: 190, right: 28,
       y: padded(withTruth([data.x, data.y], trueShown ? truth.x.concat(truth.y) : [])),
       paint(layer, X, Y, box) {
-        for (const [column, name, trueColumn] of [[data.x, "x", truth && truth.x], [data.y, "y", truth && truth.y]]) {
-          paintPieces(layer, column, X, Y);
+        for (const [column, name, trueColumn, kind] of [[data.x, "x", truth && truth.x, ""], [data.y, "y", truth && truth.y, "dashed"]]) {
+          paintPieces(layer, column, X, Y, kind);
           if (trueShown) paintTruth(layer, trueColumn, X, Y);
           const y = Y(column[count - 1]);
           if (finite(y)) end1(layer, box, name, box.right + 8, y);
@@ -772,6 +804,7 @@ function report(data, before) {
         return group;
       });
       const object = draw(svg, "g", { id: "object" });
+      const haze = draw(object, "path", { class: "haze", d: ring(own), "stroke-opacity": 0 });
       draw(object, "path", { class: "body", d: ring(own) });
       draw(object, "path", { class: "faint", d: ring(own) });
       const filled = [...Array(PIECES).keys()].map((piece) => draw(object, "path", { class: `felt piece${piece}` }));
@@ -793,7 +826,8 @@ function report(data, before) {
         return { dot, text };
       });
       scaleBar(svg, scale, width - 4, high - 6);
-      parts = { at, own, palms, object, filled, possible, cones, ghost, pull, hinges, contacts };
+      const inferred = [trail, ...object.children, ghost, pull, ...cones.map(({ group }) => group)].filter((part) => part && part !== haze);
+      parts = { at, own, palms, object, haze, inferred, filled, possible, cones, ghost, pull, hinges, contacts };
       parts.scale = scale;
       setTime(now);
     });
@@ -805,6 +839,11 @@ function report(data, before) {
     };
     timeViews.push((t, i) => {
       if (!parts) return;
+      // While it plays, what was inferred condenses out of a haze.
+      const clear = sight(t);
+      for (const part of parts.inferred) part.setAttribute("opacity", clear.toFixed(3));
+      parts.haze.setAttribute("stroke-opacity", (clear * (1 - clear)).toFixed(3));
+      parts.haze.setAttribute("stroke-width", px(2 + (1 - clear) * radius * parts.scale));
       const psi = between(data.psi, i, t), phi1 = between(data.phi1, i, t), phi12 = phi1 + between(data.phi2, i, t);
       const bases = data.base ? data.base.map((column) => between(column, i, t)) : [0, 0, 0, 0];
       const [x, y] = parts.at(between(data.x, i, t), between(data.y, i, t));
@@ -879,10 +918,20 @@ function report(data, before) {
   // ---------------------------------------------------------------- time control
 
   const play = byId("play"), slider = byId("time"), speed = byId("speed");
-  let playing = false, last = 0;
+  const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
+  /** Until anything else was asked for, the page shows the middle of the motion, and play begins with the start. */
+  let playing = false, last = 0, poster = !before, rested = 0;
+  /** The shares of the motion between which the outline appears, and how long the end stands, seconds. */
+  const BLIND = 0.07, SEEN = 0.3, REST = 1.5;
+  /** How much of what was inferred is shown, 0 to 1: all of it, but for the begin of the motion while it plays. */
+  function sight(t) {
+    if (!playing || still) return 1;
+    const share = Math.min(1, Math.max(0, ((t - start) / (end - start) - BLIND) / (SEEN - BLIND)));
+    return share * share * (3 - 2 * share);
+  }
   function stop() {
     const was = playing;
-    playing = false;
+    playing = poster = false;
     play.classList.remove("playing");
     play.setAttribute("aria-label", "Play");
     if (was) setTime(now);
@@ -892,16 +941,18 @@ function report(data, before) {
     const passed = Math.min(0.1, Math.max(0, (stamp - last) / 1000));
     last = stamp;
     const next = now + passed * Number(speed.value);
-    setTime(next);
-    if (next >= end) stop(); else requestAnimationFrame(step);
+    if (now < end || still) { setTime(next); rested = 0; } else if ((rested += passed) > REST) setTime(start);
+    if (next >= end && still) stop(); else requestAnimationFrame(step);
   }
   function toggle() {
     if (play.disabled) return;
     if (playing) { stop(); return; }
+    const fromStart = poster || now >= end;
     playing = true;
+    poster = false;
     play.classList.add("playing");
     play.setAttribute("aria-label", "Pause");
-    if (now >= end) setTime(start);
+    setTime(fromStart ? start : now);
     last = performance.now();
     requestAnimationFrame(step);
   }
@@ -972,10 +1023,10 @@ function report(data, before) {
   shapePanel();
   stage();
   if (count) timeCharts();
-  else for (const id of ["psi", "com", "residual1"]) empty(byId(id), "No samples.");
+  else for (const id of ["angles", "contacts", "psi", "com", "residual1"]) empty(byId(id), "No samples.");
   supportChart();
   hoverNode(null);
-  setTime(before ? before.time : end);
+  setTime(before ? before.time : (start + end) / 2);
   return () => {
     playing = false;
     ending.abort();

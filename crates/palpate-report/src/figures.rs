@@ -3,7 +3,10 @@
 use palpate::Reconstruction;
 use palpate::reconstruct::Doubt;
 
-use crate::data::{MAX_JUMPS_SHOWN, MAX_SAMPLES_SHOWN, felt_half_width_m, rounded, shown_samples, time_origin_s};
+use crate::data::{
+    MAX_JUMPS_SHOWN, MAX_SAMPLES_SHOWN, TWO_SIDED_95, felt_half_width_m, root_mean_square, rounded, shown_samples,
+    time_origin_s,
+};
 use crate::html::escape;
 use crate::input::{ReportInput, TruthOverlay};
 
@@ -108,6 +111,47 @@ pub(crate) fn verdict(result: &Reconstruction) -> String {
         "<div class=\"verdict {class}\"><span class=\"badge\"><svg viewBox=\"0 0 20 20\" aria-hidden=\"true\">\
          <path d=\"{icon}\"/></svg>{badge}</span><div><p>{sentence}</p>{reason}{symmetry}</div></div>"
     )
+}
+
+/// Below this many times finer than a reading, an outline is no finer than one.
+const FINER: f64 = 1.5;
+
+/// What came out in one sentence, one for each arrangement; nothing where it is not certified.
+pub(crate) fn headline(input: &ReportInput) -> String {
+    if !input.reconstruction.is_certified() {
+        return String::new();
+    }
+    let line = |(index, result)| format!("<p class=\"headline\"{}>{}</p>", belongs_to(index), headline_of(result));
+    input.arrangements().enumerate().map(line).collect()
+}
+
+fn headline_of(result: &Reconstruction) -> String {
+    let band = felt_half_width_m(result);
+    let (value, unit) = length(band);
+    let mut sentence = format!("<b>Outline known to ±{value} {unit}</b>");
+    let times = TWO_SIDED_95 * result.sensor_sd_m / band;
+    if times.is_finite() && times >= FINER {
+        let times = if times >= 10.0 { decimals(times, 0) } else { decimals(times, 1) };
+        sentence += &format!(", <b>{times} times finer than one reading</b>");
+    }
+    let turns: Vec<f64> = result.motion.iter().map(|pose| TWO_SIDED_95 * pose.psi_sd_rad.to_degrees()).collect();
+    let turn = root_mean_square(turns.into_iter().filter(|turn| turn.is_finite() && *turn < 180.0));
+    if turn.is_finite() {
+        sentence += &format!("; orientation to ±{}°", number(turn));
+    }
+    let places = result.motion.iter().map(|pose| TWO_SIDED_95 * pose.com_sd_m).filter(|sd| sd.is_finite());
+    let place = root_mean_square(places);
+    if result.is_com_certified() && place.is_finite() {
+        sentence += &format!(", centre of mass to ±{}", length_text(place));
+    }
+    sentence += &format!("; {} % of the boundary felt.", decimals(100.0 * result.coverage, 0));
+    match &result.calibration {
+        Some(rig) if rig.size_sd > 0.0 => {
+            sentence += &format!(" The size as a whole is known to {} %, as the rig is.", number(100.0 * rig.size_sd));
+        }
+        _ => {}
+    }
+    sentence
 }
 
 /// The choice between arrangements that fit equally well; empty when there is only one.

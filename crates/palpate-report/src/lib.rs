@@ -54,6 +54,7 @@ pub fn page(input: &ReportInput) -> String {
         "style" => include_str!("../assets/style.css").to_owned(),
         "script" => include_str!("../assets/report.js").to_owned(),
         "verdict" => figures::verdict(input.reconstruction),
+        "headline" => figures::headline(input),
         "figures" => figures::key_figures(input),
         "chooser" => figures::chooser(input.reconstruction),
         "jumps" => figures::jumps(input),

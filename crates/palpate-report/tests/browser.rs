@@ -171,6 +171,86 @@ fn the_page_fits_every_screen_in_both_themes() {
     });
 }
 
+/// Plays at a speed at which a round takes about so many seconds.
+fn play_in(browser: &mut Browser, seconds: f64) {
+    // The speeds to choose from are no concern here.
+    browser.evaluate(&format!(
+        "(() => {{ const o = document.createElement('option'), t = document.getElementById('time'); \
+         o.value = (t.max - t.min) / {seconds}; const s = document.getElementById('speed'); s.appendChild(o); s.value = o.value; }})()"
+    ));
+    browser.click("#play");
+}
+
+/// Waits until an expression is true.
+fn until(browser: &mut Browser, expression: &str, complaint: &str) {
+    let deadline = Instant::now() + PATIENCE;
+    while browser.evaluate(expression) != json!(true) {
+        assert!(Instant::now() < deadline, "{complaint}");
+        std::thread::sleep(Duration::from_millis(10));
+    }
+}
+
+/// How much of what was inferred is shown.
+const CLEAR: &str = "Number(document.querySelector('#object .body').getAttribute('opacity'))";
+
+#[test]
+fn the_motion_plays_as_a_loop_that_starts_blind() {
+    in_browser(&egg_page(), |browser, file| {
+        // Opened, it stands in the middle, with all that there is to see.
+        assert!((time(browser) - 6.0).abs() < 0.02, "it opens at {} s", time(browser));
+        assert_eq!(browser.evaluate(CLEAR), json!(1));
+        // Played, it begins with palms and contacts alone.
+        let record = "window.seen = []; new MutationObserver(() => seen.push([Number(document.getElementById('time').value), \
+            Number(document.querySelector('#object .body').getAttribute('opacity'))])).observe(document.querySelector('#object .body'), \
+            { attributes: true, attributeFilter: ['opacity'] })";
+        browser.evaluate(record);
+        play_in(browser, 4.0);
+        until(browser, &format!("{CLEAR} === 1 && seen.some(([t]) => t < 0.8)"), "the outline did not appear");
+        assert_eq!(browser.evaluate("seen.filter(([t, o]) => t < 0.8).every(([t, o]) => o === 0)"), json!(true));
+        let haze = browser.evaluate("seen.some(([t, o]) => o > 0.05 && o < 0.95)");
+        assert_eq!(haze, json!(true), "the outline did not condense");
+        let contacts =
+            "[...document.querySelectorAll('#stage .dot')].filter((dot) => dot.closest('[visibility=visible]')).length";
+        assert_eq!(browser.evaluate(contacts), json!(2));
+        // After the end it begins anew.
+        until(browser, "seen.some(([t], k) => k && t < seen[k - 1][0] - 6)", "it plays but once");
+        // A pause shows all that is known, at any time.
+        browser.click("#play");
+        assert_eq!(browser.evaluate(CLEAR), json!(1));
+
+        // Who wants less motion gets neither the haze nor the loop.
+        browser.less_motion("light");
+        browser.open(file);
+        browser.evaluate(record);
+        play_in(browser, 1.0);
+        until(browser, "Number(document.getElementById('time').value) > 11.99", "it did not play");
+        until(browser, "!document.getElementById('play').classList.contains('playing')", "it did not stop at the end");
+        assert_eq!(browser.evaluate("seen.every(([t, o]) => o === 1)"), json!(true));
+    });
+}
+
+#[test]
+fn the_readings_are_drawn_in_step_with_the_motion() {
+    in_browser(&egg_page(), |browser, _| {
+        let places = "[...document.querySelectorAll('#angles .dot, #contacts .dot')].map((dot) => \
+            dot.getAttribute('visibility') === 'visible' ? Number(dot.getAttribute('cx')) : -1)";
+        let before = browser.evaluate(places);
+        assert_eq!(before.as_array().map(Vec::len), Some(4));
+        browser.press("ArrowRight");
+        browser.press("ArrowRight");
+        let after = browser.evaluate(places);
+        for (before, after) in before.as_array().into_iter().flatten().zip(after.as_array().into_iter().flatten()) {
+            assert!(before.as_f64() > Some(0.0) && after.as_f64() > before.as_f64(), "{before} -> {after}");
+        }
+        let words = browser.evaluate("document.getElementById('contacts-readout').textContent");
+        assert!(words.as_str().is_some_and(|words| words.contains("s₁") && words.contains("mm")), "{words}");
+        // A click goes to that time on the stage too.
+        let middle = browser.middle("#contacts");
+        browser.click_at((middle.0 - 100.0, middle.1));
+        assert!(time(browser) < 5.5, "the readings went to {} s", time(browser));
+    });
+}
+
 /// A result with another beside it that has a different shape and no jumps.
 fn ambiguous_page() -> (fixture::Fixture, String) {
     let mut egg = fixture(800, 12.0, 1.4);

@@ -149,6 +149,36 @@ fn verdicts_are_told_apart() {
 }
 
 #[test]
+fn the_headline_says_how_much_finer_than_a_reading() {
+    let mut egg = fixture(200, 6.0, 1.0);
+    let html = with_truth(&egg);
+    let (_, line) = html.split_once("<p class=\"headline\"").expect("a headline");
+    let (line, _) = line.split_once("</p>").expect("an end of it");
+    for part in [
+        "Outline known to ±",
+        " µm</b>, <b>",
+        " times finer than one reading</b>",
+        "; orientation to ±",
+        "°, centre of mass to ±",
+    ] {
+        assert!(line.contains(part), "{part} is not in {line}");
+    }
+    // The factor is that of the two numbers on the page.
+    let number = |after: &str| -> f64 {
+        let (_, rest) = line.split_once(after).expect(after);
+        rest.split_once(' ').and_then(|(number, _)| number.parse().ok()).expect("a number")
+    };
+    let (known_um, times) = (number("Outline known to ±"), number("</b>, <b>"));
+    assert!((times * known_um - 1.96 * 100.0).abs() < 0.05 * 196.0, "{times} {known_um}");
+    assert!(!line.contains("The size as a whole"));
+    egg.reconstruction.calibration = Some(calibration());
+    assert!(with_truth(&egg).contains("The size as a whole is known to 0.71 %, as the rig is."));
+    // What is not certified promises nothing.
+    egg.reconstruction.verdict = Verdict::new(vec![Doubt::NotConvex]);
+    assert!(!with_truth(&egg).contains("class=\"headline\""));
+}
+
+#[test]
 fn doubts_are_a_list_with_what_to_do() {
     let egg = fixture(20, 1.0, 1.0);
     let mut result = egg.reconstruction.clone();

@@ -173,6 +173,12 @@ impl Browser {
         self.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done(true))))");
     }
 
+    /// The system of someone who wants less motion.
+    pub fn less_motion(&mut self, scheme: &str) {
+        let features = json!([{ "name": "prefers-color-scheme", "value": scheme }, { "name": "prefers-reduced-motion", "value": "reduce" }]);
+        self.call("Emulation.setEmulatedMedia", json!({ "features": features }));
+    }
+
     /// A picture of the whole page as PNG.
     pub fn screenshot(&mut self, file: &Path) {
         let size = self.evaluate("[document.documentElement.clientWidth, document.documentElement.scrollHeight]");
