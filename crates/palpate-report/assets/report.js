@@ -1,4 +1,3 @@
-"use strict";
 
 /**
  * Draws one arrangement into an untouched <main>, beginning at the time and speed of what was shown before.
@@ -920,12 +919,12 @@ function report(data, before) {
   const play = byId("play"), slider = byId("time"), speed = byId("speed");
   const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
   /** Until anything else was asked for, the page shows the middle of the motion, and play begins with the start. */
-  let playing = false, last = 0, poster = !before, rested = 0;
+  let playing = false, last = 0, filming = false, poster = !before, rested = 0;
   /** The shares of the motion between which the outline appears, and how long the end stands, seconds. */
   const BLIND = 0.07, SEEN = 0.3, REST = 1.5;
   /** How much of what was inferred is shown, 0 to 1: all of it, but for the begin of the motion while it plays. */
   function sight(t) {
-    if (!playing || still) return 1;
+    if (!filming && (!playing || still)) return 1;
     const share = Math.min(1, Math.max(0, ((t - start) / (end - start) - BLIND) / (SEEN - BLIND)));
     return share * share * (3 - 2 * share);
   }
@@ -957,9 +956,30 @@ function report(data, before) {
     requestAnimationFrame(step);
   }
 
+  /** Saves the motion as an animation. */
+  async function film() {
+    const button = byId("film"), stage = document.querySelector("#stage svg");
+    if (!stage || filming) return;
+    stop();
+    const there = now, name = button.textContent;
+    filming = true;
+    play.disabled = slider.disabled = true;
+    try {
+      await figureFiles.film(stage, (share) => setTime(start + share * (end - start)), (share) => {
+        button.textContent = `${fixed(100 * share, 0)} %`;
+        return !signal.aborted;
+      });
+    } finally {
+      filming = play.disabled = slider.disabled = false;
+      button.textContent = name;
+      setTime(there);
+    }
+  }
+
   function controls() {
     const span = end - start;
-    if (!(span > 0)) { play.disabled = slider.disabled = speed.disabled = true; return; }
+    byId("film").addEventListener("click", film);
+    if (!(span > 0)) { byId("film").disabled = play.disabled = slider.disabled = speed.disabled = true; return; }
     slider.min = String(start);
     slider.max = String(end);
     slider.step = "any";
@@ -1026,6 +1046,7 @@ function report(data, before) {
   else for (const id of ["angles", "contacts", "psi", "com", "residual1"]) empty(byId(id), "No samples.");
   supportChart();
   hoverNode(null);
+  figureFiles.offer(document.querySelector("main"));
   setTime(before ? before.time : (start + end) / 2);
   return () => {
     playing = false;

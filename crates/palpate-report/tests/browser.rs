@@ -251,6 +251,65 @@ fn the_readings_are_drawn_in_step_with_the_motion() {
     });
 }
 
+#[test]
+fn figures_and_motion_are_saved_as_files() {
+    in_browser(&egg_page(), |browser, page| {
+        let downloads = page.with_file_name("downloads");
+        std::fs::create_dir(&downloads).expect("a folder");
+        browser.save_downloads_in(&downloads);
+        let saved = |name: &str| {
+            let deadline = Instant::now() + PATIENCE;
+            let file = downloads.join(name);
+            loop {
+                match std::fs::read(&file) {
+                    Ok(bytes) if !bytes.is_empty() => return bytes,
+                    _ => assert!(Instant::now() < deadline, "{name} was not saved"),
+                }
+                std::thread::sleep(Duration::from_millis(20));
+            }
+        };
+        // Every figure has its buttons, and each of them gives a drawing that needs no style sheet.
+        let cards = browser.evaluate(
+            "[...document.querySelectorAll('.card:has(.save)')].map((card) => card.querySelector('.plot').id)",
+        );
+        assert_eq!(cards, json!(["shape", "stage", "angles", "contacts", "psi", "com", "support", "residual1"]));
+        for id in cards.as_array().into_iter().flatten().filter_map(|id| id.as_str()) {
+            let button = |kind: &str| {
+                format!(
+                    "[...document.querySelectorAll('.card:has(#{id}) .save button')].find((b) => b.textContent === '{kind}').click()"
+                )
+            };
+            browser.evaluate(&button("SVG"));
+            let svg = String::from_utf8(saved(&format!("egg_full_turn-{id}.svg"))).expect("text");
+            let picture = palpate_report::paper::png(&svg).expect("a drawing that another program reads");
+            assert!(picture.len() > 10_000, "{id}: {} bytes", picture.len());
+            assert!(!svg.contains("light-dark") && !svg.contains("NaN") && svg.contains("stroke=\"rgb("), "{id}");
+            browser.evaluate(&button("PNG"));
+            let png = saved(&format!("egg_full_turn-{id}.png"));
+            assert!(png.starts_with(b"\x89PNG") && png.len() > 10_000, "{id}: {} bytes", png.len());
+            if let Some(folder) = std::env::var_os("PALPATE_SCREENSHOTS") {
+                std::fs::write(Path::new(&folder).join(format!("saved-{id}.png")), png).expect("a place");
+                std::fs::write(Path::new(&folder).join(format!("saved-{id}-resvg.png")), picture).expect("a place");
+            }
+        }
+        // The motion, from its blind begin; what was shown comes back.
+        let there = time(browser);
+        browser.evaluate("document.getElementById('film').click()");
+        let film = saved("egg_full_turn-motion.gif");
+        assert!((time(browser) - there).abs() < 1e-9 && browser.evaluate(CLEAR) == json!(1));
+        if let Some(folder) = std::env::var_os("PALPATE_SCREENSHOTS") {
+            std::fs::write(Path::new(&folder).join("saved-motion.gif"), &film).expect("a place");
+        }
+        let mut decoder = gif::DecodeOptions::new().read_info(film.as_slice()).expect("a GIF");
+        assert!(decoder.width() > 500 && film.len() < 2_500_000, "{} px, {} bytes", decoder.width(), film.len());
+        let mut frames = 0;
+        while decoder.read_next_frame().expect("a frame that can be read").is_some() {
+            frames += 1;
+        }
+        assert_eq!(frames, 120);
+    });
+}
+
 /// A result with another beside it that has a different shape and no jumps.
 fn ambiguous_page() -> (fixture::Fixture, String) {
     let mut egg = fixture(800, 12.0, 1.4);
