@@ -220,7 +220,7 @@ function report(data, before) {
       const high = height(width);
       host.style.height = `${high}px`;
       host.replaceChildren();
-      const svg = draw(host, "svg", { viewBox: `0 0 ${width} ${high}`, role: "img" });
+      const svg = draw(host, "svg", { viewBox: `0 0 ${width} ${high}`, role: "img", "aria-label": host.dataset.name });
       render(svg, width, high);
     };
     refresh();
@@ -228,6 +228,31 @@ function report(data, before) {
     const observer = new ResizeObserver(() => refresh());
     observer.observe(host);
     signal.addEventListener("abort", () => observer.disconnect());
+  }
+
+  /** Lets the arrow keys go along the boundary; `show(node)` shows a place of it, null none. */
+  function alongBoundary(host, show) {
+    let here = null;
+    const degree = Math.max(1, Math.round(nodes / 360));
+    const attributes = { tabindex: "0", role: "slider", "aria-label": `${host.dataset.name}; θ in degrees`, "aria-valuemin": "0", "aria-valuemax": "360", "aria-valuenow": "0" };
+    for (const name in attributes) host.setAttribute(name, attributes[name]);
+    host.addEventListener("keydown", (event) => {
+      const way = { ArrowLeft: -1, ArrowDown: -1, ArrowRight: 1, ArrowUp: 1 }[event.key] ?? { Home: 0, End: 0, Escape: 0 }[event.key];
+      if (way === undefined || event.ctrlKey || event.metaKey || event.altKey) return;
+      event.preventDefault();
+      event.stopPropagation();
+      if (event.key === "Escape") here = null;
+      else if (way === 0) here = event.key === "Home" ? 0 : nodes - 1;
+      else here = here === null ? 0 : (here + way * degree * (event.shiftKey ? 10 : 1) + nodes) % nodes;
+      show(here);
+    });
+    host.addEventListener("blur", () => { if (here !== null) show(here = null); });
+    nodeViews.push((node) => {
+      here = node;
+      if (node === null) { host.removeAttribute("aria-valuetext"); return; }
+      host.setAttribute("aria-valuenow", String(Math.round(outline.theta[node])));
+      host.setAttribute("aria-valuetext", boundaryWords(node).map(([label, value]) => `${label} ${value}`).join(", "));
+    });
   }
 
   function empty(host, text) {
@@ -345,7 +370,7 @@ function report(data, before) {
     const release = () => { pressed = false; };
     host.addEventListener("pointerup", release);
     host.addEventListener("pointercancel", () => { release(); spec.onLeave(); });
-    host.addEventListener("pointerleave", () => { if (!pressed) spec.onLeave(); });
+    host.addEventListener("pointerleave", (event) => { if (!pressed && !(spec.keepsTap && event.pointerType === "touch")) spec.onLeave(); });
     return { play: (value) => place(cursors.play, value), hover: (value) => place(cursors.hover, value) };
   }
 
@@ -674,7 +699,7 @@ function report(data, before) {
     item((svg) => comMark(svg, 13, 7, 6), "centre of mass");
     item((svg) => draw(draw(svg, "g", { transform: "translate(13 7)" }), "path", { class: "centroid", d: CENTROID }), "centroid of the area");
 
-    host.addEventListener("pointermove", (event) => {
+    const find = (event) => {
       if (!place) return;
       const box = host.getBoundingClientRect(), x = event.clientX - box.left, y = event.clientY - box.top;
       let best = null, least = 44 ** 2;
@@ -683,15 +708,19 @@ function report(data, before) {
         if (far < least) { least = far; best = node; }
       }
       hoverNode(best);
-    });
-    host.addEventListener("pointerleave", () => hoverNode(null));
+    };
+    host.addEventListener("pointermove", find);
+    host.addEventListener("pointerdown", find);
+    // What was tapped stays.
+    host.addEventListener("pointerleave", (event) => { if (event.pointerType !== "touch") hoverNode(null); });
+    alongBoundary(host, hoverNode);
     nodeViews.push((node) => {
       const at = node === null || !place ? [NaN, NaN] : place(node);
       if (mark) {
         mark.setAttribute("visibility", finite(at[0]) ? "visible" : "hidden");
         if (finite(at[0])) { mark.setAttribute("cx", px(at[0])); mark.setAttribute("cy", px(at[1])); }
       }
-      if (node === null) readout("shape-readout", [["point at the outline for details", ""]]);
+      if (node === null) readout("shape-readout", [["point at the outline or tap it for details", ""]]);
       else readout("shape-readout", boundaryWords(node));
     });
   }
@@ -715,7 +744,7 @@ function report(data, before) {
     const [low, high] = padded(withTruth([outline.r], trueR), 0.1);
     const view = chart({
       host: "support", x: theta, xUnit: "°", xDomain: [0, 360], xTicks: window.innerWidth < 560 ? 90 : 45, height: 190, y: [low, high],
-      onMove: (value) => hoverNode(nodeAt(value)), onLeave: () => hoverNode(null),
+      keepsTap: true, onPress: (value) => hoverNode(nodeAt(value)), onMove: (value) => hoverNode(nodeAt(value)), onLeave: () => hoverNode(null),
       paint(layer, X, Y) {
         const place = (node) => [X(theta[node]), Y(outline.r[node])];
         for (const [kind, first, last] of runs(lineOf)) {
@@ -734,6 +763,7 @@ function report(data, before) {
         });
       },
     });
+    alongBoundary(byId("support"), hoverNode);
     timeViews.push((t, i) => {
       if (!dots || !count) return;
       const psi = between(data.psi, i, t), phi1 = between(data.phi1, i, t), phi2 = between(data.phi2, i, t);
@@ -747,7 +777,7 @@ function report(data, before) {
     });
     nodeViews.push((node) => {
       view.hover(node === null ? null : theta[node]);
-      readout("support-readout", node === null ? [["point at the curve; 1, 2: contacts at the time shown", ""]] : boundaryWords(node));
+      readout("support-readout", node === null ? [["point at the curve or tap it; 1, 2: contacts at the time shown", ""]] : boundaryWords(node));
     });
   }
 
@@ -1036,6 +1066,28 @@ function report(data, before) {
       });
     }
   }
+
+  // ---------------------------------------------------------------- on paper
+
+  /** The motion in a strip of pictures, since paper does not move. */
+  function strip() {
+    const PICTURES = 6, there = now;
+    stop();
+    const original = document.querySelector("#stage svg");
+    if (!original || !(end > start)) return;
+    for (let k = 0; k < PICTURES; k++) {
+      setTime(start + k / (PICTURES - 1) * (end - start));
+      const frame = document.createElement("figure"), caption = document.createElement("figcaption"), copy = original.cloneNode(true);
+      copy.querySelector("#object").removeAttribute("id");
+      copy.setAttribute("aria-label", `At ${clock(now)}`);
+      caption.textContent = clock(now);
+      frame.append(copy, caption);
+      byId("strip").append(frame);
+    }
+    setTime(there);
+  }
+  window.addEventListener("beforeprint", strip, { signal });
+  window.addEventListener("afterprint", () => byId("strip").replaceChildren(), { signal });
 
   // ---------------------------------------------------------------- go
 

@@ -46,6 +46,7 @@ mod input;
 mod overlay;
 pub mod paper;
 mod rig;
+mod still;
 
 pub use animation::{AnimationError, animation};
 pub use data::MAX_SAMPLES_SHOWN;
@@ -64,6 +65,7 @@ pub fn page(input: &ReportInput) -> String {
         "script" => SCRIPT.to_owned(),
         "verdict" => figures::verdict(input.reconstruction),
         "headline" => figures::headline(input),
+        "still" => still::still(input.reconstruction),
         "figures" => figures::key_figures(input),
         "chooser" => figures::chooser(input.reconstruction),
         "jumps" => figures::jumps(input),

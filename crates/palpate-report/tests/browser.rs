@@ -2,7 +2,7 @@
 //! keys and theme must do what they say.
 //!
 //! Looks for Chromium in `PALPATE_CHROMIUM` and on the search path. Without one the test is skipped with a note, unless
-//! `PALPATE_REQUIRE_CHROMIUM=1`. With `PALPATE_SCREENSHOTS=DIR` it also leaves pictures there.
+//! `PALPATE_REQUIRE_CHROMIUM=1`. `PALPATE_AXE` is the file of axe-core; without it, nobody looks at how accessible the page is. With `PALPATE_SCREENSHOTS=DIR` it also leaves pictures there.
 #![cfg(unix)]
 #![allow(clippy::print_stderr, reason = "who is without a browser must know")]
 
@@ -67,22 +67,16 @@ fn time(browser: &mut Browser) -> f64 {
     browser.evaluate("Number(document.getElementById('time').value)").as_f64().expect("a time")
 }
 
+const ERRORS: TruthError =
+    TruthError { rms_r_m: 7.4e-6, rms_form_m: 5.1e-6, hausdorff_m: 2.3e-5, rms_psi_rad: 0.0016, rms_com_m: 4.2e-6 };
+
 fn egg_page() -> String {
     let egg = fixture(800, 12.0, 1.4);
     page(&ReportInput {
         title: "egg_full_turn.csv",
         log: &egg.log,
         reconstruction: &egg.reconstruction,
-        truth: Some(TruthOverlay {
-            truth: &egg.truth,
-            errors: TruthError {
-                rms_r_m: 7.4e-6,
-                rms_form_m: 5.1e-6,
-                hausdorff_m: 2.3e-5,
-                rms_psi_rad: 0.0016,
-                rms_com_m: 4.2e-6,
-            },
-        }),
+        truth: Some(TruthOverlay { truth: &egg.truth, errors: ERRORS }),
         seconds: 3.21,
         command: Some("palpate reconstruct egg_full_turn.csv -o egg --truth egg_full_turn.truth"),
         version: "0.1.0",
@@ -308,6 +302,128 @@ fn figures_and_motion_are_saved_as_files() {
         }
         assert_eq!(frames, 120);
     });
+}
+
+#[test]
+fn the_outline_is_read_out_by_keys_and_by_taps() {
+    in_browser(&egg_page(), |browser, _| {
+        let words = "document.getElementById('shape-readout').textContent";
+        let theta = "Number(document.getElementById('shape').getAttribute('aria-valuenow'))";
+        let there = time(browser);
+        browser.evaluate("document.getElementById('shape').focus()");
+        for _ in 0..10 {
+            browser.press("ArrowRight");
+        }
+        assert_eq!(browser.evaluate(theta), json!(9));
+        let said = browser.evaluate("document.getElementById('shape').getAttribute('aria-valuetext')");
+        assert!(said.as_str().is_some_and(|said| said.contains("θ 9.0°, r ") && said.contains("felt")), "{said}");
+        assert!(browser.evaluate(words).as_str().is_some_and(|words| words.contains("9.0°")));
+        assert_eq!(time(browser), there, "the keys moved the time");
+        // The curve of r goes along.
+        let support = browser.evaluate("document.getElementById('support-readout').textContent");
+        assert!(support.as_str().is_some_and(|words| words.contains("9.0°")), "{support}");
+        browser.press("Escape");
+        assert!(browser.evaluate(words).as_str().is_some_and(|words| words.contains("tap it")));
+        // A finger: what it tapped stays when it has left.
+        browser.window(390, 844, "light");
+        browser.evaluate("document.getElementById('shape').scrollIntoView({ block: 'center' })");
+        let place = browser.evaluate(
+            "(() => { const b = document.querySelector('#shape .felt').getBoundingClientRect(); return [b.left + 2, b.top + b.height / 2]; })()",
+        );
+        browser.tap((place[0].as_f64().expect("a place"), place[1].as_f64().expect("a place")));
+        assert!(
+            browser.evaluate(words).as_str().is_some_and(|words| words.contains("curvature")),
+            "a tap says nothing"
+        );
+    });
+}
+
+#[test]
+fn every_figure_has_a_name() {
+    in_browser(&egg_page(), |browser, _| {
+        let names = browser.evaluate(
+            "[...document.querySelectorAll('.plot svg[role=img]')].map((svg) => svg.getAttribute('aria-label'))",
+        );
+        let names: Vec<&str> = names.as_array().into_iter().flatten().filter_map(|name| name.as_str()).collect();
+        let distinct: std::collections::BTreeSet<&str> = names.iter().copied().collect();
+        assert!(names.len() == 9 && distinct.len() == 9 && names.iter().all(|name| name.len() > 20), "{names:?}");
+    });
+}
+
+#[test]
+fn on_paper_the_motion_is_a_strip() {
+    in_browser(&egg_page(), |browser, _| {
+        let there = time(browser);
+        browser.evaluate(
+            "addEventListener('beforeprint', () => { window.printed = [...document.querySelectorAll('.strip figure')].map((f) => \
+             f.textContent + f.querySelectorAll('g')[3].getAttribute('transform')); })",
+        );
+        let pdf = browser.pdf();
+        assert!(pdf.starts_with(b"%PDF"));
+        if let Some(folder) = std::env::var_os("PALPATE_SCREENSHOTS") {
+            std::fs::write(Path::new(&folder).join("print.pdf"), &pdf).expect("a place");
+        }
+        let printed = browser.evaluate("[window.printed.length, new Set(window.printed).size]");
+        assert_eq!(printed, json!([6, 6]), "six pictures of different times");
+        assert_eq!(browser.evaluate("document.querySelectorAll('.strip figure').length"), json!(0));
+        assert_eq!(time(browser), there);
+        browser.window(700, 900, "light");
+        browser.call("Emulation.setEmulatedMedia", json!({ "media": "print" }));
+        browser.evaluate("dispatchEvent(new Event('beforeprint'))");
+        picture(browser, "print.png");
+    });
+}
+
+#[test]
+fn without_scripts_the_shape_is_there() {
+    in_browser(&egg_page(), |browser, page| {
+        browser.call("Emulation.setScriptExecutionDisabled", json!({ "value": true }));
+        browser.open(page);
+        let html = browser.evaluate("document.querySelectorAll('.still .felt').length > 0 && document.querySelector('.still svg').getBoundingClientRect().width > 200");
+        assert_eq!(html, json!(true));
+        let blank = "[...document.querySelectorAll('.card:has(.plot)')].some((card) => card.offsetHeight > 0)";
+        assert_eq!(browser.evaluate(blank), json!(false));
+        picture(browser, "no-script.png");
+    });
+}
+
+/// A page with all that there can be on one.
+fn full_page() -> String {
+    let mut egg = ambiguous_page().0;
+    egg.reconstruction.calibration = Some(fixture::calibration());
+    page(&ReportInput {
+        title: "all_of_it.csv",
+        log: &egg.log,
+        reconstruction: &egg.reconstruction,
+        truth: Some(TruthOverlay { truth: &egg.truth, errors: ERRORS }),
+        seconds: 3.21,
+        command: Some("palpate reconstruct all_of_it.csv"),
+        version: "0.1.0",
+    })
+}
+
+#[test]
+fn nothing_on_the_page_is_out_of_reach() {
+    let Some(axe) = std::env::var_os("PALPATE_AXE") else {
+        eprintln!("skipped: PALPATE_AXE says nothing of where axe-core is");
+        return;
+    };
+    let axe = std::fs::read_to_string(axe).expect("axe-core");
+    for html in [egg_page(), full_page()] {
+        in_browser(&html, |browser, page| {
+            for (width, scheme) in [(1400, "light"), (1400, "dark"), (390, "light"), (390, "dark")] {
+                browser.window(width, 900, scheme);
+                browser.open(page);
+                browser.evaluate("document.querySelectorAll('details').forEach((details) => { details.open = true; })");
+                browser.evaluate(&format!("{{ {axe} }}; true"));
+                let found = browser.evaluate(
+                    "axe.run().then((found) => found.violations.flatMap((rule) => rule.nodes.map((node) => \
+                     `${rule.id}: ${node.target} ${node.any.concat(node.all).map((check) => check.message)[0] ?? ''}`)))",
+                );
+                assert_eq!(found, json!([]), "at {width} px, {scheme}");
+            }
+        });
+    }
 }
 
 /// A result with another beside it that has a different shape and no jumps.

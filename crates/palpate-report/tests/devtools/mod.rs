@@ -154,6 +154,18 @@ impl Browser {
         self.click_at(place);
     }
 
+    /// A tap with a finger.
+    pub fn tap(&mut self, (x, y): (f64, f64)) {
+        self.call("Input.dispatchTouchEvent", json!({ "type": "touchStart", "touchPoints": [{ "x": x, "y": y }] }));
+        self.call("Input.dispatchTouchEvent", json!({ "type": "touchEnd", "touchPoints": [] }));
+    }
+
+    /// The page on paper, as PDF.
+    pub fn pdf(&mut self) -> Vec<u8> {
+        let answer = self.call("Page.printToPDF", json!({ "printBackground": true, "preferCSSPageSize": true }));
+        base64(answer["data"].as_str().expect("a document"))
+    }
+
     /// A key as `KeyboardEvent.key` names it.
     pub fn press(&mut self, key: &str) {
         let text = if key == " " { " " } else { "" };
