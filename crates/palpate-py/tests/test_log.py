@@ -5,6 +5,7 @@ from __future__ import annotations
 import gzip
 import io
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -123,7 +124,7 @@ def test_masks_and_indices_cut_a_log(log: Log) -> None:
     with pytest.raises(IndexError):
         log[[True, False]]
     with pytest.raises(palpate.InputError, match="a slice, a mask or an array of indices"):
-        log[3]  # type: ignore[index]
+        log[3]
 
 
 def test_file_objects_are_read(log: Log) -> None:
@@ -145,7 +146,13 @@ def test_whatever_is_a_log_is_reconstructed(log: Log, tmp_path: Path) -> None:
     some.to_csv(tmp_path / "some.csv")
     expected = palpate.reconstruct(some)
     frame = some.to_pandas()
-    given = [tmp_path / "some.csv", str(tmp_path / "some.csv"), frame, frame.set_index("time_s"), some.to_numpy()]
+    given: list[Any] = [
+        tmp_path / "some.csv",
+        str(tmp_path / "some.csv"),
+        frame,
+        frame.set_index("time_s"),
+        some.to_numpy(),
+    ]
     for thing in given:
         assert palpate.reconstruct(thing) == expected
     with (tmp_path / "some.csv").open() as file:

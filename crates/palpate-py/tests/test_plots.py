@@ -104,9 +104,8 @@ def test_residuals_are_drawn(result: palpate.Result, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("own", [True, False])
 def test_the_legend_is_not_cut_off(own: bool, result: palpate.Result, simulation: palpate.Simulation) -> None:
-    ax = None if own else plt.subplots(figsize=(6.4, 4.8))[1]
-    ax = result.plot(ax, truth=simulation.truth, magnify=100)
-    figure: Any = ax.figure
+    ax: Any = result.plot(None if own else plt.subplots(figsize=(6.4, 4.8))[1], truth=simulation.truth, magnify=100)
+    figure = ax.figure
     figure.canvas.draw()
     (legend,) = figure.legends if own else [ax.get_legend()]
     box, sheet = legend.get_window_extent(), figure.bbox

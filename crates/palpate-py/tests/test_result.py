@@ -285,17 +285,22 @@ def test_the_report_is_shown_in_a_notebook_or_a_browser(
     result: palpate.Result, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     opened: list[str] = []
-    monkeypatch.setattr("webbrowser.open", lambda address: not opened.append(address))
+
+    def open_page(address: str) -> bool:
+        opened.append(address)
+        return True
+
+    monkeypatch.setattr("webbrowser.open", open_page)
     monkeypatch.delitem(sys.modules, "ipykernel", raising=False)
     result.show(title="shown")
     page = Path(urllib.request.url2pathname(urllib.parse.urlparse(opened[0]).path))
     assert "<h1>shown</h1>" in page.read_text(encoding="utf-8")
     page.unlink()
-    displayed: list[Any] = []
+    displayed: list[dict[str, Any]] = []
     monkeypatch.setitem(sys.modules, "ipykernel", sys)
-    monkeypatch.setattr("IPython.display.display", displayed.append)
+    monkeypatch.setattr("IPython.display.display", lambda data, raw: displayed.append(data))
     result.show(height=500)
-    frame = displayed[0].data
+    frame = displayed[0]["text/html"]
     assert frame.startswith('<iframe srcdoc="&lt;!doctype html&gt;')
     assert 'height="500"' in frame
     assert len(opened) == 1

@@ -67,19 +67,19 @@ def frame_of_result(result: Result, table: str) -> pd.DataFrame:
     import pandas as pd
 
     if table == "motion":
-        names = ("psi", "psi_sd", "theta1", "theta2", "residual1", "residual2")
-        psi, psi_sd, theta1, theta2, residual1, residual2 = (getattr(result, name) for name in names)
         columns = {
-            "psi_rad": psi,
-            "psi_sd_rad": psi_sd,
+            "psi_rad": result.psi,
+            "psi_sd_rad": result.psi_sd,
             "com_x_m": result.com[:, 0],
             "com_y_m": result.com[:, 1],
             "com_sd_m": result.com_sd,
-            "theta1_rad": theta1,
-            "theta2_rad": theta2,
+            "theta1_rad": result.theta1,
+            "theta2_rad": result.theta2,
             "piece": result.piece,
-            "residual1_m": residual1,
-            "residual2_m": residual2,
+            "mode1": result.mode1,
+            "mode2": result.mode2,
+            "residual1_m": result.residual1,
+            "residual2_m": result.residual2,
         }
         return pd.DataFrame(columns, index=pd.Index(result.time, name="time_s"))
     if table == "shape":

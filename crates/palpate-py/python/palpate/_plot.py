@@ -89,10 +89,10 @@ def plot_result(result: Result, ax: Axes | None, truth: Truth | None, magnify: f
     ax.set_title("certified" if result.certified else "NOT certified")
     if is_own:
         # The layout makes room for it.
-        ax.get_figure().legend(loc="outside lower center", ncols=3, frameon=False, fontsize="small")  # type: ignore[union-attr]
+        ax.get_figure().legend(loc="outside lower center", ncols=2, frameon=False, fontsize="small")  # type: ignore[union-attr]
     else:
-        # Who gave the axes lays them out; inside the outline there is room.
-        ax.legend(loc="center", frameon=False, fontsize="small")
+        # Who gave the axes lays them out; beside a convex outline there is room in the corners.
+        ax.legend(loc="best", fontsize="small")
     return ax
 
 

@@ -12,11 +12,11 @@ from pathlib import Path
 def show_page(page: str, height: int) -> None:
     """Show a page in the notebook that calls, `height` pixels high, or in a browser; see `Result.show`."""
     if "ipykernel" in sys.modules:
-        from IPython.display import HTML, display
+        from IPython.display import display
 
         # A frame of its own keeps styles and scripts of the page and of the notebook apart.
         frame = f'<iframe srcdoc="{html.escape(page)}" width="100%" height="{height}" style="border: 0"></iframe>'
-        display(HTML(frame))  # type: ignore[no-untyped-call]
+        display({"text/html": frame, "text/plain": "the report"}, raw=True)  # type: ignore[no-untyped-call]
         return
     # The browser reads it later: the folder of temporary files is where it may stay.
     with tempfile.NamedTemporaryFile("w", suffix=".html", prefix="palpate-", encoding="utf-8", delete=False) as file:
