@@ -475,13 +475,7 @@ impl ResultData {
     /// InputError
     ///     If the result was read from a folder and has no log to show.
     #[pyo3(signature = (*, truth=None, title=None, height=Whole(900)), text_signature = "($self, *, truth=None, title=None, height=900)")]
-    fn show(
-        &self,
-        py: Python<'_>,
-        truth: Option<PyRef<TrueData>>,
-        title: Option<&str>,
-        height: Whole,
-    ) -> PyResult<()> {
+    fn show(&self, py: Python<'_>, truth: Option<PyRef<TrueData>>, title: Option<&str>, height: Whole) -> PyResult<()> {
         let page = self.report_html(truth, title)?;
         py.import("palpate._show")?.getattr("show_page")?.call1((page, height.small()))?;
         Ok(())

@@ -157,7 +157,8 @@ impl CsvGiven {
                 let reader = reader.into_bound(py);
                 let read = reader.call_method0("read").map_err(|error| {
                     let is_none = error.is_instance_of::<PyAttributeError>(py);
-                    let text = "a log is read from the path of a file, or from a file object that gives its text or bytes";
+                    let text =
+                        "a log is read from the path of a file, or from a file object that gives its text or bytes";
                     if is_none { errors::input(text.to_owned()) } else { error }
                 })?;
                 let bytes = if let Ok(text) = read.extract::<String>() { text.into_bytes() } else { read.extract()? };
