@@ -648,7 +648,7 @@ function report(data, before) {
       const actual = truth ? truth.aligned : [];
       const [x0, x1] = withTruth(reach(outline.x), actual.map(([x]) => x));
       const [y0, y1] = withTruth(reach(outline.y), actual.map(([, y]) => y));
-      const scale = Math.min((width - 84) / Math.max(1e-9, x1 - x0), (high - 84) / Math.max(1e-9, y1 - y0));
+      const scale = Math.min((width - 124) / Math.max(1e-9, x1 - x0), (high - 84) / Math.max(1e-9, y1 - y0));
       const cx = width / 2 - scale * (x0 + x1) / 2, cy = (high - 18) / 2 + scale * (y0 + y1) / 2;
       const at = (x, y) => (finite(x) && finite(y) ? [cx + x * scale, cy - y * scale] : [NaN, NaN]);
       place = (node) => at(outline.x[node], outline.y[node]);
