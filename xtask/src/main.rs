@@ -4,6 +4,7 @@
 #![forbid(unsafe_code)]
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "tables and progress go to the terminal")]
 
+mod axe;
 mod bench_peers;
 mod browser;
 mod debian;

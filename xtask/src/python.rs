@@ -83,6 +83,11 @@ impl Environment {
         self.pip(&[&["install", "--constraint", constraints], packages].concat())
     }
 
+    /// Installs what a list (from the root of the workspace) names, and nothing that it would ask for.
+    pub fn install_alone(&self, list: &str) -> anyhow::Result<()> {
+        self.pip(&["install", "--no-deps", "--requirement", list])
+    }
+
     fn at(folder: PathBuf) -> Self {
         let programs = if cfg!(windows) { "Scripts" } else { "bin" };
         Self { python: folder.join("environment").join(programs).join("python"), folder }

@@ -7,10 +7,13 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 
-use crate::{browser, python, workspace};
+use crate::{axe, browser, python, workspace};
 
 /// The report's browser test must not skip itself when this is set.
 const REQUIRE_CHROMIUM: &str = "PALPATE_REQUIRE_CHROMIUM";
+
+/// Where that test finds axe-core.
+const AXE: &str = "PALPATE_AXE";
 
 /// Options of `cargo xtask test`.
 #[derive(clap::Args)]
@@ -91,6 +94,9 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     test.args(["test", "--workspace", "--no-fail-fast"]);
     if browser {
         test.env(REQUIRE_CHROMIUM, "1");
+        if !arguments.no_install {
+            test.env(AXE, axe::provide()?);
+        }
     }
     workspace::run(&mut test)?;
     if !arguments.no_python {

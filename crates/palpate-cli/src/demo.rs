@@ -79,6 +79,7 @@ pub fn run(arguments: &Arguments) -> Result<Ending, Failure> {
         reconstructor: Reconstructor::new().rig(rig),
         min_touches: 1,
         diagnostics: false,
+        animation: None,
         out: &arguments.out,
     };
     let summary = solve(&job, &terminal)?;

@@ -8,7 +8,7 @@ use palpate::compare::{compare, true_support};
 use palpate::mechanics::STANDARD_GRAVITY_M_PER_S2;
 use palpate::reconstruct::{FoundSymmetry, Method, Reconstructor, diagnostics, measured_forces};
 use palpate::sensor::CalibrationConstant;
-use palpate::{Log, Reconstruction, Truth};
+use palpate::{Reconstruction, Truth};
 use palpate_io::{ConstantSummary, FrictionSummary, LogFile, Summary, TruthSummary};
 use palpate_report::{ReportInput, TruthOverlay};
 
@@ -35,6 +35,7 @@ Examples:
   palpate reconstruct monday/*.csv -o out                writes out/NAME for each of them
   logger | palpate reconstruct - -o trial                a log from standard input
   palpate reconstruct trial.csv --json | jq .certified
+  palpate reconstruct trial.csv --animation trial.gif    the motion, for slides
   palpate reconstruct trial.mcap                         a recording of `palpate record`
   palpate reconstruct bag.mcap --map topics.toml         a ROS 2 bag
   palpate reconstruct trial.csv --rig rig.toml           what you know of pads and encoders; the rest is estimated with the shape
@@ -84,6 +85,9 @@ pub struct Arguments {
     /// Write DIR/diagnostics.csv too: generalised contact support functions and curvature at the contacts, for each sample
     #[arg(long)]
     diagnostics: bool,
+    /// Write the motion as an animated GIF too; of several logs in one call, none
+    #[arg(long, value_name = "FILE.gif")]
+    animation: Option<PathBuf>,
     /// Threads to work with [default: as many as there are processors]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
@@ -117,6 +121,15 @@ pub fn run(arguments: &Arguments) -> Result<Ending, Failure> {
     let result_dirs = result_dirs(&sources, arguments.out.as_deref())?;
     if several && arguments.truth.is_some() {
         return Err(Failure::Input("--truth belongs to one log; reconstruct that one by itself".to_owned()));
+    }
+    if let Some(file) = &arguments.animation {
+        if several {
+            return Err(Failure::Input("--animation shows one log; reconstruct that one by itself".to_owned()));
+        }
+        if !file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("gif")) {
+            let message = format!("{}: an animation is a GIF file; let its name end in .gif", file.display());
+            return Err(Failure::Input(message));
+        }
     }
     if let Some(threads) = arguments.threads {
         rayon::ThreadPoolBuilder::new()
@@ -178,6 +191,7 @@ fn one(arguments: &Arguments, source: LogSource, out: &Path, terminal: &Terminal
             .rig(rig.rig),
         min_touches: arguments.min_touches,
         diagnostics: arguments.diagnostics,
+        animation: arguments.animation.as_deref(),
         out,
     };
     let summary = solve(&job, terminal)?;
@@ -220,6 +234,8 @@ pub struct Job<'a> {
     pub min_touches: u32,
     /// Whether to write the diagnostics of the contacts too.
     pub diagnostics: bool,
+    /// Where to write the motion as an animation.
+    pub animation: Option<&'a Path>,
     /// The result folder.
     pub out: &'a Path,
 }
@@ -240,12 +256,29 @@ pub fn solve(job: &Job, terminal: &Terminal) -> Result<Summary, Failure> {
     let forces = measured_forces(&log, &reconstruction);
     summary = summary.with_forces(forces.as_ref());
     summary.truth = job.truth.and_then(|truth| errors(&reconstruction, truth, terminal));
-    let report = report(job, &log, &reconstruction, &summary);
+    let overlay = job.truth.zip(summary.truth).map(|(truth, errors)| TruthOverlay { truth, errors: errors.into() });
+    let command = command_line();
+    let input = ReportInput {
+        title: job.title,
+        log: &log,
+        reconstruction: &reconstruction,
+        truth: overlay,
+        seconds: summary.seconds,
+        command: Some(&command),
+        version: &summary.version,
+    };
+    let report = palpate_report::page(&input);
     if job.diagnostics {
         let diagnostics = diagnostics(&log, &reconstruction);
         palpate_io::write_result_with_diagnostics(job.out, &reconstruction, &summary, &report, &diagnostics)?;
     } else {
         palpate_io::write_result(job.out, &reconstruction, &summary, &report)?;
+    }
+    if let Some(file) = job.animation {
+        match palpate_report::animation(&input) {
+            Ok(gif) => palpate_io::write_whole(file, &gif)?,
+            Err(error) => terminal.note(&format!("no animation: {error}")),
+        }
     }
     Ok(summary)
 }
@@ -360,20 +393,6 @@ fn errors(reconstruction: &Reconstruction, truth: &Truth, terminal: &Terminal) -
             None
         }
     }
-}
-
-/// The report page.
-fn report(job: &Job, log: &Log, reconstruction: &Reconstruction, summary: &Summary) -> String {
-    let overlay = job.truth.zip(summary.truth).map(|(truth, errors)| TruthOverlay { truth, errors: errors.into() });
-    palpate_report::page(&ReportInput {
-        title: job.title,
-        log,
-        reconstruction,
-        truth: overlay,
-        seconds: summary.seconds,
-        command: Some(&command_line()),
-        version: &summary.version,
-    })
 }
 
 /// What was typed, with the program's plain name.

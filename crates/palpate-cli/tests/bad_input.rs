@@ -204,6 +204,14 @@ fn logs_that_cannot_go_together_are_refused() {
         "error: --truth belongs to one log; reconstruct that one by itself"
     );
     assert_eq!(
+        misuse(prepare, &["reconstruct", "trial.csv", "b/trial.csv", "--animation", "trial.gif"]),
+        "error: --animation shows one log; reconstruct that one by itself"
+    );
+    assert_eq!(
+        misuse(with_good_log, &["reconstruct", "trial.csv", "--animation", "trial.mp4"]),
+        "error: trial.mp4: an animation is a GIF file; let its name end in .gif"
+    );
+    assert_eq!(
         misuse(prepare, &["reconstruct", "-"]),
         "error: standard input has no name for its result; give a folder with -o DIR"
     );

@@ -136,7 +136,12 @@ fn logs_of_independent_simulators_are_certified_and_right() {
 
 #[test]
 fn a_log_with_jumps_is_certified_and_right() {
-    let (ran, summary) = reconstruct_example("stone_zigzag_oracle");
+    let dir = folder();
+    let gif = dir.path().join("film/stone.gif");
+    let (ran, summary) = reconstruct_with("stone_zigzag_oracle", &["--animation", text(&gif)]);
+    // Its motion is a film too.
+    let film = fs::read(&gif).expect("there is an animation");
+    assert!(film.starts_with(b"GIF89a") && film.len() < 2_000_000, "{} bytes", film.len());
     assert_eq!(ran.code, Some(0), "{}", ran.stdout);
     assert!(ran.stdout.contains(" samples, 8 jumps; sensor noise "), "{}", ran.stdout);
     assert!(error_mm(&summary) < 0.01, "{summary}");

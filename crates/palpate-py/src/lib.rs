@@ -1,5 +1,5 @@
 //! The Python package palpate: the libraries as they are, with numpy in and out. `_palpate` is its compiled part; what needs other
-//! Python packages (matplotlib, pandas, Ray, tqdm) is in `python/palpate`.
+//! Python packages (matplotlib, pandas, IPython, Ray, tqdm) is in `python/palpate`.
 //!
 //! The comments on classes and functions here are the docstrings that Python shows, in the style of numpydoc.
 #![forbid(unsafe_code)]

@@ -36,6 +36,13 @@ def test_examples_in_docstrings_are_true(name: str, thing: object) -> None:
     assert not failures, "".join(failures)
 
 
+@pytest.mark.parametrize(("name", "thing"), documented(), ids=[name for name, _ in documented()])
+def test_everything_says_what_it_is(name: str, thing: object) -> None:
+    first = (inspect.getdoc(thing) or "").split("\n\n")[0]
+    assert first, f"{name} has no docstring"
+    assert "\n" not in first or name == "Simulation", f"the summary of {name} has several lines"
+
+
 def code_in(path: Path, heading: str) -> str:
     """The first Python example below a heading."""
     section = path.read_text(encoding="utf-8").split(heading, 1)[1]

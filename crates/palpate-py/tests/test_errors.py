@@ -101,6 +101,6 @@ def test_no_argument_makes_it_panic() -> None:
 
 def test_wrong_types_are_type_errors(egg: palpate.SupportFunction) -> None:
     with pytest.raises(TypeError, match="'str' object is not an instance of 'Log'"):
-        palpate.reconstruct("trial.csv")  # type: ignore[arg-type]
+        palpate.reconstruct_from("trial.csv", egg, [0.0])  # type: ignore[arg-type]
     with pytest.raises(TypeError):
         palpate.simulate(egg, "random")

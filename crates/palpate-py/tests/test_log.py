@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import gzip
+import io
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -111,6 +114,58 @@ def test_slices_are_logs(log: Log) -> None:
     assert len(log[5000:]) == 0
     assert_array_equal(log[::-1].s1_m, log.s1_m[::-1])
     assert repr(thin) == f"<Log: 600 samples in {thin.time_s[-1] - thin.time_s[0]:.2f} s, 600 with both contacts>"
+
+
+def test_masks_and_indices_cut_a_log(log: Log) -> None:
+    early = log[log.time_s < 10]
+    assert_array_equal(early.time_s, log.time_s[log.time_s < 10])
+    assert log[[True] * len(log)] == log
+    assert log[np.array([0, 5, 7])].time_s.tolist() == log.time_s[[0, 5, 7]].tolist()
+    with pytest.raises(IndexError):
+        log[[True, False]]
+    with pytest.raises(palpate.InputError, match="a slice, a mask or an array of indices"):
+        log[3]
+
+
+def test_file_objects_are_read(log: Log) -> None:
+    with EGG.open() as text, EGG.open("rb") as binary:
+        assert Log.from_csv(text) == log
+        read = Log.from_csv(binary)
+    assert read == log
+    assert read.name == EGG.name
+    assert Log.from_csv(io.BytesIO(gzip.compress(EGG.read_bytes()))) == log
+    assert Log.from_csv(io.StringIO(EGG.read_text())).name is None
+    with pytest.raises(palpate.ReadError, match=r"the file object, line 1, column s2: the name has no unit"):
+        Log.from_csv(io.StringIO("time_s,phi1_rad,phi2_rad,s1_m,s2\n0,1,1,0.1,0.1\n"))
+    with pytest.raises(palpate.InputError, match="path of a file, or from a file object"):
+        Log.from_csv(3)  # type: ignore[arg-type]
+
+
+def test_whatever_is_a_log_is_reconstructed(log: Log, tmp_path: Path) -> None:
+    some = log[::4]
+    some.to_csv(tmp_path / "some.csv")
+    expected = palpate.reconstruct(some)
+    frame = some.to_pandas()
+    given: list[Any] = [
+        tmp_path / "some.csv",
+        str(tmp_path / "some.csv"),
+        frame,
+        frame.set_index("time_s"),
+        some.to_numpy(),
+    ]
+    for thing in given:
+        assert palpate.reconstruct(thing) == expected
+    with (tmp_path / "some.csv").open() as file:
+        found = palpate.reconstruct(file)
+    assert found == expected
+    assert found.log == some
+    with pytest.raises(palpate.ReadError, match="no such file"):
+        palpate.reconstruct(tmp_path / "none.csv")
+    with pytest.raises(palpate.InputError, match="mapping of names to arrays"):
+        palpate.reconstruct(3)  # type: ignore[arg-type]
+    # A rig that counts otherwise is asked before the log is judged.
+    rig = palpate.Rig.parse(palpate.Rig.template())
+    assert palpate.reconstruct(tmp_path / "some.csv", rig=rig) == palpate.reconstruct(some, rig=rig)
 
 
 def test_a_notebook_shows_no_markup_of_the_file(log: Log) -> None:

@@ -125,14 +125,22 @@ def test_a_bar_is_shown_when_it_is_wanted(
     assert capsys.readouterr().err == ""
 
 
-def test_without_tqdm_there_is_no_bar_and_no_failure(
-    simulation: palpate.Simulation, monkeypatch: pytest.MonkeyPatch
+def test_without_tqdm_there_is_a_bar_of_text(
+    simulation: palpate.Simulation, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setitem(sys.modules, "tqdm.auto", None)
     monkeypatch.setattr(_progress, "_is_watched", lambda: True)
-    assert palpate.reconstruct(simulation.log).certified
-    with pytest.raises(ImportError):
-        palpate.reconstruct(simulation.log, progress=True)
+    # Work that is short needs none.
+    assert palpate.reconstruct(simulation.log[:100]).psi.shape == (100,)
+    assert capsys.readouterr().err == ""
+    monkeypatch.setattr(_progress, "PATIENCE_S", 0.0)
+    assert palpate.reconstruct(simulation.log, progress=True).certified
+    shown = capsys.readouterr().err
+    assert "|" in shown
+    assert " %, 0 s" in shown
+    # It has gone away with the work.
+    assert shown.endswith("\r")
+    assert shown.rsplit("\r", 2)[1].strip() == ""
 
 
 def test_many_logs_at_once() -> None:

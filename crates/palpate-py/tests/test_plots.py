@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import matplotlib.pyplot as plt
@@ -78,3 +79,38 @@ def test_without_matplotlib_the_message_says_what_to_install(
     monkeypatch.setitem(sys.modules, "matplotlib.pyplot", None)
     with pytest.raises(ImportError, match=r"install palpate\[plot\]"):
         result.plot()
+
+
+def test_a_log_is_drawn(simulation: palpate.Simulation) -> None:
+    log = simulation.log
+    upper, lower = log.plot()
+    assert_allclose(lines(upper)["φ₁"].get_xydata(), np.stack([log.time_s, np.degrees(log.phi1_rad)], axis=1))
+    assert_allclose(lines(lower)["s₂"].get_ydata(), 1e3 * log.s2_m)
+    assert lower.get_xlabel() == "time (s)"
+    assert log.plot([upper, lower])[0] is upper
+    with pytest.raises(palpate.InputError, match="two axes"):
+        log.plot([upper])
+
+
+def test_residuals_are_drawn(result: palpate.Result, tmp_path: Path) -> None:
+    upper, lower = result.plot_residuals()
+    assert_allclose(upper.lines[0].get_ydata(), 1e6 * result.residual1)
+    assert_allclose([line.get_ydata()[0] for line in lower.lines[1:]], 2e6 * result.sensor_sd_m * np.array([-1, 1]))
+    assert "palm 2" in lower.get_title()
+    result.save(tmp_path / "saved")
+    with pytest.raises(palpate.InputError, match="no residuals"):
+        palpate.Result.load(tmp_path / "saved").plot_residuals()
+
+
+@pytest.mark.parametrize("own", [True, False])
+def test_the_legend_is_not_cut_off(own: bool, result: palpate.Result, simulation: palpate.Simulation) -> None:
+    ax: Any = result.plot(None if own else plt.subplots(figsize=(6.4, 4.8))[1], truth=simulation.truth, magnify=100)
+    figure = ax.figure
+    figure.canvas.draw()
+    (legend,) = figure.legends if own else [ax.get_legend()]
+    box, sheet = legend.get_window_extent(), figure.bbox
+    assert sheet.x0 <= box.x0 < box.x1 <= sheet.x1
+    assert sheet.y0 <= box.y0 < box.y1 <= sheet.y1
+    assert len(legend.get_texts()) == 4
+    # Nor does it lie on what belongs to the axes.
+    assert own == (box.y1 <= ax.get_tightbbox().y0 + 1)

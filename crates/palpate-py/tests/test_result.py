@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 import json
+import sys
+import urllib.parse
+import urllib.request
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 from conftest import LOGS
 from numpy.testing import assert_allclose, assert_array_equal
@@ -249,3 +254,53 @@ def test_the_information_of_a_log_is_what_the_error_bars_are_made_of() -> None:
     np.testing.assert_allclose(found.r_sd_m(result.theta), result.r_sd, rtol=0.1)
     with pytest.raises(palpate.InputError, match="orientations"):
         palpate.Information.of(log, truth.shape, [0.0], 1e-4)
+
+
+def test_results_are_tables(result: palpate.Result, tmp_path: Path) -> None:
+    result.save(tmp_path / "saved")
+    motion, shape = result.to_pandas(), result.to_pandas("shape")
+    for frame, name in ((motion, "motion"), (shape, "shape")):
+        file = pd.read_csv(tmp_path / "saved" / f"{name}.csv")
+        written = frame.reset_index()
+        assert list(written)[: len(list(file))] == list(file)
+        for column in file:
+            assert_allclose(written[column], file[column], atol=1e-12)
+    assert_array_equal(motion.index, result.time)
+    assert_array_equal(motion["residual1_m"], result.residual1)
+    assert shape.index.name == "theta_rad"
+    with pytest.raises(palpate.InputError, match="'motion' or 'shape'"):
+        result.to_pandas("jumps")  # type: ignore[arg-type]
+
+
+def test_the_motion_is_an_animation(result: palpate.Result, tmp_path: Path) -> None:
+    gif = result.animation(tmp_path / "films" / "egg.gif")
+    assert gif.startswith(b"GIF89a")
+    assert (tmp_path / "films" / "egg.gif").read_bytes() == gif
+    result.save(tmp_path / "saved")
+    with pytest.raises(palpate.InputError, match="has no log"):
+        palpate.Result.load(tmp_path / "saved").animation()
+
+
+def test_the_report_is_shown_in_a_notebook_or_a_browser(
+    result: palpate.Result, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    opened: list[str] = []
+
+    def open_page(address: str) -> bool:
+        opened.append(address)
+        return True
+
+    monkeypatch.setattr("webbrowser.open", open_page)
+    monkeypatch.delitem(sys.modules, "ipykernel", raising=False)
+    result.show(title="shown")
+    page = Path(urllib.request.url2pathname(urllib.parse.urlparse(opened[0]).path))
+    assert "<h1>shown</h1>" in page.read_text(encoding="utf-8")
+    page.unlink()
+    displayed: list[dict[str, Any]] = []
+    monkeypatch.setitem(sys.modules, "ipykernel", sys)
+    monkeypatch.setattr("IPython.display.display", lambda data, raw: displayed.append(data))
+    result.show(height=500)
+    frame = displayed[0]["text/html"]
+    assert frame.startswith('<iframe srcdoc="&lt;!doctype html&gt;')
+    assert 'height="500"' in frame
+    assert len(opened) == 1

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.metadata
 import json
 import os
 import pickle
@@ -12,6 +13,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from conftest import LOGS
 
@@ -36,6 +38,16 @@ def jobs_in_journal(folder: Path) -> list[int]:
 @pytest.fixture(scope="module")
 def local(tmp_path_factory: pytest.TempPathFactory) -> palpate.SweepResult:
     return palpate.sweep(PLAN, tmp_path_factory.mktemp("sweep") / "local")
+
+
+def test_pandas_reads_the_table_itself(local: palpate.SweepResult) -> None:
+    # What it needs for that is the extra of that name.
+    frame, columns = pd.read_parquet(local.table), local.to_pandas()
+    assert list(frame) == list(columns)
+    np.testing.assert_allclose(frame["rms_r_m"], columns["rms_r_m"])
+    assert frame["object"].tolist() == columns["object"].tolist()
+    extra = importlib.metadata.metadata("palpate").get_all("Requires-Dist") or []
+    assert {line.split(">")[0] for line in extra if "table" in line} == {"pandas", "pyarrow"}
 
 
 def test_the_table_comes_back_as_columns(local: palpate.SweepResult) -> None:

@@ -1,4 +1,3 @@
-"use strict";
 
 /**
  * Draws one arrangement into an untouched <main>, beginning at the time and speed of what was shown before.
@@ -221,7 +220,7 @@ function report(data, before) {
       const high = height(width);
       host.style.height = `${high}px`;
       host.replaceChildren();
-      const svg = draw(host, "svg", { viewBox: `0 0 ${width} ${high}`, role: "img" });
+      const svg = draw(host, "svg", { viewBox: `0 0 ${width} ${high}`, role: "img", "aria-label": host.dataset.name });
       render(svg, width, high);
     };
     refresh();
@@ -229,6 +228,31 @@ function report(data, before) {
     const observer = new ResizeObserver(() => refresh());
     observer.observe(host);
     signal.addEventListener("abort", () => observer.disconnect());
+  }
+
+  /** Lets the arrow keys go along the boundary; `show(node)` shows a place of it, null none. */
+  function alongBoundary(host, show) {
+    let here = null;
+    const degree = Math.max(1, Math.round(nodes / 360));
+    const attributes = { tabindex: "0", role: "slider", "aria-label": `${host.dataset.name}; θ in degrees`, "aria-valuemin": "0", "aria-valuemax": "360", "aria-valuenow": "0" };
+    for (const name in attributes) host.setAttribute(name, attributes[name]);
+    host.addEventListener("keydown", (event) => {
+      const way = { ArrowLeft: -1, ArrowDown: -1, ArrowRight: 1, ArrowUp: 1 }[event.key] ?? { Home: 0, End: 0, Escape: 0 }[event.key];
+      if (way === undefined || event.ctrlKey || event.metaKey || event.altKey) return;
+      event.preventDefault();
+      event.stopPropagation();
+      if (event.key === "Escape") here = null;
+      else if (way === 0) here = event.key === "Home" ? 0 : nodes - 1;
+      else here = here === null ? 0 : (here + way * degree * (event.shiftKey ? 10 : 1) + nodes) % nodes;
+      show(here);
+    });
+    host.addEventListener("blur", () => { if (here !== null) show(here = null); });
+    nodeViews.push((node) => {
+      here = node;
+      if (node === null) { host.removeAttribute("aria-valuetext"); return; }
+      host.setAttribute("aria-valuenow", String(Math.round(outline.theta[node])));
+      host.setAttribute("aria-valuetext", boundaryWords(node).map(([label, value]) => `${label} ${value}`).join(", "));
+    });
   }
 
   function empty(host, text) {
@@ -346,7 +370,7 @@ function report(data, before) {
     const release = () => { pressed = false; };
     host.addEventListener("pointerup", release);
     host.addEventListener("pointercancel", () => { release(); spec.onLeave(); });
-    host.addEventListener("pointerleave", () => { if (!pressed) spec.onLeave(); });
+    host.addEventListener("pointerleave", (event) => { if (!pressed && !(spec.keepsTap && event.pointerType === "touch")) spec.onLeave(); });
     return { play: (value) => place(cursors.play, value), hover: (value) => place(cursors.hover, value) };
   }
 
@@ -411,14 +435,14 @@ function report(data, before) {
   }
   const doing = (mode) => (mode === 0 ? "sticks" : finite(mode) ? "slides" : "?");
   /** A line over time, one path per piece. */
-  function paintPieces(layer, column, X, Y) {
+  function paintPieces(layer, column, X, Y, kind = "") {
     let from = 0;
     for (let i = 1; i <= count; i++) {
       if (i < count && !newPiece(i)) continue;
       const points = [];
       for (let k = from; k < i; k++) points.push([X(time[k]), Y(column[k])]);
       if (points.length === 1) points.push(points[0]);
-      draw(layer, "path", { class: `line ${pieceClass(data.piece[from])}`, d: path(points) });
+      draw(layer, "path", { class: `line ${kind} ${pieceClass(data.piece[from])}`, d: path(points) });
       from = i;
     }
   }
@@ -441,7 +465,39 @@ function report(data, before) {
 
   // ---------------------------------------------------------------- ψ, centre of mass, residuals
 
+  /** What the log says, a line for each palm, with a dot at the time shown. */
+  function readings(host, names, columns, unit, yStep) {
+    let dots = null, scales = null;
+    const view = chart({
+      ...overTime, host, height: 150, right: 34, y: padded(extent(columns)), yStep,
+      paint(layer, X, Y, box) {
+        const ends = columns.map((column) => Y(column.findLast(finite)));
+        const close = Math.abs(ends[0] - ends[1]) < 15;
+        columns.forEach((column, k) => {
+          draw(layer, "path", { class: `reading palm${k + 1}`, d: path(column.map((value, i) => [X(time[i]), Y(value)])).replace(/M[^ML]+/g, "$&h0") });
+          const y = ends[k] + (close ? (ends[k] > ends[1 - k] || (ends[0] === ends[1] && k) ? 8 : -8) : 0);
+          if (finite(y)) draw(box.svg, "text", { x: box.right + 8, y: y + 4, class: `strong palm${k + 1}` }, names[k]);
+        });
+      },
+      rendered({ svg, X, Y }) {
+        scales = { X, Y };
+        dots = columns.map((_, k) => draw(svg, "circle", { class: `dot contact${k + 1}`, r: 4.5, visibility: "hidden" }));
+      },
+    });
+    timeViews.push((t, i) => columns.forEach((column, k) => {
+      if (!dots) return;
+      const x = scales.X(t), y = scales.Y(between(column, i, t));
+      dots[k].setAttribute("visibility", finite(x) && finite(y) ? "visible" : "hidden");
+      if (finite(y)) { dots[k].setAttribute("cx", px(x)); dots[k].setAttribute("cy", px(y)); }
+    }));
+    follow(view, (i) => readout(`${host}-readout`, [
+      ["t", clock(time[i])], ...columns.map((column, k) => [names[k], finite(column[i]) ? `${fixed(column[i], 2)}${unit}` : "no contact"]),
+    ]));
+  }
+
   function timeCharts() {
+    readings("angles", ["φ₁", "φ₂"], [data.phi1, data.phi2], "°", degreeStep);
+    readings("contacts", ["s₁", "s₂"], [data.s1, data.s2], " mm");
     const trueShown = truth && truth.psi.some(finite);
     const truePsi = trueShown ? data.psi.map((value, i) => minus(value, truth.psiError[i])) : null;
     const end1 = (layer, box, text, x, y) => draw(box.svg, "text", { x, y: y + 4, class: "strong halo" }, text);
@@ -468,8 +524,8 @@ function report(data, before) {
       ...overTime, host: "com", height: 190, right: 28,
       y: padded(withTruth([data.x, data.y], trueShown ? truth.x.concat(truth.y) : [])),
       paint(layer, X, Y, box) {
-        for (const [column, name, trueColumn] of [[data.x, "x", truth && truth.x], [data.y, "y", truth && truth.y]]) {
-          paintPieces(layer, column, X, Y);
+        for (const [column, name, trueColumn, kind] of [[data.x, "x", truth && truth.x, ""], [data.y, "y", truth && truth.y, "dashed"]]) {
+          paintPieces(layer, column, X, Y, kind);
           if (trueShown) paintTruth(layer, trueColumn, X, Y);
           const y = Y(column[count - 1]);
           if (finite(y)) end1(layer, box, name, box.right + 8, y);
@@ -592,7 +648,7 @@ function report(data, before) {
       const actual = truth ? truth.aligned : [];
       const [x0, x1] = withTruth(reach(outline.x), actual.map(([x]) => x));
       const [y0, y1] = withTruth(reach(outline.y), actual.map(([, y]) => y));
-      const scale = Math.min((width - 84) / Math.max(1e-9, x1 - x0), (high - 84) / Math.max(1e-9, y1 - y0));
+      const scale = Math.min((width - 124) / Math.max(1e-9, x1 - x0), (high - 84) / Math.max(1e-9, y1 - y0));
       const cx = width / 2 - scale * (x0 + x1) / 2, cy = (high - 18) / 2 + scale * (y0 + y1) / 2;
       const at = (x, y) => (finite(x) && finite(y) ? [cx + x * scale, cy - y * scale] : [NaN, NaN]);
       place = (node) => at(outline.x[node], outline.y[node]);
@@ -643,7 +699,7 @@ function report(data, before) {
     item((svg) => comMark(svg, 13, 7, 6), "centre of mass");
     item((svg) => draw(draw(svg, "g", { transform: "translate(13 7)" }), "path", { class: "centroid", d: CENTROID }), "centroid of the area");
 
-    host.addEventListener("pointermove", (event) => {
+    const find = (event) => {
       if (!place) return;
       const box = host.getBoundingClientRect(), x = event.clientX - box.left, y = event.clientY - box.top;
       let best = null, least = 44 ** 2;
@@ -652,15 +708,19 @@ function report(data, before) {
         if (far < least) { least = far; best = node; }
       }
       hoverNode(best);
-    });
-    host.addEventListener("pointerleave", () => hoverNode(null));
+    };
+    host.addEventListener("pointermove", find);
+    host.addEventListener("pointerdown", find);
+    // What was tapped stays.
+    host.addEventListener("pointerleave", (event) => { if (event.pointerType !== "touch") hoverNode(null); });
+    alongBoundary(host, hoverNode);
     nodeViews.push((node) => {
       const at = node === null || !place ? [NaN, NaN] : place(node);
       if (mark) {
         mark.setAttribute("visibility", finite(at[0]) ? "visible" : "hidden");
         if (finite(at[0])) { mark.setAttribute("cx", px(at[0])); mark.setAttribute("cy", px(at[1])); }
       }
-      if (node === null) readout("shape-readout", [["point at the outline for details", ""]]);
+      if (node === null) readout("shape-readout", [["point at the outline or tap it for details", ""]]);
       else readout("shape-readout", boundaryWords(node));
     });
   }
@@ -684,7 +744,7 @@ function report(data, before) {
     const [low, high] = padded(withTruth([outline.r], trueR), 0.1);
     const view = chart({
       host: "support", x: theta, xUnit: "°", xDomain: [0, 360], xTicks: window.innerWidth < 560 ? 90 : 45, height: 190, y: [low, high],
-      onMove: (value) => hoverNode(nodeAt(value)), onLeave: () => hoverNode(null),
+      keepsTap: true, onPress: (value) => hoverNode(nodeAt(value)), onMove: (value) => hoverNode(nodeAt(value)), onLeave: () => hoverNode(null),
       paint(layer, X, Y) {
         const place = (node) => [X(theta[node]), Y(outline.r[node])];
         for (const [kind, first, last] of runs(lineOf)) {
@@ -703,6 +763,7 @@ function report(data, before) {
         });
       },
     });
+    alongBoundary(byId("support"), hoverNode);
     timeViews.push((t, i) => {
       if (!dots || !count) return;
       const psi = between(data.psi, i, t), phi1 = between(data.phi1, i, t), phi2 = between(data.phi2, i, t);
@@ -716,7 +777,7 @@ function report(data, before) {
     });
     nodeViews.push((node) => {
       view.hover(node === null ? null : theta[node]);
-      readout("support-readout", node === null ? [["point at the curve; 1, 2: contacts at the time shown", ""]] : boundaryWords(node));
+      readout("support-readout", node === null ? [["point at the curve or tap it; 1, 2: contacts at the time shown", ""]] : boundaryWords(node));
     });
   }
 
@@ -772,6 +833,7 @@ function report(data, before) {
         return group;
       });
       const object = draw(svg, "g", { id: "object" });
+      const haze = draw(object, "path", { class: "haze", d: ring(own), "stroke-opacity": 0 });
       draw(object, "path", { class: "body", d: ring(own) });
       draw(object, "path", { class: "faint", d: ring(own) });
       const filled = [...Array(PIECES).keys()].map((piece) => draw(object, "path", { class: `felt piece${piece}` }));
@@ -793,7 +855,8 @@ function report(data, before) {
         return { dot, text };
       });
       scaleBar(svg, scale, width - 4, high - 6);
-      parts = { at, own, palms, object, filled, possible, cones, ghost, pull, hinges, contacts };
+      const inferred = [trail, ...object.children, ghost, pull, ...cones.map(({ group }) => group)].filter((part) => part && part !== haze);
+      parts = { at, own, palms, object, haze, inferred, filled, possible, cones, ghost, pull, hinges, contacts };
       parts.scale = scale;
       setTime(now);
     });
@@ -805,6 +868,11 @@ function report(data, before) {
     };
     timeViews.push((t, i) => {
       if (!parts) return;
+      // While it plays, what was inferred condenses out of a haze.
+      const clear = sight(t);
+      for (const part of parts.inferred) part.setAttribute("opacity", clear.toFixed(3));
+      parts.haze.setAttribute("stroke-opacity", (clear * (1 - clear)).toFixed(3));
+      parts.haze.setAttribute("stroke-width", px(2 + (1 - clear) * radius * parts.scale));
       const psi = between(data.psi, i, t), phi1 = between(data.phi1, i, t), phi12 = phi1 + between(data.phi2, i, t);
       const bases = data.base ? data.base.map((column) => between(column, i, t)) : [0, 0, 0, 0];
       const [x, y] = parts.at(between(data.x, i, t), between(data.y, i, t));
@@ -879,10 +947,20 @@ function report(data, before) {
   // ---------------------------------------------------------------- time control
 
   const play = byId("play"), slider = byId("time"), speed = byId("speed");
-  let playing = false, last = 0;
+  const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
+  /** Until anything else was asked for, the page shows the middle of the motion, and play begins with the start. */
+  let playing = false, last = 0, filming = false, poster = !before, rested = 0;
+  /** The shares of the motion between which the outline appears, and how long the end stands, seconds. */
+  const BLIND = 0.07, SEEN = 0.3, REST = 1.5;
+  /** How much of what was inferred is shown, 0 to 1: all of it, but for the begin of the motion while it plays. */
+  function sight(t) {
+    if (!filming && (!playing || still)) return 1;
+    const share = Math.min(1, Math.max(0, ((t - start) / (end - start) - BLIND) / (SEEN - BLIND)));
+    return share * share * (3 - 2 * share);
+  }
   function stop() {
     const was = playing;
-    playing = false;
+    playing = poster = false;
     play.classList.remove("playing");
     play.setAttribute("aria-label", "Play");
     if (was) setTime(now);
@@ -892,23 +970,46 @@ function report(data, before) {
     const passed = Math.min(0.1, Math.max(0, (stamp - last) / 1000));
     last = stamp;
     const next = now + passed * Number(speed.value);
-    setTime(next);
-    if (next >= end) stop(); else requestAnimationFrame(step);
+    if (now < end || still) { setTime(next); rested = 0; } else if ((rested += passed) > REST) setTime(start);
+    if (next >= end && still) stop(); else requestAnimationFrame(step);
   }
   function toggle() {
     if (play.disabled) return;
     if (playing) { stop(); return; }
+    const fromStart = poster || now >= end;
     playing = true;
+    poster = false;
     play.classList.add("playing");
     play.setAttribute("aria-label", "Pause");
-    if (now >= end) setTime(start);
+    setTime(fromStart ? start : now);
     last = performance.now();
     requestAnimationFrame(step);
   }
 
+  /** Saves the motion as an animation. */
+  async function film() {
+    const button = byId("film"), stage = document.querySelector("#stage svg");
+    if (!stage || filming) return;
+    stop();
+    const there = now, name = button.textContent;
+    filming = true;
+    play.disabled = slider.disabled = true;
+    try {
+      await figureFiles.film(stage, (share) => setTime(start + share * (end - start)), (share) => {
+        button.textContent = `${fixed(100 * share, 0)} %`;
+        return !signal.aborted;
+      });
+    } finally {
+      filming = play.disabled = slider.disabled = false;
+      button.textContent = name;
+      setTime(there);
+    }
+  }
+
   function controls() {
     const span = end - start;
-    if (!(span > 0)) { play.disabled = slider.disabled = speed.disabled = true; return; }
+    byId("film").addEventListener("click", film);
+    if (!(span > 0)) { byId("film").disabled = play.disabled = slider.disabled = speed.disabled = true; return; }
     slider.min = String(start);
     slider.max = String(end);
     slider.step = "any";
@@ -966,16 +1067,39 @@ function report(data, before) {
     }
   }
 
+  // ---------------------------------------------------------------- on paper
+
+  /** The motion in a strip of pictures, since paper does not move. */
+  function strip() {
+    const PICTURES = 6, there = now;
+    stop();
+    const original = document.querySelector("#stage svg");
+    if (!original || !(end > start)) return;
+    for (let k = 0; k < PICTURES; k++) {
+      setTime(start + k / (PICTURES - 1) * (end - start));
+      const frame = document.createElement("figure"), caption = document.createElement("figcaption"), copy = original.cloneNode(true);
+      copy.querySelector("#object").removeAttribute("id");
+      copy.setAttribute("aria-label", `At ${clock(now)}`);
+      caption.textContent = clock(now);
+      frame.append(copy, caption);
+      byId("strip").append(frame);
+    }
+    setTime(there);
+  }
+  window.addEventListener("beforeprint", strip, { signal });
+  window.addEventListener("afterprint", () => byId("strip").replaceChildren(), { signal });
+
   // ---------------------------------------------------------------- go
 
   controls();
   shapePanel();
   stage();
   if (count) timeCharts();
-  else for (const id of ["psi", "com", "residual1"]) empty(byId(id), "No samples.");
+  else for (const id of ["angles", "contacts", "psi", "com", "residual1"]) empty(byId(id), "No samples.");
   supportChart();
   hoverNode(null);
-  setTime(before ? before.time : end);
+  figureFiles.offer(document.querySelector("main"));
+  setTime(before ? before.time : (start + end) / 2);
   return () => {
     playing = false;
     ending.abort();

@@ -14,7 +14,7 @@ use crate::overlay::{SampledSupport, rotation_rad, wrapped};
 pub const MAX_SAMPLES_SHOWN: usize = 6000;
 
 /// 95 % of a normal distribution lie within this many standard deviations.
-const TWO_SIDED_95: f64 = 1.959_963_984_540_054;
+pub(crate) const TWO_SIDED_95: f64 = 1.959_963_984_540_054;
 
 const MM_PER_M: f64 = 1e3;
 const OUTLINE_POINTS: usize = 720;
@@ -304,7 +304,7 @@ fn truth(log: &Log, result: &Reconstruction, overlay: &TruthOverlay, shown: &[us
     }
 }
 
-fn root_mean_square(values: impl Iterator<Item = f64>) -> f64 {
+pub(crate) fn root_mean_square(values: impl Iterator<Item = f64>) -> f64 {
     let (sum, count) = values.filter(|v| v.is_finite()).fold((0.0, 0_usize), |(sum, n), v| (sum + v * v, n + 1));
     if count == 0 { f64::NAN } else { (sum / count as f64).sqrt() }
 }

@@ -3,7 +3,10 @@
 use palpate::Reconstruction;
 use palpate::reconstruct::Doubt;
 
-use crate::data::{MAX_JUMPS_SHOWN, MAX_SAMPLES_SHOWN, felt_half_width_m, rounded, shown_samples, time_origin_s};
+use crate::data::{
+    MAX_JUMPS_SHOWN, MAX_SAMPLES_SHOWN, TWO_SIDED_95, felt_half_width_m, root_mean_square, rounded, shown_samples,
+    time_origin_s,
+};
 use crate::html::escape;
 use crate::input::{ReportInput, TruthOverlay};
 
@@ -92,6 +95,7 @@ pub(crate) fn verdict(result: &Reconstruction) -> String {
         format!("<li>{what}{next}</li>")
     };
     let items: String = result.verdict.doubts.iter().map(item).collect();
+    let quiet = quiet(result);
     let reason = if items.is_empty() {
         String::new()
     } else {
@@ -106,8 +110,67 @@ pub(crate) fn verdict(result: &Reconstruction) -> String {
     let symmetry = symmetry.unwrap_or_default();
     format!(
         "<div class=\"verdict {class}\"><span class=\"badge\"><svg viewBox=\"0 0 20 20\" aria-hidden=\"true\">\
-         <path d=\"{icon}\"/></svg>{badge}</span><div><p>{sentence}</p>{reason}{symmetry}</div></div>"
+         <path d=\"{icon}\"/></svg>{badge}</span><div><p>{sentence}</p>{reason}{symmetry}{quiet}</div></div>"
     )
+}
+
+/// With a χ² per degree of freedom below this, noise was expected that is not there.
+const HARDLY_ANY_NOISE: f64 = 0.05;
+
+/// What a χ² of nearly 0 means: no fit is that good by chance.
+fn quiet(result: &Reconstruction) -> String {
+    let chi2 = result.chi2_per_dof;
+    if !(chi2 < HARDLY_ANY_NOISE && chi2 > 0.0 && result.sensor_sd_m.is_finite()) {
+        return String::new();
+    }
+    let (left, expected) = (length_text(result.sensor_sd_m), length_text(result.sensor_sd_m / chi2.sqrt()));
+    format!(
+        "<p class=\"reason\"><b>Hardly any noise:</b> the fit leaves {left}, where readings like these were expected to have {expected} \
+         (χ² = {} per degree of freedom). That is as it should be for a simulation without noise; the verdict asks only that no more is \
+         left than the noise explains.</p>",
+        number(chi2)
+    )
+}
+
+/// Below this many times finer than a reading, an outline is no finer than one.
+const FINER: f64 = 1.5;
+
+/// What came out in one sentence, one for each arrangement; nothing where it is not certified.
+pub(crate) fn headline(input: &ReportInput) -> String {
+    if !input.reconstruction.is_certified() {
+        return String::new();
+    }
+    let line = |(index, result)| format!("<p class=\"headline\"{}>{}</p>", belongs_to(index), headline_of(result));
+    input.arrangements().enumerate().map(line).collect()
+}
+
+fn headline_of(result: &Reconstruction) -> String {
+    let band = felt_half_width_m(result);
+    let (value, unit) = length(band);
+    let mut sentence = format!("<b>Outline known to ±{value} {unit}</b>");
+    let times = TWO_SIDED_95 * result.sensor_sd_m / band;
+    if times.is_finite() && times >= FINER {
+        let times = if times >= 10.0 { decimals(times, 0) } else { decimals(times, 1) };
+        sentence += &format!(", <b>{times} times finer than one reading</b>");
+    }
+    let turns: Vec<f64> = result.motion.iter().map(|pose| TWO_SIDED_95 * pose.psi_sd_rad.to_degrees()).collect();
+    let turn = root_mean_square(turns.into_iter().filter(|turn| turn.is_finite() && *turn < 180.0));
+    if turn.is_finite() {
+        sentence += &format!("; orientation to ±{}°", number(turn));
+    }
+    let places = result.motion.iter().map(|pose| TWO_SIDED_95 * pose.com_sd_m).filter(|sd| sd.is_finite());
+    let place = root_mean_square(places);
+    if result.is_com_certified() && place.is_finite() {
+        sentence += &format!(", centre of mass to ±{}", length_text(place));
+    }
+    sentence += &format!("; {} % of the boundary felt.", decimals(100.0 * result.coverage, 0));
+    match &result.calibration {
+        Some(rig) if rig.size_sd > 0.0 => {
+            sentence += &format!(" The size as a whole is known to {} %, as the rig is.", number(100.0 * rig.size_sd));
+        }
+        _ => {}
+    }
+    sentence
 }
 
 /// The choice between arrangements that fit equally well; empty when there is only one.
@@ -208,7 +271,7 @@ fn key_figures_of(input: &ReportInput, result: &Reconstruction) -> String {
         let value = if missing { "–" } else { value.as_str() };
         let unit = if missing || unit.is_empty() { String::new() } else { format!(" <small>{unit}</small>") };
         strip.push_str(&format!(
-            "<div class=\"figure\" tabindex=\"0\"><dt>{label}</dt><dd>{value}{unit}</dd><p class=\"tip\" role=\"note\">{tip}</p></div>"
+            "<div class=\"figure\" tabindex=\"0\"><dt>{label}</dt><dd>{value}{unit}</dd><dd class=\"tip\">{tip}</dd></div>"
         ));
     };
     add(
@@ -232,11 +295,12 @@ fn key_figures_of(input: &ReportInput, result: &Reconstruction) -> String {
         length(result.sensor_sd_m),
         "Standard deviation of one contact reading: stated by the log, or estimated from the residuals of the fit.",
     );
+    let hardly_any = result.chi2_per_dof < HARDLY_ANY_NOISE;
     add(
         "χ² per d.o.f.",
-        (number(result.chi2_per_dof), ""),
-        "Squared residuals over what the noise explains, per degree of freedom. Near 1: the fit is as good as the sensors \
-         are. Far above 1: something in the log is not explained.",
+        if hardly_any { ("≪ 1".to_owned(), "no noise") } else { (number(result.chi2_per_dof), "") },
+        "Squared residuals over those of the noise that readings like these were expected to have, per degree of freedom. Near 1: the fit \
+         is as good as the sensors are. Far above 1: something in the log is not explained. Far below 1: the log has hardly any noise.",
     );
     if let Some(friction) = result.friction {
         let of = |palm: usize| format!("{:.3}", friction.coefficients[palm]);
@@ -304,7 +368,9 @@ pub(crate) fn truth_errors(truth: Option<&TruthOverlay>) -> String {
     ];
     let rows: String = rows
         .iter()
-        .map(|(what, value, how)| format!("<div class=\"figure\"><dt>{what}</dt><dd>{value}</dd><p>{how}</p></div>"))
+        .map(|(what, value, how)| {
+            format!("<div class=\"figure\"><dt>{what}</dt><dd>{value}</dd><dd class=\"how\">{how}</dd></div>")
+        })
         .collect();
     include_str!("../assets/errors.html").replace("{{of}}", &belongs_to(0)).replace("{{rows}}", &rows)
 }

@@ -29,22 +29,32 @@
 //! worst residuals stay); the figures and the histograms still come from all samples. Where several arrangements fit
 //! equally well, the page has a choice of them and shows one at a time.
 //!
+//! [`animation()`] makes an animated GIF of the motion.
+//!
 //! [`paper`] reproduces the figures of Moll & Erdmann (2001).
 //!
 //! Nothing in the report fails: a value that is not finite leaves a gap in its curve, and a result without samples gives a page
 //! that says so.
 #![forbid(unsafe_code)]
 
+mod animation;
 mod data;
+mod drawing;
 mod figures;
 mod html;
 mod input;
 mod overlay;
 pub mod paper;
 mod rig;
+mod still;
 
+pub use animation::{AnimationError, animation};
 pub use data::MAX_SAMPLES_SHOWN;
 pub use input::{ReportInput, TruthOverlay};
+
+/// What runs in the page; the last of them starts it.
+const SCRIPT: &str =
+    concat!(include_str!("../assets/gif.js"), include_str!("../assets/export.js"), include_str!("../assets/report.js"));
 
 /// The whole page as one HTML document.
 pub fn page(input: &ReportInput) -> String {
@@ -52,8 +62,10 @@ pub fn page(input: &ReportInput) -> String {
     html::fill(include_str!("../assets/template.html"), |name| match name {
         "title" => html::escape(input.title),
         "style" => include_str!("../assets/style.css").to_owned(),
-        "script" => include_str!("../assets/report.js").to_owned(),
+        "script" => SCRIPT.to_owned(),
         "verdict" => figures::verdict(input.reconstruction),
+        "headline" => figures::headline(input),
+        "still" => still::still(input.reconstruction),
         "figures" => figures::key_figures(input),
         "chooser" => figures::chooser(input.reconstruction),
         "jumps" => figures::jumps(input),

@@ -2,7 +2,7 @@
 //! keys and theme must do what they say.
 //!
 //! Looks for Chromium in `PALPATE_CHROMIUM` and on the search path. Without one the test is skipped with a note, unless
-//! `PALPATE_REQUIRE_CHROMIUM=1`. With `PALPATE_SCREENSHOTS=DIR` it also leaves pictures there.
+//! `PALPATE_REQUIRE_CHROMIUM=1`. `PALPATE_AXE` is the file of axe-core; without it, nobody looks at how accessible the page is. With `PALPATE_SCREENSHOTS=DIR` it also leaves pictures there.
 #![cfg(unix)]
 #![allow(clippy::print_stderr, reason = "who is without a browser must know")]
 
@@ -67,22 +67,16 @@ fn time(browser: &mut Browser) -> f64 {
     browser.evaluate("Number(document.getElementById('time').value)").as_f64().expect("a time")
 }
 
+const ERRORS: TruthError =
+    TruthError { rms_r_m: 7.4e-6, rms_form_m: 5.1e-6, hausdorff_m: 2.3e-5, rms_psi_rad: 0.0016, rms_com_m: 4.2e-6 };
+
 fn egg_page() -> String {
     let egg = fixture(800, 12.0, 1.4);
     page(&ReportInput {
         title: "egg_full_turn.csv",
         log: &egg.log,
         reconstruction: &egg.reconstruction,
-        truth: Some(TruthOverlay {
-            truth: &egg.truth,
-            errors: TruthError {
-                rms_r_m: 7.4e-6,
-                rms_form_m: 5.1e-6,
-                hausdorff_m: 2.3e-5,
-                rms_psi_rad: 0.0016,
-                rms_com_m: 4.2e-6,
-            },
-        }),
+        truth: Some(TruthOverlay { truth: &egg.truth, errors: ERRORS }),
         seconds: 3.21,
         command: Some("palpate reconstruct egg_full_turn.csv -o egg --truth egg_full_turn.truth"),
         version: "0.1.0",
@@ -169,6 +163,267 @@ fn the_page_fits_every_screen_in_both_themes() {
             }
         }
     });
+}
+
+/// Plays at a speed at which a round takes about so many seconds.
+fn play_in(browser: &mut Browser, seconds: f64) {
+    // The speeds to choose from are no concern here.
+    browser.evaluate(&format!(
+        "(() => {{ const o = document.createElement('option'), t = document.getElementById('time'); \
+         o.value = (t.max - t.min) / {seconds}; const s = document.getElementById('speed'); s.appendChild(o); s.value = o.value; }})()"
+    ));
+    browser.click("#play");
+}
+
+/// Waits until an expression is true.
+fn until(browser: &mut Browser, expression: &str, complaint: &str) {
+    let deadline = Instant::now() + PATIENCE;
+    while browser.evaluate(expression) != json!(true) {
+        assert!(Instant::now() < deadline, "{complaint}");
+        std::thread::sleep(Duration::from_millis(10));
+    }
+}
+
+/// How much of what was inferred is shown.
+const CLEAR: &str = "Number(document.querySelector('#object .body').getAttribute('opacity'))";
+
+#[test]
+fn the_motion_plays_as_a_loop_that_starts_blind() {
+    in_browser(&egg_page(), |browser, file| {
+        // Opened, it stands in the middle, with all that there is to see.
+        assert!((time(browser) - 6.0).abs() < 0.02, "it opens at {} s", time(browser));
+        assert_eq!(browser.evaluate(CLEAR), json!(1));
+        // Played, it begins with palms and contacts alone.
+        let record = "window.seen = []; new MutationObserver(() => seen.push([Number(document.getElementById('time').value), \
+            Number(document.querySelector('#object .body').getAttribute('opacity'))])).observe(document.querySelector('#object .body'), \
+            { attributes: true, attributeFilter: ['opacity'] })";
+        browser.evaluate(record);
+        play_in(browser, 4.0);
+        until(browser, &format!("{CLEAR} === 1 && seen.some(([t]) => t < 0.8)"), "the outline did not appear");
+        assert_eq!(browser.evaluate("seen.filter(([t, o]) => t < 0.8).every(([t, o]) => o === 0)"), json!(true));
+        let haze = browser.evaluate("seen.some(([t, o]) => o > 0.05 && o < 0.95)");
+        assert_eq!(haze, json!(true), "the outline did not condense");
+        let contacts =
+            "[...document.querySelectorAll('#stage .dot')].filter((dot) => dot.closest('[visibility=visible]')).length";
+        assert_eq!(browser.evaluate(contacts), json!(2));
+        // After the end it begins anew.
+        until(browser, "seen.some(([t], k) => k && t < seen[k - 1][0] - 6)", "it plays but once");
+        // A pause shows all that is known, at any time.
+        browser.click("#play");
+        assert_eq!(browser.evaluate(CLEAR), json!(1));
+
+        // Who wants less motion gets neither the haze nor the loop.
+        browser.less_motion("light");
+        browser.open(file);
+        browser.evaluate(record);
+        play_in(browser, 1.0);
+        until(browser, "Number(document.getElementById('time').value) > 11.99", "it did not play");
+        until(browser, "!document.getElementById('play').classList.contains('playing')", "it did not stop at the end");
+        assert_eq!(browser.evaluate("seen.every(([t, o]) => o === 1)"), json!(true));
+    });
+}
+
+#[test]
+fn the_readings_are_drawn_in_step_with_the_motion() {
+    in_browser(&egg_page(), |browser, _| {
+        let places = "[...document.querySelectorAll('#angles .dot, #contacts .dot')].map((dot) => \
+            dot.getAttribute('visibility') === 'visible' ? Number(dot.getAttribute('cx')) : -1)";
+        let before = browser.evaluate(places);
+        assert_eq!(before.as_array().map(Vec::len), Some(4));
+        browser.press("ArrowRight");
+        browser.press("ArrowRight");
+        let after = browser.evaluate(places);
+        for (before, after) in before.as_array().into_iter().flatten().zip(after.as_array().into_iter().flatten()) {
+            assert!(before.as_f64() > Some(0.0) && after.as_f64() > before.as_f64(), "{before} -> {after}");
+        }
+        let words = browser.evaluate("document.getElementById('contacts-readout').textContent");
+        assert!(words.as_str().is_some_and(|words| words.contains("s₁") && words.contains("mm")), "{words}");
+        // A click goes to that time on the stage too.
+        let middle = browser.middle("#contacts");
+        browser.click_at((middle.0 - 100.0, middle.1));
+        assert!(time(browser) < 5.5, "the readings went to {} s", time(browser));
+    });
+}
+
+#[test]
+fn figures_and_motion_are_saved_as_files() {
+    in_browser(&egg_page(), |browser, page| {
+        let downloads = page.with_file_name("downloads");
+        std::fs::create_dir(&downloads).expect("a folder");
+        browser.save_downloads_in(&downloads);
+        let saved = |name: &str| {
+            let deadline = Instant::now() + PATIENCE;
+            let file = downloads.join(name);
+            loop {
+                match std::fs::read(&file) {
+                    Ok(bytes) if !bytes.is_empty() => return bytes,
+                    _ => assert!(Instant::now() < deadline, "{name} was not saved"),
+                }
+                std::thread::sleep(Duration::from_millis(20));
+            }
+        };
+        // Every figure has its buttons, and each of them gives a drawing that needs no style sheet.
+        let cards = browser.evaluate(
+            "[...document.querySelectorAll('.card:has(.save)')].map((card) => card.querySelector('.plot').id)",
+        );
+        assert_eq!(cards, json!(["shape", "stage", "angles", "contacts", "psi", "com", "support", "residual1"]));
+        for id in cards.as_array().into_iter().flatten().filter_map(|id| id.as_str()) {
+            let button = |kind: &str| {
+                format!(
+                    "[...document.querySelectorAll('.card:has(#{id}) .save button')].find((b) => b.textContent === '{kind}').click()"
+                )
+            };
+            browser.evaluate(&button("SVG"));
+            let svg = String::from_utf8(saved(&format!("egg_full_turn-{id}.svg"))).expect("text");
+            let picture = palpate_report::paper::png(&svg).expect("a drawing that another program reads");
+            assert!(picture.len() > 10_000, "{id}: {} bytes", picture.len());
+            assert!(!svg.contains("light-dark") && !svg.contains("NaN") && svg.contains("stroke=\"rgb("), "{id}");
+            browser.evaluate(&button("PNG"));
+            let png = saved(&format!("egg_full_turn-{id}.png"));
+            assert!(png.starts_with(b"\x89PNG") && png.len() > 10_000, "{id}: {} bytes", png.len());
+            if let Some(folder) = std::env::var_os("PALPATE_SCREENSHOTS") {
+                std::fs::write(Path::new(&folder).join(format!("saved-{id}.png")), png).expect("a place");
+                std::fs::write(Path::new(&folder).join(format!("saved-{id}-resvg.png")), picture).expect("a place");
+            }
+        }
+        // The motion, from its blind begin; what was shown comes back.
+        let there = time(browser);
+        browser.evaluate("document.getElementById('film').click()");
+        let film = saved("egg_full_turn-motion.gif");
+        assert!((time(browser) - there).abs() < 1e-9 && browser.evaluate(CLEAR) == json!(1));
+        if let Some(folder) = std::env::var_os("PALPATE_SCREENSHOTS") {
+            std::fs::write(Path::new(&folder).join("saved-motion.gif"), &film).expect("a place");
+        }
+        let mut decoder = gif::DecodeOptions::new().read_info(film.as_slice()).expect("a GIF");
+        assert!(decoder.width() > 500 && film.len() < 2_500_000, "{} px, {} bytes", decoder.width(), film.len());
+        let mut frames = 0;
+        while decoder.read_next_frame().expect("a frame that can be read").is_some() {
+            frames += 1;
+        }
+        assert_eq!(frames, 120);
+    });
+}
+
+#[test]
+fn the_outline_is_read_out_by_keys_and_by_taps() {
+    in_browser(&egg_page(), |browser, _| {
+        let words = "document.getElementById('shape-readout').textContent";
+        let theta = "Number(document.getElementById('shape').getAttribute('aria-valuenow'))";
+        let there = time(browser);
+        browser.evaluate("document.getElementById('shape').focus()");
+        for _ in 0..10 {
+            browser.press("ArrowRight");
+        }
+        assert_eq!(browser.evaluate(theta), json!(9));
+        let said = browser.evaluate("document.getElementById('shape').getAttribute('aria-valuetext')");
+        assert!(said.as_str().is_some_and(|said| said.contains("θ 9.0°, r ") && said.contains("felt")), "{said}");
+        assert!(browser.evaluate(words).as_str().is_some_and(|words| words.contains("9.0°")));
+        assert_eq!(time(browser), there, "the keys moved the time");
+        // The curve of r goes along.
+        let support = browser.evaluate("document.getElementById('support-readout').textContent");
+        assert!(support.as_str().is_some_and(|words| words.contains("9.0°")), "{support}");
+        browser.press("Escape");
+        assert!(browser.evaluate(words).as_str().is_some_and(|words| words.contains("tap it")));
+        // A finger: what it tapped stays when it has left.
+        browser.window(390, 844, "light");
+        browser.evaluate("document.getElementById('shape').scrollIntoView({ block: 'center' })");
+        let place = browser.evaluate(
+            "(() => { const b = document.querySelector('#shape .felt').getBoundingClientRect(); return [b.left + 2, b.top + b.height / 2]; })()",
+        );
+        browser.tap((place[0].as_f64().expect("a place"), place[1].as_f64().expect("a place")));
+        assert!(
+            browser.evaluate(words).as_str().is_some_and(|words| words.contains("curvature")),
+            "a tap says nothing"
+        );
+    });
+}
+
+#[test]
+fn every_figure_has_a_name() {
+    in_browser(&egg_page(), |browser, _| {
+        let names = browser.evaluate(
+            "[...document.querySelectorAll('.plot svg[role=img]')].map((svg) => svg.getAttribute('aria-label'))",
+        );
+        let names: Vec<&str> = names.as_array().into_iter().flatten().filter_map(|name| name.as_str()).collect();
+        let distinct: std::collections::BTreeSet<&str> = names.iter().copied().collect();
+        assert!(names.len() == 9 && distinct.len() == 9 && names.iter().all(|name| name.len() > 20), "{names:?}");
+    });
+}
+
+#[test]
+fn on_paper_the_motion_is_a_strip() {
+    in_browser(&egg_page(), |browser, _| {
+        let there = time(browser);
+        browser.evaluate(
+            "addEventListener('beforeprint', () => { window.printed = [...document.querySelectorAll('.strip figure')].map((f) => \
+             f.textContent + f.querySelectorAll('g')[3].getAttribute('transform')); })",
+        );
+        let pdf = browser.pdf();
+        assert!(pdf.starts_with(b"%PDF"));
+        if let Some(folder) = std::env::var_os("PALPATE_SCREENSHOTS") {
+            std::fs::write(Path::new(&folder).join("print.pdf"), &pdf).expect("a place");
+        }
+        let printed = browser.evaluate("[window.printed.length, new Set(window.printed).size]");
+        assert_eq!(printed, json!([6, 6]), "six pictures of different times");
+        assert_eq!(browser.evaluate("document.querySelectorAll('.strip figure').length"), json!(0));
+        assert_eq!(time(browser), there);
+        browser.window(700, 900, "light");
+        browser.call("Emulation.setEmulatedMedia", json!({ "media": "print" }));
+        browser.evaluate("dispatchEvent(new Event('beforeprint'))");
+        picture(browser, "print.png");
+    });
+}
+
+#[test]
+fn without_scripts_the_shape_is_there() {
+    in_browser(&egg_page(), |browser, page| {
+        browser.call("Emulation.setScriptExecutionDisabled", json!({ "value": true }));
+        browser.open(page);
+        let html = browser.evaluate("document.querySelectorAll('.still .felt').length > 0 && document.querySelector('.still svg').getBoundingClientRect().width > 200");
+        assert_eq!(html, json!(true));
+        let blank = "[...document.querySelectorAll('.card:has(.plot)')].some((card) => card.offsetHeight > 0)";
+        assert_eq!(browser.evaluate(blank), json!(false));
+        picture(browser, "no-script.png");
+    });
+}
+
+/// A page with all that there can be on one.
+fn full_page() -> String {
+    let mut egg = ambiguous_page().0;
+    egg.reconstruction.calibration = Some(fixture::calibration());
+    page(&ReportInput {
+        title: "all_of_it.csv",
+        log: &egg.log,
+        reconstruction: &egg.reconstruction,
+        truth: Some(TruthOverlay { truth: &egg.truth, errors: ERRORS }),
+        seconds: 3.21,
+        command: Some("palpate reconstruct all_of_it.csv"),
+        version: "0.1.0",
+    })
+}
+
+#[test]
+fn nothing_on_the_page_is_out_of_reach() {
+    let Some(axe) = std::env::var_os("PALPATE_AXE") else {
+        eprintln!("skipped: PALPATE_AXE says nothing of where axe-core is");
+        return;
+    };
+    let axe = std::fs::read_to_string(axe).expect("axe-core");
+    for html in [egg_page(), full_page()] {
+        in_browser(&html, |browser, page| {
+            for (width, scheme) in [(1400, "light"), (1400, "dark"), (390, "light"), (390, "dark")] {
+                browser.window(width, 900, scheme);
+                browser.open(page);
+                browser.evaluate("document.querySelectorAll('details').forEach((details) => { details.open = true; })");
+                browser.evaluate(&format!("{{ {axe} }}; true"));
+                let found = browser.evaluate(
+                    "axe.run().then((found) => found.violations.flatMap((rule) => rule.nodes.map((node) => \
+                     `${rule.id}: ${node.target} ${node.any.concat(node.all).map((check) => check.message)[0] ?? ''}`)))",
+                );
+                assert_eq!(found, json!([]), "at {width} px, {scheme}");
+            }
+        });
+    }
 }
 
 /// A result with another beside it that has a different shape and no jumps.

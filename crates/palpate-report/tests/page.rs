@@ -149,6 +149,64 @@ fn verdicts_are_told_apart() {
 }
 
 #[test]
+fn a_chi2_of_nearly_0_is_explained() {
+    let mut egg = fixture(50, 1.0, 1.0);
+    assert!(!page(&input(&egg.log, &egg.reconstruction)).contains("Hardly any noise"));
+    (egg.reconstruction.chi2_per_dof, egg.reconstruction.sensor_sd_m) = (2.06e-7, 2.8e-8);
+    let html = page(&input(&egg.log, &egg.reconstruction));
+    assert!(html.contains("the fit leaves 0.028 µm, where readings like these were expected to have 61.7 µm"));
+    assert!(html.contains("<dd>≪ 1 <small>no noise</small></dd>"));
+}
+
+#[test]
+fn lists_are_valid_and_the_shape_needs_no_script() {
+    let html = with_truth(&fixture(50, 1.0, 1.0));
+    // Within a group of a <dl> there are <dt> and <dd> alone.
+    for list in html.split("<dl").skip(1).filter_map(|rest| rest.split_once("</dl>")).map(|(list, _)| list) {
+        assert!(!list.contains("<p") && list.contains("<dd class="), "{list}");
+    }
+    let (_, still) =
+        html.split_once("</style></noscript>").and_then(|(_, rest)| rest.split_once("<noscript>")).expect("it");
+    let (still, _) = still.split_once("</noscript>").expect("an end");
+    assert!(
+        still.contains("class=\"felt\" d=\"M") && still.contains("class=\"unfelt\"") && still.contains(" mm</text>")
+    );
+    let mut nothing = fixture(50, 1.0, 1.0);
+    nothing.reconstruction.outline.clear();
+    assert!(!with_truth(&nothing).contains("class=\"card still\""));
+}
+
+#[test]
+fn the_headline_says_how_much_finer_than_a_reading() {
+    let mut egg = fixture(200, 6.0, 1.0);
+    let html = with_truth(&egg);
+    let (_, line) = html.split_once("<p class=\"headline\"").expect("a headline");
+    let (line, _) = line.split_once("</p>").expect("an end of it");
+    for part in [
+        "Outline known to ±",
+        " µm</b>, <b>",
+        " times finer than one reading</b>",
+        "; orientation to ±",
+        "°, centre of mass to ±",
+    ] {
+        assert!(line.contains(part), "{part} is not in {line}");
+    }
+    // The factor is that of the two numbers on the page.
+    let number = |after: &str| -> f64 {
+        let (_, rest) = line.split_once(after).expect(after);
+        rest.split_once(' ').and_then(|(number, _)| number.parse().ok()).expect("a number")
+    };
+    let (known_um, times) = (number("Outline known to ±"), number("</b>, <b>"));
+    assert!((times * known_um - 1.96 * 100.0).abs() < 0.05 * 196.0, "{times} {known_um}");
+    assert!(!line.contains("The size as a whole"));
+    egg.reconstruction.calibration = Some(calibration());
+    assert!(with_truth(&egg).contains("The size as a whole is known to 0.71 %, as the rig is."));
+    // What is not certified promises nothing.
+    egg.reconstruction.verdict = Verdict::new(vec![Doubt::NotConvex]);
+    assert!(!with_truth(&egg).contains("class=\"headline\""));
+}
+
+#[test]
 fn doubts_are_a_list_with_what_to_do() {
     let egg = fixture(20, 1.0, 1.0);
     let mut result = egg.reconstruction.clone();

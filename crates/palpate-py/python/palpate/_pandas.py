@@ -1,4 +1,4 @@
-"""Palm logs from and to pandas. Imported when it is asked for, so that palpate needs no pandas."""
+"""Palm logs from and to pandas, and results to it. Imported when it is asked for, so that palpate needs no pandas."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 if TYPE_CHECKING:
     import pandas as pd
 
-    from palpate import Log
+    from palpate import Log, Result
 
 
 TIME = re.compile(r"time(_?stamp)?([\W_].*)?", re.IGNORECASE)
@@ -60,3 +60,38 @@ def frame_of(log: Log) -> pd.DataFrame:
     import pandas as pd
 
     return pd.DataFrame(log.to_numpy())
+
+
+def frame_of_result(result: Result, table: str) -> pd.DataFrame:
+    """The motion or the shape of a result; see `Result.to_pandas`."""
+    import pandas as pd
+
+    if table == "motion":
+        columns = {
+            "psi_rad": result.psi,
+            "psi_sd_rad": result.psi_sd,
+            "com_x_m": result.com[:, 0],
+            "com_y_m": result.com[:, 1],
+            "com_sd_m": result.com_sd,
+            "theta1_rad": result.theta1,
+            "theta2_rad": result.theta2,
+            "piece": result.piece,
+            "mode1": result.mode1,
+            "mode2": result.mode2,
+            "residual1_m": result.residual1,
+            "residual2_m": result.residual2,
+        }
+        return pd.DataFrame(columns, index=pd.Index(result.time, name="time_s"))
+    if table == "shape":
+        columns = {
+            "r_m": result.r,
+            "r_sd_m": result.r_sd,
+            "x_m": result.boundary[:, 0],
+            "y_m": result.boundary[:, 1],
+            "curvature_radius_m": result.curvature_radius,
+            "touches": result.touches,
+        }
+        return pd.DataFrame(columns, index=pd.Index(result.theta, name="theta_rad"))
+    from palpate import InputError
+
+    raise InputError(f"there is no table {table!r}; take 'motion' or 'shape'")

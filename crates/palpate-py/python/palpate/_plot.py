@@ -7,19 +7,22 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from palpate._palpate import Result, SupportFunction, Truth
+from palpate._palpate import Log, Result, SupportFunction, Truth
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from numpy.typing import NDArray
 
 MM = 1e3
+MICRO = 1e6
 BAND = 1.959964
 """Half the width of a 95 % band, in standard deviations."""
 FOUND = "#2a78c4"
 TRUE = "#d9822b"
 CENTER = "#c0392b"
 NEVER = "#999999"
+CONTACTS = ("#b0478c", "#d55e00")
+"""Of palm 1 and palm 2, as in the report."""
 
 
 def _new_axes(rows: int = 1) -> Any:
@@ -63,6 +66,7 @@ def _turn(result: Result, truth: Truth) -> float:
 
 def plot_result(result: Result, ax: Axes | None, truth: Truth | None, magnify: float) -> Axes:
     """Outline of a result with its band; see `Result.plot`."""
+    is_own = ax is None
     ax = _new_axes() if ax is None else ax
     points = _closed(result.boundary) * MM
     felt = _closed(result.touches) > 0
@@ -83,7 +87,12 @@ def plot_result(result: Result, ax: Axes | None, truth: Truth | None, magnify: f
     ax.plot(line[:, 0], line[:, 1], color=FOUND, linewidth=1.2, label="found")
     _finish_outline(ax)
     ax.set_title("certified" if result.certified else "NOT certified")
-    ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.08), ncols=5, frameon=False, fontsize="small")
+    if is_own:
+        # The layout makes room for it.
+        ax.get_figure().legend(loc="outside lower center", ncols=2, frameon=False, fontsize="small")  # type: ignore[union-attr]
+    else:
+        # Who gave the axes lays them out; beside a convex outline there is room in the corners.
+        ax.legend(loc="best", fontsize="small")
     return ax
 
 
@@ -93,13 +102,56 @@ def _runs(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
     return [(int(start), int(end)) for start, end in edges.reshape(-1, 2)]
 
 
-def plot_motion(result: Result, axes: Sequence[Axes] | None, truth: Truth | None) -> NDArray[Any]:
-    """Orientation and centre of mass over time; see `Result.plot_motion`."""
+def _two(axes: Sequence[Axes] | None, name: str) -> NDArray[Any]:
     both: NDArray[Any] = np.asarray(_new_axes(2) if axes is None else axes)
     if both.shape != (2,):
         from palpate import InputError
 
-        raise InputError("plot_motion draws in two axes")
+        raise InputError(f"{name} draws in two axes")
+    return both
+
+
+def plot_log(log: Log, axes: Sequence[Axes] | None) -> NDArray[Any]:
+    """Palm angles and contact positions over time; see `Log.plot`."""
+    both = _two(axes, "Log.plot")
+    upper, lower = both
+    palms = zip("₁₂", (log.phi1_rad, log.phi2_rad), (log.s1_m, log.s2_m), CONTACTS, strict=True)
+    for number, angle, position, color in palms:
+        upper.plot(log.time_s, np.degrees(angle), color=color, linewidth=1.2, label=f"φ{number}")
+        # Dots show a reading between two gaps too.
+        lower.plot(log.time_s, MM * position, ".-", color=color, linewidth=0.8, markersize=2, label=f"s{number}")
+    upper.set_ylabel("palm angle (deg)")
+    lower.set_ylabel("contact position (mm)")
+    lower.set_xlabel("time (s)")
+    for ax in both:
+        ax.legend(fontsize="small")
+    return both
+
+
+def plot_residuals(result: Result, axes: Sequence[Axes] | None) -> NDArray[Any]:
+    """Measured minus predicted contact positions over time; see `Result.plot_residuals`."""
+    residuals = (result.residual1, result.residual2)
+    if all(np.isnan(residual).all() for residual in residuals):
+        from palpate import InputError
+
+        raise InputError("this result has no residuals: they are not in the folder that it was read from")
+    both = _two(axes, "plot_residuals")
+    limit = 2 * MICRO * result.sensor_sd_m
+    for number, (ax, residual, color) in enumerate(zip(both, residuals, CONTACTS, strict=True), start=1):
+        ax.plot(result.time, MICRO * residual, ".", color=color, markersize=2)
+        for level in (-limit, limit):
+            ax.axhline(level, color=NEVER, linestyle="--", linewidth=1)
+        seen = residual[~np.isnan(residual)]
+        beyond = np.mean(np.abs(MICRO * seen) > limit) if len(seen) else 0.0
+        ax.set_title(f"palm {number}: {100 * beyond:.1f} % beyond two standard deviations", fontsize="small")
+        ax.set_ylabel("residual (µm)")
+    both[1].set_xlabel("time (s)")
+    return both
+
+
+def plot_motion(result: Result, axes: Sequence[Axes] | None, truth: Truth | None) -> NDArray[Any]:
+    """Orientation and centre of mass over time; see `Result.plot_motion`."""
+    both = _two(axes, "plot_motion")
     upper, lower = both
     # Nothing is drawn over a jump.
     gaps = np.flatnonzero(np.diff(result.piece.astype(np.int64))) + 1

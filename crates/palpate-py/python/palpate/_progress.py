@@ -1,9 +1,10 @@
-"""Who is told how far a reconstruction, a calibration or a sweep has come: a callable, a tqdm bar, or nobody."""
+"""Who is told how far a reconstruction, a calibration or a sweep has come: a callable, a bar, or nobody."""
 
 from __future__ import annotations
 
 import sys
 import threading
+import time
 import warnings
 from collections.abc import Callable
 from typing import Any, Protocol
@@ -69,8 +70,42 @@ class _JobsBar:
             self._bar.close()
 
 
+class _Text:
+    """A bar of plain text for who has no tqdm: it appears when the work takes long, and goes away with it."""
+
+    WIDTH = 24
+    TICK_S = 0.2
+
+    def __init__(self) -> None:
+        self._stream = sys.stderr
+        self._started = time.monotonic()
+        self._next = self._started + PATIENCE_S
+        self._shown = 0
+
+    def __call__(self, stage: str, fraction: float, /) -> None:
+        now = time.monotonic()
+        if now < self._next or fraction >= 1 or self._stream is None:
+            return
+        self._next = now + self.TICK_S
+        done = round(fraction * self.WIDTH)
+        bar = "#" * done + "." * (self.WIDTH - done)
+        self._write(f"{stage} |{bar}| {100 * fraction:3.0f} %, {now - self._started:.0f} s")
+
+    def close(self) -> None:
+        if self._shown:
+            self._write("")
+            self._stream.write("\r")
+            self._stream.flush()
+
+    def _write(self, text: str) -> None:
+        # What was there before is written over.
+        self._stream.write("\r" + text.ljust(self._shown))
+        self._stream.flush()
+        self._shown = len(text)
+
+
 def listener(progress: bool | Callable[[str, float], object] | None, *, jobs: int | None = None) -> Listener | None:
-    """What `progress` asks for; by default a bar, if tqdm is there and someone is watching. A sweep says its `jobs`."""
+    """What `progress` asks for; by default a bar, if someone is watching. A sweep says its `jobs`."""
     if callable(progress):
         return _Called(progress)
     if progress is False or (progress is None and not _is_watched()):
@@ -83,9 +118,7 @@ def listener(progress: bool | Callable[[str, float], object] | None, *, jobs: in
 
             return _Bar(tqdm) if jobs is None else _JobsBar(tqdm, jobs)
     except ImportError:
-        if progress:
-            raise
-        return None
+        return _Text()
 
 
 def _is_watched() -> bool:

@@ -120,8 +120,8 @@ def sweep(
         Threads to work with. Default: as many as there are processors. Not for Ray, where each processor of the
         cluster does one job at a time.
     progress : bool or callable, optional
-        True: a tqdm bar; False: none; a callable: called with 'jobs' (str) and the share of them that is finished
-        (float). Default: a bar if tqdm is installed and someone is watching.
+        True: a bar, by tqdm if it is installed; False: none; a callable: called with 'jobs' (str) and the share of
+        them that is finished (float). Default: a bar if someone is watching.
 
     Returns
     -------

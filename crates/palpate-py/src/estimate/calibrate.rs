@@ -67,8 +67,8 @@ fn known(py: Python<'_>, rig: Option<RigGiven>, logs: &[Py<LogData>]) -> PyResul
 /// threads : int, optional
 ///     Threads to work with. Default: as many as there are processors.
 /// progress : bool or callable, optional
-///     True: a tqdm bar; False: none; a callable: called with the stage (str) and the share of the work that is done (float). Default: a
-///     bar if tqdm is installed and someone is watching.
+///     True: a bar, by tqdm if it is installed; False: none; a callable: called with the stage (str) and the share of the work that is done
+///     (float). Default: a bar if someone is watching.
 ///
 /// Returns
 /// -------

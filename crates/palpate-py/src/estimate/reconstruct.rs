@@ -14,7 +14,7 @@ use crate::interop::arrays::{self, Column};
 use crate::interop::errors::{self, OrRaise};
 use crate::interop::whole::Whole;
 use crate::interop::work::{self, Teller};
-use crate::measured::log::LogData;
+use crate::measured::log::{LogData, LogGiven};
 use crate::measured::rig::{self, RigGiven};
 use crate::object::shape::Shape;
 
@@ -65,8 +65,9 @@ fn solved(
 ///
 /// Parameters
 /// ----------
-/// log : Log
-///     The palm log.
+/// log : Log, str, os.PathLike, file object, pandas.DataFrame, or mapping of str to array_like
+///     The palm log, or what one is made of: a CSV file, or columns whose names carry units, as for `Log.from_csv`, `Log.from_pandas` and
+///     `Log.from_numpy`.
 /// harmonics : int, optional
 ///     Number of harmonics of the support function, 2 to 64. Default: chosen by the data.
 /// sensor_sd_m : float, optional
@@ -83,8 +84,8 @@ fn solved(
 /// threads : int, optional
 ///     Threads to work with. Default: as many as there are processors.
 /// progress : bool or callable, optional
-///     True: a tqdm bar; False: none; a callable: called with the stage (str) and the share of the work that is done (float). Default: a
-///     bar if tqdm is installed and someone is watching.
+///     True: a bar, by tqdm if it is installed; False: none; a callable: called with the stage (str) and the share of the work that is done
+///     (float). Default: a bar if someone is watching.
 ///
 /// Returns
 /// -------
@@ -96,7 +97,7 @@ fn solved(
 /// ReconstructError
 ///     If the log cannot be solved at all, or an option is out of range.
 /// ReadError
-///     If the rig file cannot be read or is none.
+///     If the log or the rig file cannot be read or is none.
 /// InputError
 ///     If the log is none with the conventions of the rig, or was read by those of another.
 ///
@@ -120,7 +121,7 @@ fn solved(
 )]
 pub fn reconstruct(
     py: Python<'_>,
-    log: Py<LogData>,
+    log: LogGiven,
     harmonics: Option<Whole>,
     sensor_sd_m: Option<f64>,
     method: &str,
@@ -131,7 +132,7 @@ pub fn reconstruct(
 ) -> PyResult<ResultData> {
     let rig = known(py, rig)?;
     let options = options(harmonics, sensor_sd_m, method, &rig)?;
-    let log = rig::with_conventions(py, log, &rig.conventions)?;
+    let log = log.with_conventions(py, &rig.conventions)?;
     solved(py, &log, threads, progress, move |file, teller| {
         let mut found = options.clone().progress(&|progress| teller.tell(progress)).run_or_name_mistake(&file.log)?;
         found.prune(min_touches.small());

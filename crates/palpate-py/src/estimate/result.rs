@@ -11,7 +11,7 @@ use palpate::{Log, Reconstruction};
 use palpate_io::Summary;
 use palpate_report::{ReportInput, TruthOverlay};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyBytes, PyDict};
 
 use crate::estimate::calibration;
 use crate::estimate::doubt::DoubtData;
@@ -23,6 +23,7 @@ use crate::interop::arrays::{self, Table};
 use crate::interop::errors::{self, InternalError, OrRaise};
 use crate::interop::pickled::{self, Pickled};
 use crate::interop::svg;
+use crate::interop::whole::Whole;
 use crate::measured::log::{LogData, escaped};
 use crate::measured::truth::TrueData;
 use crate::object::shape::Shape;
@@ -34,87 +35,86 @@ type Forces = (Option<Vec<f64>>, Option<[f64; 6]>);
 ///
 /// The object frame has its origin at the centre of mass and is turned so that psi of the first sample is 0. Made by `reconstruct` or
 /// `Result.load`. Arrays are read-only; m is the number of normal angles (720), n that of samples.
-///
-/// Attributes
-/// ----------
-/// theta : numpy.ndarray
-///     Normal angles in the object frame, evenly spread over [0, 2 pi), shape (m,), radians.
-/// r, r_sd : numpy.ndarray
-///     Support function about the centre of mass and its standard deviation after the best rotation, shape (m,), metres.
-/// boundary : numpy.ndarray
-///     Boundary points in the object frame, shape (m, 2), metres.
-/// curvature_radius : numpy.ndarray
-///     Radius of curvature, shape (m,), metres.
-/// touches : numpy.ndarray
-///     How many separate passes of a contact went over each angle or a symmetric copy of it, shape (m,); 0 = never felt.
-/// felt_itself : numpy.ndarray
-///     Whether a contact passed over each angle itself, shape (m,); where `touches` is positive without, the boundary follows from
-///     symmetry. After `Result.load` it is what the poses say.
-/// time : numpy.ndarray
-///     Times of the samples, shape (n,), seconds.
-/// psi, psi_sd : numpy.ndarray
-///     Orientation, unwrapped within a piece, and its standard deviation, shape (n,), radians.
-/// com : numpy.ndarray
-///     Centre of mass in the global frame, shape (n, 2), metres.
-/// com_sd : numpy.ndarray
-///     Its standard deviation (root of the mean of both variances), shape (n,), metres.
-/// theta1, theta2 : numpy.ndarray
-///     Normal angles of the object at the contacts, shape (n,), radians.
-/// piece : numpy.ndarray
-///     Counts up at each jump, from 0, shape (n,).
-/// residual1, residual2 : numpy.ndarray
-///     Measured minus predicted contact position, shape (n,), metres; NaN where no contact was seen, or after `Result.load`.
-/// mode1, mode2 : numpy.ndarray
-///     What the contacts do under friction, shape (n,): 0 where the object sticks to the palm, 1 where it slides along the palm (away from
-///     the base on palm 1, towards it on palm 2), -1 where it slides the other way; NaN where friction does not say.
-/// log : Log or None
-///     The log that was reconstructed, with the conventions of the rig applied, and without the mistake that the first doubt may name; None
-///     after `Result.load`.
-/// seconds : float
-///     How long the reconstruction took.
 #[pyclass(frozen, module = "palpate", name = "Result")]
 pub struct ResultData {
     pub found: Arc<Reconstruction>,
+    /// Log or None: the log that was reconstructed; None after `Result.load`.
+    ///
+    /// The conventions of the rig are applied, and it is without the mistake that the first doubt may name.
     #[pyo3(get)]
     log: Option<Py<LogData>>,
+    /// float: how long the reconstruction took.
     #[pyo3(get)]
     seconds: f64,
+    /// numpy.ndarray: normal angles in the object frame, evenly spread over [0, 2 pi), shape (m,), radians.
     #[pyo3(get)]
     theta: Py<PyArray1<f64>>,
+    /// numpy.ndarray: support function about the centre of mass, shape (m,), metres.
     #[pyo3(get)]
     r: Py<PyArray1<f64>>,
+    /// numpy.ndarray: standard deviation of r after the best rotation, shape (m,), metres.
     #[pyo3(get)]
     r_sd: Py<PyArray1<f64>>,
+    /// numpy.ndarray: boundary points in the object frame, shape (m, 2), metres.
     #[pyo3(get)]
     boundary: Py<PyArray2<f64>>,
+    /// numpy.ndarray: radius of curvature, shape (m,), metres.
     #[pyo3(get)]
     curvature_radius: Py<PyArray1<f64>>,
+    /// numpy.ndarray: how many separate passes of a contact went over each angle, shape (m,); 0 = never felt.
+    ///
+    /// Passes over a symmetric copy of it count too.
     #[pyo3(get)]
     touches: Py<PyArray1<u32>>,
+    /// numpy.ndarray: whether a contact passed over each angle itself, shape (m,).
+    ///
+    /// Where `touches` is positive without, the boundary follows from symmetry. After `Result.load` it is what the poses say.
     #[pyo3(get)]
     felt_itself: Py<PyArray1<bool>>,
+    /// numpy.ndarray: times of the samples, shape (n,), seconds.
     #[pyo3(get)]
     time: Py<PyArray1<f64>>,
+    /// numpy.ndarray: orientation, unwrapped within a piece, shape (n,), radians.
     #[pyo3(get)]
     psi: Py<PyArray1<f64>>,
+    /// numpy.ndarray: standard deviation of the orientation, shape (n,), radians.
     #[pyo3(get)]
     psi_sd: Py<PyArray1<f64>>,
+    /// numpy.ndarray: centre of mass in the global frame, shape (n, 2), metres.
     #[pyo3(get)]
     com: Py<PyArray2<f64>>,
+    /// numpy.ndarray: standard deviation of the centre of mass (root of the mean of both variances), shape (n,), metres.
     #[pyo3(get)]
     com_sd: Py<PyArray1<f64>>,
+    /// numpy.ndarray: normal angle of the object at contact 1, shape (n,), radians.
     #[pyo3(get)]
     theta1: Py<PyArray1<f64>>,
+    /// numpy.ndarray: normal angle of the object at contact 2, shape (n,), radians.
     #[pyo3(get)]
     theta2: Py<PyArray1<f64>>,
+    /// numpy.ndarray: counts up at each jump, from 0, shape (n,).
     #[pyo3(get)]
     piece: Py<PyArray1<u32>>,
+    /// numpy.ndarray: measured minus predicted position of contact 1, shape (n,), metres.
+    ///
+    /// NaN where no contact was seen, or after `Result.load`.
     #[pyo3(get)]
     residual1: Py<PyArray1<f64>>,
+    /// numpy.ndarray: measured minus predicted position of contact 2, shape (n,), metres.
+    ///
+    /// NaN where no contact was seen, or after `Result.load`.
     #[pyo3(get)]
     residual2: Py<PyArray1<f64>>,
+    /// numpy.ndarray: what contact 1 does under friction, shape (n,).
+    ///
+    /// 0 where the object sticks to the palm, 1 where it slides away from the base of the palm, -1 where it slides the other way; NaN where friction
+    /// does not say.
     #[pyo3(get)]
     mode1: Py<PyArray1<f64>>,
+    /// numpy.ndarray: what contact 2 does under friction, shape (n,).
+    ///
+    /// 0 where the object sticks to the palm, 1 where it slides towards the base of the palm, -1 where it slides the other way; NaN where friction
+    /// does not say.
     #[pyo3(get)]
     mode2: Py<PyArray1<f64>>,
 }
@@ -180,10 +180,19 @@ impl ResultData {
     }
 
     fn page(&self, summary: &Summary, truth: Option<&TrueData>, title: Option<&str>) -> PyResult<String> {
+        Ok(palpate_report::page(&self.report_input(summary, truth, title)?))
+    }
+
+    fn report_input<'a>(
+        &'a self,
+        summary: &'a Summary,
+        truth: Option<&'a TrueData>,
+        title: Option<&'a str>,
+    ) -> PyResult<ReportInput<'a>> {
         let name = summary.log.as_deref();
         let overlay =
             truth.zip(summary.truth).map(|(truth, errors)| TruthOverlay { truth: &truth.truth, errors: errors.into() });
-        Ok(palpate_report::page(&ReportInput {
+        Ok(ReportInput {
             title: title.or(name).unwrap_or("A palm log"),
             log: self.logged()?,
             reconstruction: &self.found,
@@ -191,7 +200,7 @@ impl ResultData {
             seconds: summary.seconds,
             command: None,
             version: &summary.version,
-        }))
+        })
     }
 }
 
@@ -448,6 +457,83 @@ impl ResultData {
         self.page(&self.to_summary(truth)?, truth, title)
     }
 
+    /// Show the report: in the notebook that calls, else in a browser.
+    ///
+    /// Parameters
+    /// ----------
+    /// truth : Truth, optional
+    ///     What is true, to compare with.
+    /// title : str, optional
+    ///     Heading. Default: the name of the log.
+    /// height : int, default 900
+    ///     Height within a notebook, pixels.
+    ///
+    /// Raises
+    /// ------
+    /// CompareError
+    ///     If the truth does not belong to the log.
+    /// InputError
+    ///     If the result was read from a folder and has no log to show.
+    #[pyo3(signature = (*, truth=None, title=None, height=Whole(900)), text_signature = "($self, *, truth=None, title=None, height=900)")]
+    fn show(&self, py: Python<'_>, truth: Option<PyRef<TrueData>>, title: Option<&str>, height: Whole) -> PyResult<()> {
+        let page = self.report_html(truth, title)?;
+        py.import("palpate._show")?.getattr("show_page")?.call1((page, height.small()))?;
+        Ok(())
+    }
+
+    /// The motion as an animated GIF: first palms and contacts alone, then what follows from them.
+    ///
+    /// In a notebook, `IPython.display.Image(result.animation())` plays it.
+    ///
+    /// Parameters
+    /// ----------
+    /// path : str or os.PathLike, optional
+    ///     Where to write it, besides.
+    ///
+    /// Returns
+    /// -------
+    /// bytes
+    ///     The GIF file.
+    ///
+    /// Raises
+    /// ------
+    /// WriteError
+    ///     If it cannot be written.
+    /// InputError
+    ///     If the result was read from a folder and has no log to show, or nothing moves.
+    #[pyo3(signature = (path=None))]
+    fn animation<'py>(&self, py: Python<'py>, path: Option<PathBuf>) -> PyResult<Bound<'py, PyBytes>> {
+        let summary = self.to_summary(None)?;
+        let input = self.report_input(&summary, None, None)?;
+        let gif = py.detach(|| palpate_report::animation(&input)).map_err(|error| errors::input(error.to_string()))?;
+        if let Some(path) = path {
+            py.detach(|| palpate_io::write_whole(&path, &gif)).or_raise()?;
+        }
+        Ok(PyBytes::new(py, &gif))
+    }
+
+    /// The motion, or the shape, as a pandas data frame.
+    ///
+    /// Parameters
+    /// ----------
+    /// table : {'motion', 'shape'}
+    ///     'motion': a row for each sample, with time as index and the columns of `motion.csv`, and the residuals. 'shape': a row for each
+    ///     normal angle, which is the index, with the columns of `shape.csv`.
+    ///
+    /// Returns
+    /// -------
+    /// pandas.DataFrame
+    ///     The table, in SI units and radians.
+    ///
+    /// Raises
+    /// ------
+    /// InputError
+    ///     If there is no such table.
+    #[pyo3(signature = (table="motion"))]
+    fn to_pandas<'py>(slf: &Bound<'py, Self>, table: &str) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("palpate._pandas")?.getattr("frame_of_result")?.call1((slf, table))
+    }
+
     /// Draw the outline with its 95 % band, in millimetres.
     ///
     /// Where the boundary was never felt it is dashed; a cross marks the centre of mass.
@@ -495,6 +581,29 @@ impl ResultData {
         truth: Option<Bound<'py, TrueData>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         slf.py().import("palpate._plot")?.getattr("plot_motion")?.call1((slf, axes, truth))
+    }
+
+    /// Draw measured minus predicted contact positions over time, in micrometres.
+    ///
+    /// Dashed lines are two standard deviations of the sensor noise, between which 95 % of them should lie.
+    ///
+    /// Parameters
+    /// ----------
+    /// axes : sequence of matplotlib.axes.Axes, optional
+    ///     Two of them, one for each palm; by default in a new figure.
+    ///
+    /// Returns
+    /// -------
+    /// numpy.ndarray
+    ///     The two axes drawn in.
+    ///
+    /// Raises
+    /// ------
+    /// InputError
+    ///     If the result was read from a folder and has no residuals.
+    #[pyo3(signature = (axes=None))]
+    fn plot_residuals<'py>(slf: &Bound<'py, Self>, axes: Option<Bound<'py, PyAny>>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("palpate._plot")?.getattr("plot_residuals")?.call1((slf, axes))
     }
 
     fn __eq__(&self, other: &Self) -> bool {

@@ -7,8 +7,9 @@ use numpy::{PyArray1, PyArray2};
 use palpate::palms::PalmPair;
 use palpate::{Log, Sample};
 use palpate_io::{Conventions, LogFile};
+use pyo3::exceptions::PyAttributeError;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyMapping, PySlice};
+use pyo3::types::{PyDict, PyMapping};
 
 use crate::interop::arrays::{self, Column, Table};
 use crate::interop::errors::{self, OrRaise};
@@ -17,6 +18,8 @@ use crate::measured::rig::{self, RigGiven};
 
 /// Stands for the file in messages about columns in memory.
 const COLUMNS: &str = "the columns (lines counted from 0)";
+/// The same for a file object without a name.
+const READER: &str = "the file object";
 /// The same for a data frame.
 const FRAME: &str = "the data frame (lines counted from 0)";
 
@@ -44,20 +47,6 @@ const FRAME: &str = "the data frame (lines counted from 0)";
 /// metadata : dict of str to str, optional
 ///     Notes that go with the log into a file.
 ///
-/// Attributes
-/// ----------
-/// time_s, phi1_rad, phi2_rad, s1_m, s2_m : numpy.ndarray
-///     The columns, shape (n,), read-only.
-/// s1_sd_m, s2_sd_m, force1_n, force2_n : numpy.ndarray or None
-///     The same; None where nothing is stated.
-/// base1_m, base2_m : numpy.ndarray
-///     Base points, shape (n, 2), metres, read-only.
-/// metadata : dict of str to str
-///     Notes that go with the log; a copy.
-/// notes : list of str
-///     What there is to say about the file or table, such as columns left aside. Each is a `ReadWarning` as well.
-/// name : str or None
-///     Name of the file that it came from.
 ///
 /// Raises
 /// ------
@@ -68,28 +57,40 @@ pub struct LogData {
     pub file: Arc<LogFile>,
     /// Those of a rig that the samples were turned by, so that they are turned but once.
     pub conventions: Conventions,
+    /// str or None: name of the file that it came from.
     #[pyo3(get)]
     pub name: Option<String>,
+    /// numpy.ndarray: time, shape (n,), seconds; read-only, as all arrays here.
     #[pyo3(get)]
     time_s: Py<PyArray1<f64>>,
+    /// numpy.ndarray: angle of palm 1 against the horizontal, shape (n,), radians.
     #[pyo3(get)]
     phi1_rad: Py<PyArray1<f64>>,
+    /// numpy.ndarray: angle from palm 1 to palm 2, counter-clockwise, shape (n,), radians.
     #[pyo3(get)]
     phi2_rad: Py<PyArray1<f64>>,
+    /// numpy.ndarray: distance of contact 1 from the base of its palm, shape (n,), metres; NaN where no contact was seen.
     #[pyo3(get)]
     s1_m: Py<PyArray1<f64>>,
+    /// numpy.ndarray: distance of contact 2 from the base of its palm, shape (n,), metres; NaN where no contact was seen.
     #[pyo3(get)]
     s2_m: Py<PyArray1<f64>>,
+    /// numpy.ndarray or None: standard deviation of each reading of pad 1, shape (n,), metres; None where nothing is stated.
     #[pyo3(get)]
     s1_sd_m: Option<Py<PyArray1<f64>>>,
+    /// numpy.ndarray or None: standard deviation of each reading of pad 2, shape (n,), metres; None where nothing is stated.
     #[pyo3(get)]
     s2_sd_m: Option<Py<PyArray1<f64>>>,
+    /// numpy.ndarray: base point of palm 1, shape (n, 2), metres.
     #[pyo3(get)]
     base1_m: Py<PyArray2<f64>>,
+    /// numpy.ndarray: base point of palm 2, shape (n, 2), metres.
     #[pyo3(get)]
     base2_m: Py<PyArray2<f64>>,
+    /// numpy.ndarray or None: normal force at contact 1, shape (n,), newtons; None where nothing is stated.
     #[pyo3(get)]
     force1_n: Option<Py<PyArray1<f64>>>,
+    /// numpy.ndarray or None: normal force at contact 2, shape (n,), newtons; None where nothing is stated.
     #[pyo3(get)]
     force2_n: Option<Py<PyArray1<f64>>>,
 }
@@ -134,6 +135,75 @@ impl LogData {
     /// The same log with samples that were turned by these conventions.
     pub fn turned(&self, py: Python<'_>, log: Log, conventions: Conventions) -> Self {
         Self { conventions, ..self.with_samples(py, log.samples) }
+    }
+}
+
+/// A CSV file as Python gives it: where it is, or what reads it.
+#[derive(FromPyObject)]
+pub enum CsvGiven {
+    Path(PathBuf),
+    Reader(Py<PyAny>),
+}
+
+impl CsvGiven {
+    /// The log in it, as a rig with these conventions wrote it.
+    fn log(self, py: Python<'_>, conventions: Conventions) -> PyResult<LogData> {
+        let (file, name) = match self {
+            Self::Path(path) => {
+                let file = py.detach(|| palpate_io::read_log_as(&path, &conventions)).or_raise()?;
+                (file, path.file_name().map(|name| name.to_string_lossy().into_owned()))
+            }
+            Self::Reader(reader) => {
+                let reader = reader.into_bound(py);
+                let read = reader.call_method0("read").map_err(|error| {
+                    let is_none = error.is_instance_of::<PyAttributeError>(py);
+                    let text =
+                        "a log is read from the path of a file, or from a file object that gives its text or bytes";
+                    if is_none { errors::input(text.to_owned()) } else { error }
+                })?;
+                let bytes = if let Ok(text) = read.extract::<String>() { text.into_bytes() } else { read.extract()? };
+                let name: Option<String> = reader.getattr("name").and_then(|name| name.extract()).ok();
+                let shown = name.as_deref().unwrap_or(READER);
+                let parsed = py.detach(|| {
+                    let bytes = palpate_io::bytes_from(shown, bytes.as_slice())?;
+                    palpate_io::parse_log_as(shown, &bytes, &conventions)
+                });
+                let name = name.map(|name| name.rsplit(['/', '\\']).next().unwrap_or_default().to_owned());
+                (parsed.or_raise()?, name)
+            }
+        };
+        Ok(LogData { conventions, ..LogData::of(py, checked(py, file)?, name) })
+    }
+}
+
+/// A log as Python gives it: itself, a CSV file, a data frame, or columns by name.
+#[derive(FromPyObject)]
+pub enum LogGiven {
+    Log(Py<LogData>),
+    Path(PathBuf),
+    Other(Py<PyAny>),
+}
+
+impl LogGiven {
+    /// The log with signs, directions and base points as palpate has them.
+    pub fn with_conventions(self, py: Python<'_>, conventions: &Conventions) -> PyResult<Py<LogData>> {
+        let log = match self {
+            Self::Log(log) => log,
+            // What is read by the conventions may have angles that no log has without.
+            Self::Path(path) => Py::new(py, CsvGiven::Path(path).log(py, *conventions)?)?,
+            Self::Other(other) => {
+                let given = other.bind(py);
+                let log = if given.hasattr("read")? {
+                    CsvGiven::Reader(other).log(py, *conventions)?
+                } else if given.hasattr("iloc")? {
+                    LogData::from_pandas(py, given)?
+                } else {
+                    LogData::from_numpy(py, Some(given), None)?
+                };
+                Py::new(py, log)?
+            }
+        };
+        rig::with_conventions(py, log, conventions)
     }
 }
 
@@ -193,8 +263,8 @@ impl LogData {
     ///
     /// Parameters
     /// ----------
-    /// path : str or os.PathLike
-    ///     The file, or one compressed by gzip. Columns are found by name, in any order; the name carries the unit, such as s1_mm or
+    /// path : str, os.PathLike or file object
+    ///     The file, or one compressed by gzip, or what has a method `read` that gives its text or bytes. Columns are found by name, in any order; the name carries the unit, such as s1_mm or
     ///     "phi1 (deg)".
     /// rig : Rig or str or os.PathLike, optional
     ///     The rig that wrote it, or its file: signs of the angles, directions of the pads and base points are taken as the rig has them,
@@ -212,14 +282,12 @@ impl LogData {
     ///     If the file cannot be read or is no usable palm log; the message says where, what, and what to do.
     #[staticmethod]
     #[pyo3(signature = (path, *, rig=None))]
-    fn from_csv(py: Python<'_>, path: PathBuf, rig: Option<RigGiven>) -> PyResult<Self> {
+    fn from_csv(py: Python<'_>, path: CsvGiven, rig: Option<RigGiven>) -> PyResult<Self> {
         let conventions = match rig {
             Some(rig) => rig.read(py)?.conventions,
             None => Conventions::default(),
         };
-        let file = checked(py, py.detach(|| palpate_io::read_log_as(&path, &conventions)).or_raise()?)?;
-        let name = path.file_name().map(|name| name.to_string_lossy().into_owned());
-        Ok(Self { conventions, ..Self::of(py, file, name) })
+        path.log(py, conventions)
     }
 
     /// A palm log from arrays whose names carry units, as the columns of a CSV file do.
@@ -344,6 +412,22 @@ impl LogData {
         Ok(columns)
     }
 
+    /// Draw palm angles and contact positions over time, in degrees and millimetres.
+    ///
+    /// Parameters
+    /// ----------
+    /// axes : sequence of matplotlib.axes.Axes, optional
+    ///     Two of them; by default in a new figure.
+    ///
+    /// Returns
+    /// -------
+    /// numpy.ndarray
+    ///     The two axes drawn in.
+    #[pyo3(signature = (axes=None))]
+    fn plot<'py>(slf: &Bound<'py, Self>, axes: Option<Bound<'py, PyAny>>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("palpate._plot")?.getattr("plot_log")?.call1((slf, axes))
+    }
+
     /// Write the log to a CSV file, with digits enough to read back the same numbers.
     ///
     /// Parameters
@@ -359,6 +443,7 @@ impl LogData {
         py.detach(|| palpate_io::write_log(&path, &self.file.log, &self.file.metadata)).or_raise()
     }
 
+    /// dict of str to str: notes that go with the log into a file; a copy.
     #[getter]
     fn metadata<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let metadata = PyDict::new(py);
@@ -368,6 +453,9 @@ impl LogData {
         Ok(metadata)
     }
 
+    /// list of str: what there is to say about the file or table, such as columns left aside.
+    ///
+    /// Each of them is a `ReadWarning` as well.
     #[getter]
     fn notes(&self) -> Vec<String> {
         self.file.notes.clone()
@@ -377,12 +465,14 @@ impl LogData {
         self.file.log.samples.len()
     }
 
-    fn __getitem__(&self, py: Python<'_>, samples: &Bound<'_, PySlice>) -> PyResult<Self> {
+    fn __getitem__(&self, py: Python<'_>, samples: &Bound<'_, PyAny>) -> PyResult<Self> {
         let all = &self.file.log.samples;
-        let range = samples.indices(all.len() as isize)?;
-        let chosen = (0..range.slicelength as isize).map(|place| range.start + place * range.step);
-        let chosen = chosen.filter_map(|index| all.get(usize::try_from(index).ok()?).copied()).collect();
-        Ok(self.with_samples(py, chosen))
+        // numpy knows slices, masks and indices, and what is wrong with one.
+        let numbers = py.import("numpy")?.getattr("arange")?.call1((all.len(),))?.get_item(samples)?;
+        let chosen: Vec<usize> = numbers.extract().map_err(|_| {
+            errors::input("a log is cut by a slice, a mask or an array of indices; its columns are arrays".to_owned())
+        })?;
+        Ok(self.with_samples(py, chosen.into_iter().filter_map(|index| all.get(index).copied()).collect()))
     }
 
     fn __eq__(&self, other: &Self) -> bool {

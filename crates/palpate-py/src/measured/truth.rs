@@ -27,10 +27,6 @@ use crate::object::shape::{Shape, support_columns};
 /// com_m : array_like of float, shape (n, 2)
 ///     Centre of mass in the global frame, metres.
 ///
-/// Attributes
-/// ----------
-/// theta_rad, r_m, time_s, psi_rad, com_m : numpy.ndarray
-///     The same, read-only.
 ///
 /// Raises
 /// ------
@@ -39,14 +35,19 @@ use crate::object::shape::{Shape, support_columns};
 #[pyclass(frozen, module = "palpate", name = "Truth")]
 pub struct TrueData {
     pub truth: Truth,
+    /// numpy.ndarray: normal angles, shape (m,), radians; read-only, as all arrays here.
     #[pyo3(get)]
     theta_rad: Py<PyArray1<f64>>,
+    /// numpy.ndarray: support function about the centre of mass there, shape (m,), metres.
     #[pyo3(get)]
     r_m: Py<PyArray1<f64>>,
+    /// numpy.ndarray: times of the samples of the log, shape (n,), seconds.
     #[pyo3(get)]
     time_s: Py<PyArray1<f64>>,
+    /// numpy.ndarray: orientation, shape (n,), radians.
     #[pyo3(get)]
     psi_rad: Py<PyArray1<f64>>,
+    /// numpy.ndarray: centre of mass in the global frame, shape (n, 2), metres.
     #[pyo3(get)]
     com_m: Py<PyArray2<f64>>,
 }

@@ -13,25 +13,11 @@ use crate::object::shape::Shape;
 /// A shape made from an outline, and how far it is from it.
 ///
 /// Few harmonics round corners off and let flat sides bulge. `SupportFunction.from_outline` makes one.
-///
-/// Attributes
-/// ----------
-/// shape : SupportFunction
-///     The shape, about its centre of mass.
-/// cut_m : float
-///     How far the outline stands out of the shape at most, metres: what its corners lose.
-/// bulge_m : float
-///     How far the shape stands out of the convex hull of the outline at most, metres: what its sides gain.
-/// dent_m : float
-///     Depth of the deepest dent of the outline, metres; palms feel the convex hull, which closes it.
-/// residual_m : float
-///     Largest distance between the shape and the convex hull, metres.
-/// notes : list of str
-///     What there is to say about a file, such as which path of a drawing was taken.
 #[pyclass(frozen, eq, module = "palpate", name = "OutlineFit")]
 #[derive(Clone, PartialEq)]
 pub struct Fit {
     fit: OutlineFit,
+    /// list of str: what there is to say about a file, such as which path of a drawing was taken.
     #[pyo3(get)]
     notes: Vec<String>,
 }
@@ -68,26 +54,31 @@ impl Fit {
 
 #[pymethods]
 impl Fit {
+    /// SupportFunction: the shape, about its centre of mass.
     #[getter]
     fn shape(&self) -> Shape {
         Shape(self.fit.shape.clone())
     }
 
+    /// float: how far the outline stands out of the shape at most, metres: what its corners lose.
     #[getter]
     fn cut_m(&self) -> f64 {
         self.fit.cut_m
     }
 
+    /// float: how far the shape stands out of the convex hull of the outline at most, metres: what its sides gain.
     #[getter]
     fn bulge_m(&self) -> f64 {
         self.fit.bulge_m
     }
 
+    /// float: depth of the deepest dent of the outline, metres; palms feel the convex hull, which closes it.
     #[getter]
     fn dent_m(&self) -> f64 {
         self.fit.dent_m
     }
 
+    /// float: largest distance between the shape and the convex hull, metres.
     #[getter]
     fn residual_m(&self) -> f64 {
         self.fit.residual_m()

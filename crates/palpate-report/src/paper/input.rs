@@ -4,7 +4,7 @@ use palpate::sensor::VisionSystem;
 use palpate::shape::SupportFunction;
 use palpate::{Log, Reconstruction, Truth};
 
-use crate::paper::drawing::colors::{BLUE, ORANGE};
+use crate::drawing::colors::{BLUE, ORANGE};
 
 /// A way to reconstruct that the figures show.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -3,7 +3,6 @@
 //! [`figures()`] draws them as SVG, [`png`] makes pictures of them, [`paper_page`] is the page. What they show is made
 //! elsewhere: logs are simulated and reconstructed by whoever calls.
 
-mod drawing;
 mod figures;
 mod input;
 mod page;
@@ -12,7 +11,7 @@ use palpate::palms::PalmPair;
 
 use figures::geometry::Rest;
 
-pub use drawing::png::{PngError, png};
+pub use crate::drawing::png::{PngError, png};
 pub use figures::figure::{FIGURE_NAMES, Figure};
 pub use input::{Method, PaperInput, Trial};
 pub use page::paper_page;

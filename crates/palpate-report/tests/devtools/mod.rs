@@ -154,6 +154,18 @@ impl Browser {
         self.click_at(place);
     }
 
+    /// A tap with a finger.
+    pub fn tap(&mut self, (x, y): (f64, f64)) {
+        self.call("Input.dispatchTouchEvent", json!({ "type": "touchStart", "touchPoints": [{ "x": x, "y": y }] }));
+        self.call("Input.dispatchTouchEvent", json!({ "type": "touchEnd", "touchPoints": [] }));
+    }
+
+    /// The page on paper, as PDF.
+    pub fn pdf(&mut self) -> Vec<u8> {
+        let answer = self.call("Page.printToPDF", json!({ "printBackground": true, "preferCSSPageSize": true }));
+        base64(answer["data"].as_str().expect("a document"))
+    }
+
     /// A key as `KeyboardEvent.key` names it.
     pub fn press(&mut self, key: &str) {
         let text = if key == " " { " " } else { "" };
@@ -171,6 +183,17 @@ impl Browser {
         let features = json!([{ "name": "prefers-color-scheme", "value": scheme }]);
         self.call("Emulation.setEmulatedMedia", json!({ "features": features }));
         self.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done(true))))");
+    }
+
+    /// Downloads go to a folder without being asked for.
+    pub fn save_downloads_in(&mut self, folder: &Path) {
+        self.call("Page.setDownloadBehavior", json!({ "behavior": "allow", "downloadPath": folder }));
+    }
+
+    /// The system of someone who wants less motion.
+    pub fn less_motion(&mut self, scheme: &str) {
+        let features = json!([{ "name": "prefers-color-scheme", "value": scheme }, { "name": "prefers-reduced-motion", "value": "reduce" }]);
+        self.call("Emulation.setEmulatedMedia", json!({ "features": features }));
     }
 
     /// A picture of the whole page as PNG.

@@ -1,7 +1,7 @@
 //! Figure 6: the shape as it is being reconstructed, in 27 frames.
 
-use crate::paper::drawing::colors::{GREEN, GREY, INK, OBJECT, RED, RULE};
-use crate::paper::drawing::svg::{Anchor, Point, Sheet, View, area, line, plain};
+use crate::drawing::colors::{GREEN, GREY, INK, OBJECT, RED, RULE};
+use crate::drawing::svg::{Anchor, Point, Sheet, View, area, line, plain};
 use crate::paper::figures::scene::{observed_points, outline, palm_ends, palms, pose, true_pose};
 use crate::paper::input::{Method, Trial};
 use palpate::palms::Palm;

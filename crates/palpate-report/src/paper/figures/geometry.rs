@@ -3,8 +3,8 @@
 use palpate::palms::{GeneralizedContactSupport, Palm, PalmPair};
 use palpate::shape::SupportFunction;
 
-use crate::paper::drawing::colors::{BLUE, GREEN, GREY, INK, OBJECT, ORANGE, RED};
-use crate::paper::drawing::svg::{Anchor, Pen, Point, Sheet, View, arc, area, line, plain};
+use crate::drawing::colors::{BLUE, GREEN, GREY, INK, OBJECT, ORANGE, RED};
+use crate::drawing::svg::{Anchor, Pen, Point, Sheet, View, arc, area, line, plain};
 use crate::paper::figures::scene::{outline, palm_ends, palms, view_of};
 use palpate::compare::RigidMotion;
 

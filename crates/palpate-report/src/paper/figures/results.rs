@@ -7,9 +7,9 @@ use palpate::palms::Palm;
 use palpate::reconstruct::diagnostics;
 use palpate::sensor::VisionSystem;
 
-use crate::paper::drawing::colors::{BLUE, GREEN, GREY, INK, OBJECT, RED, RULE};
-use crate::paper::drawing::plot::{Labels, Plot, range};
-use crate::paper::drawing::svg::{Anchor, Point, Sheet, View, area, line, plain};
+use crate::drawing::colors::{BLUE, GREEN, GREY, INK, OBJECT, RED, RULE};
+use crate::drawing::plot::{Labels, Plot, range};
+use crate::drawing::svg::{Anchor, Point, Sheet, View, area, line, plain};
 use crate::paper::figures::scene::{observed_points, outline, palm_ends, palms, true_pose, view_of};
 use crate::paper::input::{Method, Trial};
 

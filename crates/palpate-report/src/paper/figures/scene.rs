@@ -6,7 +6,7 @@ use palpate::palms::{Palm, PalmPair};
 use palpate::shape::SupportFunction;
 use std::f64::consts::TAU;
 
-use crate::paper::drawing::svg::{Pen, Point, Sheet, View, area};
+use crate::drawing::svg::{Pen, Point, Sheet, View, area};
 use crate::paper::input::Trial;
 
 /// The outline of a shape in its own frame, metres.

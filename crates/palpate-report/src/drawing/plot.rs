@@ -1,11 +1,11 @@
 //! A plot: a frame with ticks, and curves in it.
 
-use crate::paper::drawing::colors::{INK, RULE};
-use crate::paper::drawing::svg::{Anchor, Pen, Point, Sheet, area, line, plain};
+use crate::drawing::colors::{INK, RULE};
+use crate::drawing::svg::{Anchor, Pen, Point, Sheet, area, line, plain};
 
 /// A frame on a sheet and the ranges that it shows.
 #[derive(Clone, Debug)]
-pub(in crate::paper) struct Plot {
+pub(crate) struct Plot {
     corner: Point,
     size: Point,
     x: [f64; 2],
@@ -14,7 +14,7 @@ pub(in crate::paper) struct Plot {
 
 /// What is written beside a plot.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::paper) struct Labels<'a> {
+pub(crate) struct Labels<'a> {
     pub title: &'a str,
     pub x: &'a str,
     pub y: &'a str,
@@ -84,7 +84,7 @@ impl Plot {
 }
 
 /// The range of some values; from 0 to 1 when there are none.
-pub(in crate::paper) fn range(values: impl IntoIterator<Item = f64>) -> [f64; 2] {
+pub(crate) fn range(values: impl IntoIterator<Item = f64>) -> [f64; 2] {
     let [low, high] = values
         .into_iter()
         .filter(|value| value.is_finite())

@@ -3,7 +3,7 @@
 use resvg::tiny_skia::{Pixmap, Transform};
 use resvg::usvg::{Options, Tree, fontdb};
 
-/// Pixels of the picture for one of the drawing.
+/// Pixels of a PNG file for one of the drawing.
 const SCALE: f32 = 2.0;
 
 /// Most pixels of a picture: 16 384 by 16 384.
@@ -33,20 +33,35 @@ pub enum PngError {
 /// # Errors
 /// The document is faulty or far too large.
 pub fn png(svg: &str) -> Result<Vec<u8>, PngError> {
-    let mut options = Options { font_family: "DejaVu Sans".to_owned(), ..Options::default() };
-    let fonts: &mut fontdb::Database = options.fontdb_mut();
-    for font in [dejavu::sans::regular(), dejavu::sans::bold(), dejavu::sans::oblique()] {
-        fonts.load_font_data(font.to_vec());
+    Painter::new().pixels(svg, SCALE)?.encode_png().map_err(|error| PngError::Packing(error.to_string()))
+}
+
+/// Makes pixels of SVG documents, with its fonts at hand.
+pub(crate) struct Painter<'a>(Options<'a>);
+
+impl Painter<'_> {
+    /// With the fonts read.
+    pub fn new() -> Self {
+        let mut options = Options { font_family: "DejaVu Sans".to_owned(), ..Options::default() };
+        let fonts: &mut fontdb::Database = options.fontdb_mut();
+        for font in [dejavu::sans::regular(), dejavu::sans::bold(), dejavu::sans::oblique()] {
+            fonts.load_font_data(font.to_vec());
+        }
+        Self(options)
     }
-    let tree = Tree::from_str(svg, &options).map_err(|error| PngError::Svg(error.to_string()))?;
-    let size = tree.size();
-    let (width, height) = ((SCALE * size.width()).ceil() as u32, (SCALE * size.height()).ceil() as u32);
-    if u64::from(width) * u64::from(height) > MOST_PIXELS {
-        return Err(PngError::Size { width, height });
+
+    /// A picture, `scale` pixels for one of the drawing.
+    pub fn pixels(&self, svg: &str, scale: f32) -> Result<Pixmap, PngError> {
+        let tree = Tree::from_str(svg, &self.0).map_err(|error| PngError::Svg(error.to_string()))?;
+        let size = tree.size();
+        let (width, height) = ((scale * size.width()).ceil() as u32, (scale * size.height()).ceil() as u32);
+        if u64::from(width) * u64::from(height) > MOST_PIXELS {
+            return Err(PngError::Size { width, height });
+        }
+        let mut pixels = Pixmap::new(width, height).ok_or(PngError::Size { width, height })?;
+        resvg::render(&tree, Transform::from_scale(scale, scale), &mut pixels.as_mut());
+        Ok(pixels)
     }
-    let mut pixels = Pixmap::new(width, height).ok_or(PngError::Size { width, height })?;
-    resvg::render(&tree, Transform::from_scale(SCALE, SCALE), &mut pixels.as_mut());
-    pixels.encode_png().map_err(|error| PngError::Packing(error.to_string()))
 }
 
 #[cfg(test)]

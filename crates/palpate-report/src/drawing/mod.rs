@@ -1,6 +1,6 @@
 //! What the figures are drawn with: colours, SVG sheets, plots, and pictures of them.
 
-pub(super) mod colors;
-pub(super) mod plot;
-pub(super) mod png;
-pub(super) mod svg;
+pub(crate) mod colors;
+pub(crate) mod plot;
+pub(crate) mod png;
+pub(crate) mod svg;

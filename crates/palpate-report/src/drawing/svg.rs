@@ -2,18 +2,18 @@
 
 use std::fmt::Write;
 
+use crate::drawing::colors::INK;
 use crate::html::escape;
-use crate::paper::drawing::colors::INK;
 
 /// Fonts of all text. The first is the one that PNG files are made with.
 const FONTS: &str = "DejaVu Sans, Verdana, sans-serif";
 
 /// A point in pixels, or in metres where a [`View`] is used.
-pub(in crate::paper) type Point = [f64; 2];
+pub(crate) type Point = [f64; 2];
 
 /// How a line or area is drawn.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::paper) struct Pen {
+pub(crate) struct Pen {
     pub stroke: &'static str,
     pub width: f64,
     pub fill: &'static str,
@@ -22,12 +22,12 @@ pub(in crate::paper) struct Pen {
 }
 
 /// A thin line of that colour.
-pub(in crate::paper) const fn line(stroke: &'static str, width: f64) -> Pen {
+pub(crate) const fn line(stroke: &'static str, width: f64) -> Pen {
     Pen { stroke, width, fill: "none", dashes: "" }
 }
 
 /// An area of that colour without an outline.
-pub(in crate::paper) const fn area(fill: &'static str) -> Pen {
+pub(crate) const fn area(fill: &'static str) -> Pen {
     Pen { stroke: "none", width: 0.0, fill, dashes: "" }
 }
 
@@ -45,7 +45,7 @@ impl Pen {
 
 /// Which end of a text is at its point.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::paper) enum Anchor {
+pub(crate) enum Anchor {
     Start,
     Middle,
     End,
@@ -53,7 +53,7 @@ pub(in crate::paper) enum Anchor {
 
 /// How a text is set.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::paper) struct Type {
+pub(crate) struct Type {
     pub size: f64,
     pub anchor: Anchor,
     pub color: &'static str,
@@ -62,7 +62,7 @@ pub(in crate::paper) struct Type {
 }
 
 /// Plain text of that size in the middle of its point.
-pub(in crate::paper) const fn plain(size: f64) -> Type {
+pub(crate) const fn plain(size: f64) -> Type {
     Type { size, anchor: Anchor::Middle, color: INK, bold: false, italic: false }
 }
 
@@ -86,7 +86,7 @@ impl Type {
 
 /// An SVG document in the making.
 #[derive(Clone, Debug)]
-pub(in crate::paper) struct Sheet {
+pub(crate) struct Sheet {
     width: f64,
     height: f64,
     body: String,
@@ -114,6 +114,13 @@ impl Sheet {
         }
         let end = if closed { "Z" } else { "" };
         let _ = writeln!(self.body, "<path d=\"{d}{end}\"{}/>", attributes(pen));
+    }
+
+    /// What is drawn meanwhile, more or less opaque (0 to 1).
+    pub fn faded(&mut self, opacity: f64, draw: impl FnOnce(&mut Self)) {
+        let _ = writeln!(self.body, "<g opacity=\"{opacity:.3}\">");
+        draw(self);
+        let _ = writeln!(self.body, "</g>");
     }
 
     pub fn segment(&mut self, from: Point, to: Point, pen: Pen) {
@@ -231,7 +238,7 @@ fn attributes(pen: Pen) -> String {
 
 /// From metres, y upwards, to a part of a sheet.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::paper) struct View {
+pub(crate) struct View {
     scale: f64,
     origin: Point,
 }
@@ -259,7 +266,7 @@ impl View {
 }
 
 /// Points of an arc about `center` (any units, y upwards), from one angle to another in radians.
-pub(in crate::paper) fn arc(center: Point, radius: f64, from: f64, to: f64) -> impl Iterator<Item = Point> {
+pub(crate) fn arc(center: Point, radius: f64, from: f64, to: f64) -> impl Iterator<Item = Point> {
     (0..=40).map(move |step| {
         let angle = from + (to - from) * f64::from(step) / 40.0;
         [center[0] + radius * angle.cos(), center[1] + radius * angle.sin()]
