@@ -3,6 +3,7 @@
 //! Palms whose base points lie apart are reduced to a hinged pair: their lines meet in one point, and measured from there the
 //! contact equations (eq. 3 of Moll & Erdmann 2001) and the balance are those of a hinge. Only the origin of s changes.
 
+use crate::estimate::work::Work;
 use crate::log::{Log, Sample};
 use crate::math::statistics::median;
 use crate::palms::{PalmAngles, contact_angles};
@@ -85,6 +86,8 @@ impl Instant {
 #[derive(Clone, Debug)]
 pub(crate) struct Measurements {
     pub instants: Vec<Instant>,
+    /// What has been done with them so far.
+    pub work: Work,
 }
 
 impl Measurements {
@@ -92,7 +95,12 @@ impl Measurements {
     pub fn new(log: &Log, sd_scale_m: Option<f64>) -> Self {
         let instants =
             log.samples.iter().enumerate().map(|(index, sample)| Instant::new(index, sample, sd_scale_m)).collect();
-        Self { instants }
+        Self { instants, work: Work::default() }
+    }
+
+    /// Other instants of the same log: a part of them, or means.
+    pub fn of(&self, instants: Vec<Instant>) -> Self {
+        Self { instants, work: self.work.clone() }
     }
 
     pub fn len(&self) -> usize {

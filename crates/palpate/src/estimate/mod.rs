@@ -1,7 +1,7 @@
 //! The kernel of the estimator: measurements, models of noise and shape, the solver, the evidence, and the association of poses
 //! with samples. It depends on no search, verdict or file. Each folder depends only on those before it:
 //!
-//! 1. [`measurements`], [`thinning`], [`motion`], [`jumps`], [`coverage`], [`closed_form`]: a log prepared, motions of the object and their jumps,
+//! 1. [`work`], [`measurements`], [`thinning`], [`motion`], [`jumps`], [`coverage`], [`closed_form`]: a log prepared, motions of the object and their jumps,
 //!    boundary that was felt, and motion and size from a trial height of the centre of mass;
 //! 2. [`model`]: residuals and their derivatives, noise, prior;
 //! 3. [`solver`]: maximum likelihood over all samples, every orientation eliminated exactly, and the posterior at the optimum;
@@ -24,3 +24,4 @@ pub(crate) mod model;
 pub(crate) mod motion;
 pub(crate) mod solver;
 pub(crate) mod thinning;
+pub(crate) mod work;

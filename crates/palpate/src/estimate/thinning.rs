@@ -103,7 +103,7 @@ pub(crate) fn most_instants(count: usize) -> usize {
 impl Measurements {
     /// The mean of each run, over the instants that saw both contacts; none where there are none.
     pub fn means(&self, runs: &[Range<usize>]) -> Self {
-        Self { instants: runs.iter().filter_map(|run| mean(&self.instants[run.clone()])).collect() }
+        self.of(runs.iter().filter_map(|run| mean(&self.instants[run.clone()])).collect())
     }
 }
 

@@ -316,7 +316,7 @@ impl<'a> Reconstructor<'a> {
             ranges,
             estimates: vec![estimate],
         };
-        let solved = job.solve(&found, 0)?;
+        let solved = job.solve(&found, 0, &Explored::default())?.ok_or(ReconstructError::NotSolvable)?;
         job.assemble(solved)
     }
 }

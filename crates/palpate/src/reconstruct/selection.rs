@@ -84,7 +84,7 @@ impl Job<'_> {
     /// Refines the arrangements that explain the log about equally well. Only certified ones count; when there is just one, it is
     /// the answer, else none is certified as unique.
     pub fn judge(&self, found: &Found, explored: &mut Explored) -> Result<Candidate, ReconstructError> {
-        let mut first = self.solve(found, 0)?;
+        let mut first = self.solve(found, 0, &Explored::default())?.ok_or(ReconstructError::NotSolvable)?;
         let period = first.refined.fine.prior.symmetry.period_rad();
         let alternatives = alternatives(&found.thin, &found.estimates, &first.refined.coarse, period);
         let as_likely = std::mem::take(&mut first.as_likely);
@@ -108,7 +108,11 @@ impl Job<'_> {
             if explored.contains(found, alternative) {
                 continue;
             }
-            if let Ok(other) = self.solve(found, alternative).and_then(|solved| self.assemble(solved)) {
+            if !results[0].result.is_certified() && self.is_spent() {
+                break;
+            }
+            let Ok(Some(solved)) = self.solve(found, alternative, explored) else { continue };
+            if let Ok(other) = self.assemble(solved) {
                 explored.add(&other);
                 results.push(other);
             }
@@ -188,11 +192,15 @@ impl Explored {
 
     /// Whether an arrangement of the search is the part of such a motion that it covers.
     pub fn contains(&self, found: &Found, arrangement: usize) -> bool {
-        let Some(estimate) = found.estimates.get(arrangement) else { return false };
+        found.estimates.get(arrangement).is_some_and(|estimate| self.contains_motion(&found.thin, &estimate.psi))
+    }
+
+    /// The same of a motion at some instants of the log.
+    pub fn contains_motion(&self, thin: &Measurements, motion: &[f64]) -> bool {
         self.motions.iter().any(|(psi, period)| {
             let place = |position: f64| (position.round() as usize).min(psi.len() - 1);
-            let there: Vec<f64> = found.thin.instants.iter().map(|instant| psi[place(instant.position)]).collect();
-            moved(&there, &estimate.psi, *period) as f64 <= ELSEWHERE_SHARE * there.len() as f64
+            let there: Vec<f64> = thin.instants.iter().map(|instant| psi[place(instant.position)]).collect();
+            moved(&there, motion, *period) as f64 <= ELSEWHERE_SHARE * there.len() as f64
         })
     }
 }

@@ -59,18 +59,24 @@ pub(crate) fn rival_rotations(measurements: &Measurements, fit: &Fit) -> Vec<Est
     let Some((evidence, present)) = weighed(present) else { return Vec::new() };
     let sd_m = (LOOSE * prior.size_m).max(noise.sensor_m);
     let loose = Noise { sensor_m: sd_m, balance_m: sd_m };
-    let mut rivals: Vec<(f64, Estimate)> = trials(measurements, &present, loose, prior)
+    let is_same = |a: &[f64], b: &[f64]| same_motion(a, b, period);
+    let polished: Vec<Estimate> = trials(measurements, &present, loose, prior)
         .into_par_iter()
-        .filter_map(|Trial { part, omega, coefficients, .. }| {
+        .map(|Trial { part, omega, coefficients, .. }| {
             let mut psi = present.psi.clone();
             psi[part].iter_mut().for_each(|psi| *psi += omega);
-            let estimate = Smoother::new(measurements, order, loose, prior).run(coefficients, psi, POLISHING);
-            weighed(sharp.run(estimate.coefficients, estimate.psi, POLISHING))
+            Smoother::new(measurements, order, loose, prior).run(coefficients, psi, POLISHING)
         })
+        .filter(|polished| !is_same(&polished.psi, &present.psi))
+        .collect();
+    // Neighbouring trials often lead to one optimum.
+    let most = polished.len();
+    let mut rivals: Vec<(f64, Estimate)> = first_distinct(polished, most, |polished| polished.psi.as_slice(), is_same)
+        .into_par_iter()
+        .filter_map(|polished| weighed(sharp.run(polished.coefficients, polished.psi, POLISHING)))
         .filter(|(of_rival, _)| *of_rival > evidence - CERTAIN.0)
         .collect();
     rivals.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let is_same = |a: &[f64], b: &[f64]| same_motion(a, b, period);
     rivals.retain(|(_, rival)| !is_same(&rival.psi, &present.psi));
     let most = rivals.len();
     first_distinct(rivals, most, |(_, rival)| rival.psi.as_slice(), is_same)

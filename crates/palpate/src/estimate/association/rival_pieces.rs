@@ -102,7 +102,7 @@ struct Rival {
 /// The likeliest other motions of one piece. Nothing tells the poses of `short` segments, so that they tell nothing of the shape.
 fn rivals(measurements: &Measurements, fit: &Fit, piece: Range<usize>, short: &[Range<usize>]) -> Vec<Rival> {
     let period = fit.prior.symmetry.period_rad();
-    let alone = Measurements { instants: measurements.instants[piece.clone()].to_vec() };
+    let alone = measurements.of(measurements.instants[piece.clone()].to_vec());
     let present = &fit.estimate.psi[piece.clone()];
     let mut others = measurements.clone();
     for aside in short.iter().cloned().chain([piece]) {

@@ -12,6 +12,7 @@ use crate::estimate::model::boundary::Boundary;
 use crate::estimate::model::contact::contact_directions;
 use crate::estimate::model::prior::{Convexity, Prior};
 use crate::estimate::solver::arrow::{Arrow, ArrowBuilder, BandRow};
+use crate::estimate::work::Work;
 use crate::log::Log;
 use crate::math::spline::SUPPORT;
 use crate::math::statistics::correlation_time;
@@ -45,6 +46,7 @@ const RIG: usize = 3;
 pub(crate) struct Problem<'a> {
     log: &'a Log,
     rig: &'a Rig,
+    work: Work,
     /// Of both contacts of each sample.
     weights: Vec<[f64; 2]>,
     order: usize,
@@ -162,6 +164,7 @@ impl<'a> Problem<'a> {
         Self {
             log,
             rig,
+            work: weighted.work.clone(),
             weights: weighted.instants.iter().map(|instant| [instant.weight1, instant.weight2]).collect(),
             order,
             prior,
@@ -408,6 +411,7 @@ impl<'a> Problem<'a> {
     /// The normal equations.
     pub fn linearise(&self, at: &Unknowns, corrected: &Corrected, here: &Residuals) -> Linearised {
         let (shape, samples) = (at.coefficients.len(), at.psi.len());
+        self.work.add_banded_step(samples, self.dense());
         let by_constants = self.by_constants(at, here);
         let instants = &corrected.measurements.instants;
         let boundaries: Vec<Boundary> =

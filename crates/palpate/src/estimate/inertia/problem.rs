@@ -7,6 +7,7 @@ use crate::estimate::model::boundary::Boundary;
 use crate::estimate::model::contact::{combine, contact_directions};
 use crate::estimate::model::prior::{Convexity, Prior};
 use crate::estimate::solver::arrow::{Arrow, ArrowBuilder};
+use crate::estimate::work::Work;
 use crate::log::Log;
 use crate::math::spline::{SUPPORT, SplineBasis, SplineRow};
 use crate::mechanics::inertial::{Inertia, InertialMoment, MovingPalms};
@@ -72,6 +73,7 @@ pub(crate) struct Problem<'a> {
     order: usize,
     pub prior: Prior,
     convexity: Convexity,
+    work: Work,
 }
 
 /// What rig and pads read, corrected by some calibration.
@@ -123,7 +125,8 @@ impl<'a> Problem<'a> {
         let collocations = knots_s.windows(2).flat_map(between).map(|time| (time, basis.at(time), 1.0)).collect();
         let weights = weighted.instants.iter().map(|instant| [instant.weight1, instant.weight2]).collect();
         let convexity = Convexity::new(order, prior.size_m, NODES[0] * order + NODES[1]);
-        Self { log, rig, weights, path, basis, samples, collocations, order, prior, convexity }
+        let work = weighted.work.clone();
+        Self { log, rig, weights, path, basis, samples, collocations, order, prior, convexity, work }
     }
 
     /// Number of places where the forces are looked at.
@@ -267,6 +270,7 @@ impl<'a> Problem<'a> {
 
     /// The normal equations.
     pub fn linearise(&self, at: &Unknowns, corrected: &Corrected) -> Linearised {
+        self.work.add_banded_step(self.samples.len() + self.collocations.len(), self.dense());
         Linearised { contacts: self.linearise_contacts(at, corrected), forces: self.linearise_forces(at, corrected) }
     }
 

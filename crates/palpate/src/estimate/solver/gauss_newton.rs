@@ -234,6 +234,7 @@ impl<'a, F: ForceModel> Smoother<'a, F> {
     /// The same for samples and prior alone.
     pub fn linearise_without_convexity(&self, coefficients: &[f64], psi: &[f64]) -> Normal {
         let unknowns = self.layout().unknowns();
+        self.measurements.work.add_step(psi.len(), unknowns);
         let mut psi_slope = vec![Lanes::ZERO; psi.len().div_ceil(LANES) * unknowns];
         let (mut psi_offset, mut psi_information) = (vec![0.0; psi.len()], vec![0.0; psi.len()]);
         let slopes = psi_slope.par_chunks_mut(SHARE / LANES * unknowns);

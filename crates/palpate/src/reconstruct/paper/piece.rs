@@ -36,7 +36,7 @@ impl Piece {
         if samples.len() < FEWEST {
             return None;
         }
-        let own = Measurements { instants: samples.iter().map(|&index| measurements.instants[index]).collect() };
+        let own = measurements.of(samples.iter().map(|&index| measurements.instants[index]).collect());
         let times_s: Vec<f64> = samples.iter().map(|&index| log.samples[index].time_s).collect();
         let signals = match method {
             Method::Ode => Some(Signals::new(&own.instants, &times_s, own.size_m(), sd_m)?),

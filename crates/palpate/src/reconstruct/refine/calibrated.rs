@@ -13,6 +13,7 @@ use crate::reconstruct::options::error::ReconstructError;
 use crate::reconstruct::search::problem::Corrected;
 use crate::reconstruct::search::schedule::{Found, Readings};
 use crate::reconstruct::search::segments::segments;
+use crate::reconstruct::selection::Explored;
 use crate::sensor::Calibration;
 use crate::sensor::calibration::palm_rates_rad_per_s;
 
@@ -78,32 +79,40 @@ impl<'a> Job<'a> {
         Some(Corrected { calibration, measurements, tolerance_m })
     }
 
-    /// Takes one arrangement of the search to the optimum over all samples, the open constants of the rig included.
-    pub fn solve(&self, found: &Found, arrangement: usize) -> Result<Solved<'a>, ReconstructError> {
+    /// Takes one arrangement of the search to the optimum over all samples, the open constants of the rig included. `None` where that leads to a
+    /// motion that is known.
+    pub fn solve(
+        &self,
+        found: &Found,
+        arrangement: usize,
+        explored: &Explored,
+    ) -> Result<Option<Solved<'a>>, ReconstructError> {
         if !self.is_open() {
-            let mut refined = self.refine(found, arrangement)?;
+            let Some(mut refined) = self.refine(found, arrangement, explored)? else { return Ok(None) };
             let as_likely = std::mem::take(&mut refined.as_likely);
             let same_rig = |refined| Solved { job: None, refined, as_likely: Vec::new() };
-            return Ok(Solved { as_likely: as_likely.into_iter().map(same_rig).collect(), ..same_rig(refined) });
+            let as_likely = as_likely.into_iter().map(same_rig).collect();
+            return Ok(Some(Solved { as_likely, ..same_rig(refined) }));
         }
         let (calibration, _) = self.roughly_calibrated(found, arrangement).ok_or(ReconstructError::NotSolvable)?;
-        let mut job = Self::calibrated(self.raw, self.options, calibration);
-        let mut refined = job.refine(found, arrangement)?;
+        let mut job = Self::calibrated(self.raw, self.options, calibration, self.measurements.work.clone());
+        let Some(mut refined) = job.refine(found, arrangement, explored)? else { return Ok(None) };
         for _ in 0..REFINEMENTS {
             let as_likely = std::mem::take(&mut refined.as_likely);
             let (solved, moved_sds) = job.with_constants(refined);
             if moved_sds < SAME_SDS {
                 let of_others = |other| job.with_constants(other).0;
-                return Ok(Solved { as_likely: as_likely.into_iter().map(of_others).collect(), ..solved });
+                return Ok(Some(Solved { as_likely: as_likely.into_iter().map(of_others).collect(), ..solved }));
             }
             // Other constants may have another motion and number of harmonics.
             job = solved.job.unwrap_or(job);
             let (calibration, thin) = (job.calibration, job.measurements.clone());
             let ranges = segments(&thin, job.scatter_m);
             let estimates = vec![solved.refined.fine.estimate];
-            refined = job.refine(&Found { calibration, tolerance_m: job.scatter_m, thin, ranges, estimates }, 0)?;
+            let found = Found { calibration, tolerance_m: job.scatter_m, thin, ranges, estimates };
+            refined = job.refine(&found, 0, &Explored::default())?.ok_or(ReconstructError::NotSolvable)?;
         }
-        Ok(job.with_constants(refined).0)
+        Ok(Some(job.with_constants(refined).0))
     }
 
     /// The constants at their optimum, with the motion near that of an optimum of all else and its number of harmonics; and how far they were
@@ -157,7 +166,7 @@ impl<'a> Job<'a> {
         let is_arranged = |index: usize| found.ranges.iter().any(|range| range.contains(&index));
         let indices = || (0..self.raw.samples.len()).filter(|&index| is_arranged(index));
         let raw = Log { samples: indices().map(|index| self.raw.samples[index]).collect() };
-        let arranged = Measurements { instants: indices().map(|index| self.measurements.instants[index]).collect() };
+        let arranged = self.measurements.of(indices().map(|index| self.measurements.instants[index]).collect());
         let psi = carry_over(&found.thin, &start.psi, &start.coefficients, &arranged, &found.ranges);
         let mut estimate = Estimate { psi, ..start.clone() };
         let mut job = self.recalibrated(&raw, found.calibration);

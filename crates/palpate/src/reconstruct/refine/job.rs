@@ -30,12 +30,14 @@ use crate::estimate::model::outliers::set_outliers_aside;
 use crate::estimate::model::prior::Prior;
 use crate::estimate::motion::{moved, unwrap};
 use crate::estimate::solver::gauss_newton::{Estimate, Fit};
+use crate::estimate::work::Work;
 use crate::log::Log;
 use crate::palms::PalmPair;
 use crate::reconstruct::options::ReconstructOptions;
 use crate::reconstruct::options::error::ReconstructError;
 use crate::reconstruct::result::reconstruction::FoundSymmetry;
 use crate::reconstruct::search::schedule::Found;
+use crate::reconstruct::selection::Explored;
 use crate::sensor::Calibration;
 use crate::shape::SupportFunction;
 use std::borrow::Cow;
@@ -199,15 +201,20 @@ impl Optimum {
 
 impl<'a> Job<'a> {
     pub(crate) fn new(log: &'a Log, options: &'a ReconstructOptions) -> Self {
-        Self::calibrated(log, options, options.rig.calibration)
+        Self::calibrated(log, options, options.rig.calibration, Work::default())
     }
 
-    /// The same with another calibration than the rig's.
-    pub(super) fn calibrated(raw: &'a Log, options: &'a ReconstructOptions, calibration: Calibration) -> Self {
+    /// The same with another calibration than the rig's, after some work.
+    pub(super) fn calibrated(
+        raw: &'a Log,
+        options: &'a ReconstructOptions,
+        calibration: Calibration,
+        work: Work,
+    ) -> Self {
         let exact = calibration == Calibration::default();
         let log = if exact { Cow::Borrowed(raw) } else { Cow::Owned(calibration.corrected(raw)) };
         let stated_m = options.sensor_sd_m.or_else(|| stated_noise_m(&log));
-        let mut measurements = Measurements::new(&log, stated_m);
+        let mut measurements = Measurements { work, ..Measurements::new(&log, stated_m) };
         let scatter_m = contact_scatter_m(&measurements);
         let outliers = set_outliers_aside(&mut measurements, scatter_m);
         let scatter_m = contact_scatter_m(&measurements);
@@ -242,23 +249,41 @@ impl<'a> Job<'a> {
     where
         'a: 'b,
     {
-        let job = Job::calibrated(raw, self.options, calibration);
+        let job = Job::calibrated(raw, self.options, calibration, self.measurements.work.clone());
         if self.balance_counts { job } else { job.without_balance() }
     }
 
-    /// Takes one arrangement of the search to the optimum over all samples.
-    pub(crate) fn refine(&self, found: &Found, arrangement: usize) -> Result<Refined, ReconstructError> {
+    /// Takes one arrangement of the search to the optimum over all samples; `None` where that leads to a motion that is known.
+    pub(crate) fn refine(
+        &self,
+        found: &Found,
+        arrangement: usize,
+        explored: &Explored,
+    ) -> Result<Option<Refined>, ReconstructError> {
         let start = found.estimates.get(arrangement).ok_or(ReconstructError::NotSolvable)?;
         let medium = thinned_in_ranges(&self.measurements, &found.ranges, self.scatter_m, ORDER_SAMPLES);
         let psi = carry_over(&found.thin, &start.psi, &start.coefficients, &medium, &found.ranges);
         let start = Estimate { coefficients: start.coefficients.clone(), psi, cost: f64::INFINITY };
         let rough = self.rough(&medium, start).ok_or(ReconstructError::NotSolvable)?;
-        let mut general = self.to_fixed_point(&medium, &found.ranges, self.decoded(&medium, rough), None)?;
+        let decoded = self.decoded(&medium, rough);
+        if explored.contains_motion(&medium, &decoded.estimate.psi) {
+            return Ok(None);
+        }
+        let mut general = self.to_fixed_point(&medium, &found.ranges, decoded, None)?;
+        if explored.contains_motion(&self.measurements, &general.fine.estimate.psi) {
+            return Ok(None);
+        }
         if general.settled {
             general = self.with_restarts(&medium, &found.ranges, general);
         }
         let likeliest = self.with_symmetry(&medium, &found.ranges, general);
-        Ok(if likeliest.settled { self.with_other_rotations(&medium, &found.ranges, likeliest) } else { likeliest })
+        let with_rotations = |optimum: Refined| self.with_other_rotations(&medium, &found.ranges, optimum);
+        Ok(Some(if likeliest.settled { with_rotations(likeliest) } else { likeliest }))
+    }
+
+    /// Whether nothing more is worth doing for the log.
+    pub(crate) fn is_spent(&self) -> bool {
+        self.measurements.work.is_spent(self.raw.samples.len())
     }
 
     /// The best of an optimum and of those reached by turning a part of the log against the rest.
@@ -440,7 +465,9 @@ impl<'a> Job<'a> {
             fine.noise.sensor_m >= CONTRADICTED * self.scatter_m || jumps.iter().any(|jump| !jump.physical);
         let samples = self.measurements.len();
         let is_lost = decoded.relocated > samples / FIRST_SHARE && jumps.len() > samples / LOST;
-        let settled = !last || few(decoded.relocated, samples) || !(is_contradicted || is_lost);
+        // Nothing that the log contradicts is worth more than it has cost.
+        let is_given_up = is_contradicted && self.is_spent();
+        let settled = (!last || few(decoded.relocated, samples) || !(is_contradicted || is_lost)) && !is_given_up;
         if !settled {
             // The samples that may be elsewhere stay ambiguous.
             return Weighed { ambiguity_rad: ambiguity.ambiguity_rad(), settled, rivals: Vec::new(), likelier: None };

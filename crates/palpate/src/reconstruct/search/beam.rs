@@ -221,7 +221,7 @@ impl<'a> BeamSearch<'a> {
     /// From `seeds`, candidates with `order` harmonics over the windows `seed`.
     pub fn new(problem: Problem<'a>, (seed, seeds, order): (Range<usize>, &[Estimate], usize)) -> Self {
         let Problem { calibration, measurements, windows, tolerance, prior } = problem;
-        let count = windows.len();
+        let (count, thin) = (windows.len(), measurements.of(Vec::new()));
         let mut beam_search = Self {
             calibration,
             measurements,
@@ -233,7 +233,7 @@ impl<'a> BeamSearch<'a> {
             deferred: vec![false; count],
             splits: 0,
             largest_misfit: 0.0,
-            thin: Measurements { instants: Vec::new() },
+            thin,
             beam: Vec::new(),
         };
         for window in seed {
@@ -265,11 +265,16 @@ impl<'a> BeamSearch<'a> {
             self.deferred.fill(false);
         }
         while self.normalized_misfit() <= largest_misfit {
-            if !self.advance(budget) || budget.is_spent() {
+            if !self.advance(budget) || budget.is_spent() || self.is_spent() {
                 return true;
             }
         }
         false
+    }
+
+    /// Whether nothing more is worth doing for the log.
+    pub fn is_spent(&self) -> bool {
+        self.measurements.work.is_spent(self.measurements.len())
     }
 
     /// Squared residuals of the best hypothesis per placed instant, at the noise at which arrangements are judged, over the
@@ -382,15 +387,11 @@ impl<'a> BeamSearch<'a> {
             let first = beside.len() - overlap;
             let mut run = beside.instants[first..].to_vec();
             run.extend(&target.thin.instants);
-            (
-                Measurements { instants: run },
-                (overlap - 1, offset + beside.len() - 1),
-                overlap..overlap + target.thin.len(),
-            )
+            (self.measurements.of(run), (overlap - 1, offset + beside.len() - 1), overlap..overlap + target.thin.len())
         } else {
             let mut run = target.thin.instants.clone();
             run.extend(&beside.instants[..overlap]);
-            (Measurements { instants: run }, (target.thin.len(), offset), 0..target.thin.len())
+            (self.measurements.of(run), (target.thin.len(), offset), 0..target.thin.len())
         };
         let (anchor, placed) = anchor;
         let relative = relative_height(&run);
@@ -474,7 +475,7 @@ impl<'a> BeamSearch<'a> {
         let mut by_time: Vec<usize> = (0..self.thin.len()).collect();
         let place = |index: &usize| self.thin.instants[*index].position;
         by_time.sort_by(|a, b| place(a).total_cmp(&place(b)));
-        let thin = Measurements { instants: by_time.iter().map(|&index| self.thin.instants[index]).collect() };
+        let thin = self.thin.of(by_time.iter().map(|&index| self.thin.instants[index]).collect());
         let hypotheses = self
             .beam
             .into_iter()

@@ -87,8 +87,10 @@ pub(crate) fn search(
 ) {
     let Readings { calibration, measurements, scatter_m, tolerance_m, prior, brief, goes_on } = *readings;
     let windows = windows(measurements, &segments(measurements, scatter_m), scatter_m, SAMPLES);
+    let is_spent = || measurements.work.is_spent(measurements.len());
     for (number, balance) in BALANCES.into_iter().enumerate() {
-        if number == AFTER_CONTACT_ALONE && otherwise() {
+        let last = number > 0 && is_spent();
+        if (number == AFTER_CONTACT_ALONE || last) && otherwise() || last {
             return;
         }
         let tolerance = Tolerance { scatter_m: tolerance_m, size_m: prior.size_m, balance };
@@ -112,7 +114,8 @@ pub(crate) fn search(
         }
         // The shape of a part may tell where the object is in all others, though no window beside it was explained.
         partial.sort_by_key(|(explained, _)| std::cmp::Reverse(*explained));
-        if partial.into_iter().take(PARTS[number]).any(|(_, found)| accept(found)) {
+        let mut parts = partial.into_iter().take(PARTS[number]).enumerate();
+        if parts.any(|(index, (_, found))| (number + index == 0 || !is_spent()) && accept(found)) {
             return;
         }
         // Where arrangements with an exact balance explain the log, those without it are no better.
@@ -180,7 +183,11 @@ fn arrange(
     let mut seeds: Vec<Seed> = Vec::new();
     let mut deferred: Vec<BeamSearch> = Vec::new();
     let (mut budget, mut grown) = (Budget::default(), 0);
+    let is_spent = || problem.measurements.work.is_spent(problem.measurements.len());
     for (number, span) in spans(windows).into_iter().take(SPANS).enumerate() {
+        if is_spent() {
+            break;
+        }
         tell(FEW_HARMONICS_DONE * number as f64 / SPANS as f64);
         let Some(seed) = Seed::with_few_harmonics(problem, span) else { continue };
         if seed.misfit < EXPLAINED && grown < SEEDS && !budget.is_spent() {
@@ -204,7 +211,7 @@ fn arrange(
     }
     // Then more harmonics, for objects that take them. Only then seeds whose misfit no noise explains.
     let richer = seeds.iter_mut().filter_map(|seed| {
-        let explained = seed.add_harmonics(problem);
+        let explained = !is_spent() && seed.add_harmonics(problem);
         explained.then(|| seed.beam_search(problem, calibrate))
     });
     deferred.extend(richer.take(SEEDS));
@@ -242,7 +249,7 @@ fn grow_in_turn<'a>(
         seeds.sort_by(|a, b| a.normalized_misfit().total_cmp(&b.normalized_misfit()));
         for mut beam_search in std::mem::take(seeds) {
             tell((grown as f64 / most.max(1) as f64).max(budget.share_spent()));
-            if grown >= most || budget.is_spent() {
+            if grown >= most || budget.is_spent() || beam_search.is_spent() {
                 deferred.push(beam_search);
             } else if beam_search.grow(budget, largest_misfit) {
                 grown += 1;

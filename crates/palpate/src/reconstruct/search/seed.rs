@@ -40,8 +40,8 @@ pub(crate) struct Seed {
 impl Seed {
     /// Searches a run of windows for candidates.
     pub fn with_few_harmonics(problem: &Problem, span: Range<usize>) -> Option<Self> {
-        let Problem { ref windows, tolerance, prior, .. } = *problem;
-        let thin = joined(&windows[span.clone()]);
+        let Problem { ref measurements, ref windows, tolerance, prior, .. } = *problem;
+        let thin = joined(measurements, &windows[span.clone()]);
         let mut candidates = from_initial_heights(&thin, tolerance.loose(), prior, ORDERS[0]);
         candidates.truncate(CANDIDATES);
         if tolerance.is_of_contact_alone() {
@@ -57,7 +57,7 @@ impl Seed {
             return BeamSearch::new(problem.clone(), (self.span.clone(), &self.candidates, self.order));
         };
         let problem = problem.corrected(corrected);
-        let thin = joined(&problem.windows[self.span.clone()]);
+        let thin = joined(&problem.measurements, &problem.windows[self.span.clone()]);
         let again = refined(&thin, &self.candidates, self.order, problem.tolerance, problem.prior);
         let candidates = again.map_or_else(|| self.candidates.clone(), |(_, candidates)| candidates);
         BeamSearch::new(problem, (self.span.clone(), &candidates, self.order))
@@ -66,15 +66,15 @@ impl Seed {
     /// The arrangement of its windows alone.
     pub fn found(&self, problem: &Problem) -> Found {
         let windows = &problem.windows[self.span.clone()];
-        let (thin, ranges) = (joined(windows), covered_ranges(windows));
+        let (thin, ranges) = (joined(&problem.measurements, windows), covered_ranges(windows));
         let Problem { calibration, tolerance, .. } = *problem;
         Found { calibration, tolerance_m: tolerance.scatter_m, thin, ranges, estimates: self.candidates.clone() }
     }
 
     /// Tries more harmonics where few leave more than the noise (nearly flat sides, corners); whether that explained the run.
     pub fn add_harmonics(&mut self, problem: &Problem) -> bool {
-        let Problem { ref windows, tolerance, prior, .. } = *problem;
-        let thin = joined(&windows[self.span.clone()]);
+        let Problem { ref measurements, ref windows, tolerance, prior, .. } = *problem;
+        let thin = joined(measurements, &windows[self.span.clone()]);
         let samples = windows[self.span.clone()].iter().map(|window| window.range.len()).sum();
         let noise_misfit = tolerance.noise_misfit(thin.len(), samples);
         let (few, mut candidates) = (self.order, self.candidates.clone());

@@ -120,6 +120,6 @@ mod tests {
         let mut log = run(1, Touchpad::ideal()).log;
         log.samples.iter_mut().for_each(|sample| sample.s1_m = None);
         assert!(segments(&Measurements::new(&log, None), 1e-6).is_empty());
-        assert!(segments(&Measurements { instants: Vec::new() }, 1e-6).is_empty());
+        assert!(segments(&Measurements::new(&log, None).of(Vec::new()), 1e-6).is_empty());
     }
 }

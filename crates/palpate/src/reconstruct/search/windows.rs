@@ -121,9 +121,9 @@ pub(crate) fn spans(windows: &[Window]) -> Vec<Range<usize>> {
     spans
 }
 
-/// The thinned instants of a run of windows.
-pub(crate) fn joined(windows: &[Window]) -> Measurements {
-    Measurements { instants: windows.iter().flat_map(|window| window.thin.instants.iter().copied()).collect() }
+/// The thinned instants of a run of windows, of these measurements.
+pub(crate) fn joined(measurements: &Measurements, windows: &[Window]) -> Measurements {
+    measurements.of(windows.iter().flat_map(|window| window.thin.instants.iter().copied()).collect())
 }
 
 #[cfg(test)]

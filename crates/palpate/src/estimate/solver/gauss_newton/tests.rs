@@ -307,7 +307,7 @@ fn a_long_log_gives_bit_identical_results_on_any_number_of_threads() {
     let mut matrix = DMatrix::zeros(UNKNOWNS, UNKNOWNS);
     let mut of_psi = Vec::new();
     for range in [0..1000, 1000..count] {
-        let part = Measurements { instants: measurements.instants[range.clone()].to_vec() };
+        let part = measurements.of(measurements.instants[range.clone()].to_vec());
         let normal = Smoother::new(&part, ORDER, NOISE, NO_PRIOR).linearise(&a, &psi[range]);
         matrix += normal.matrix;
         of_psi.extend(normal.psi_offset);

@@ -101,7 +101,7 @@ pub(super) fn grown(job: &Job) -> Option<Grown> {
     let count = job.measurements.len();
     let stride = count.div_ceil(MOST_SAMPLES).max(1);
     let log = Log { samples: job.raw.samples.iter().step_by(stride).copied().collect() };
-    let measurements = Measurements { instants: job.measurements.instants.iter().step_by(stride).copied().collect() };
+    let measurements = job.measurements.of(job.measurements.instants.iter().step_by(stride).copied().collect());
     let strided = Strided { job, log, measurements, stride };
     let samples = strided.measurements.len();
     let length = LENGTH.min(samples);
@@ -176,7 +176,7 @@ fn is_worse(grown: &Settled, before: &Settled) -> bool {
 impl Strided<'_> {
     fn part(&self, range: &Range<usize>) -> (Log, Measurements) {
         let log = Log { samples: self.log.samples[range.clone()].to_vec() };
-        (log, Measurements { instants: self.measurements.instants[range.clone()].to_vec() })
+        (log, self.measurements.of(self.measurements.instants[range.clone()].to_vec()))
     }
 
     /// A stretch at its optimum, from rolling on either palm.

@@ -102,7 +102,7 @@ fn of_two_hypotheses_equal_up_to_a_rotation_only_one_is_kept() {
 #[test]
 fn hypotheses_far_behind_the_best_are_dropped() {
     let (measurements, psi, windows) = setting();
-    let together = Measurements { instants: measurements.instants[..48].to_vec() };
+    let together = measurements.of(measurements.instants[..48].to_vec());
     let truth = estimate(&psi[..48]);
     let mut wrong = truth.clone();
     wrong.psi[24..].iter_mut().for_each(|psi| *psi += 1.5);
@@ -136,7 +136,7 @@ fn of_many_distinct_hypotheses_the_best_are_kept() {
     let tolerance = Tolerance { scatter_m: 1e-3, ..TOLERANCE };
     let beam_search = BeamSearch { tolerance, ..empty(&measurements, &windows) };
     // Three noisy instants are explained by many motions.
-    let few = Measurements { instants: [0, 40, 80].map(|index| measurements.instants[index]).to_vec() };
+    let few = measurements.of([0, 40, 80].map(|index| measurements.instants[index]).to_vec());
     let angle = |eighths: usize| 1.0 + TAU * eighths as f64 / 8.0;
     let proposals: Vec<Estimate> = (0..64).map(|trial| estimate(&[1.0, angle(trial % 8), angle(trial / 8)])).collect();
     let mut alone: Vec<(f64, Vec<f64>, Estimate)> = proposals
