@@ -11,6 +11,8 @@ mod doc;
 #[cfg(test)]
 mod docs;
 mod fuzz;
+#[cfg(test)]
+mod packages;
 mod python;
 mod studies;
 mod test;

@@ -4,8 +4,9 @@ use std::num::NonZero;
 use std::path::{Path, PathBuf};
 
 use palpate_sweep::table::{RESULTS_FILE, SECONDS_FILE};
-use palpate_sweep::{Outcome, PlanError, Status, Sweep, SweepError, read_plan};
+use palpate_sweep::{Outcome, Status, Sweep, SweepError, read_plan};
 
+use crate::counted_progress::CountedProgress;
 use crate::terminal::{Ending, Failure, Terminal};
 
 const AFTER_HELP: &str = "\
@@ -59,7 +60,7 @@ pub fn run(arguments: &Arguments) -> Result<Ending, Failure> {
     };
     let mut earlier = None;
     let outcomes = {
-        let bar = terminal.counted_progress();
+        let bar = CountedProgress::new(&terminal);
         sweep.run_in(&arguments.out, threads, &mut |done| {
             earlier.get_or_insert(done.finished);
             bar.update(done.finished, done.jobs);
@@ -88,12 +89,6 @@ fn told(outcomes: &[Outcome], earlier: u64, out: &Path) -> String {
     lines.push(format!("  table    {}", out.join(RESULTS_FILE).display()));
     lines.push(format!("  seconds  {}", out.join(SECONDS_FILE).display()));
     lines.join("\n")
-}
-
-impl From<PlanError> for Failure {
-    fn from(error: PlanError) -> Self {
-        Self::Input(error.to_string())
-    }
 }
 
 impl From<SweepError> for Failure {

@@ -2,5 +2,6 @@
 
 pub(super) mod colors;
 pub(super) mod plot;
+#[cfg(feature = "png")]
 pub(super) mod png;
 pub(super) mod svg;
