@@ -1,4 +1,4 @@
-//! A command that this build of the program leaves out: it is listed, and says how to get it.
+//! What this build of the program leaves out: a command of these arguments is listed, and says how to get it.
 
 use std::ffi::OsString;
 
@@ -13,7 +13,10 @@ pub struct Arguments {
 
 /// Says so.
 pub fn run(_: &Arguments) -> Result<Ending, Failure> {
-    Err(Failure::Other(
-        "this palpate was built without that command; build it without --no-default-features".to_owned(),
-    ))
+    Err(failure("this command"))
+}
+
+/// Says so of `what` was asked for.
+pub fn failure(what: &str) -> Failure {
+    Failure::Input(format!("this palpate was built without {what}; build it without --no-default-features"))
 }

@@ -4,7 +4,7 @@
 //! program ends.
 #![forbid(unsafe_code)]
 
-#[cfg(not(all(feature = "paper", feature = "sweep")))]
+#[cfg(not(all(feature = "live", feature = "paper", feature = "sweep")))]
 mod absent;
 mod calibrate;
 #[cfg(feature = "sweep")]
@@ -14,6 +14,7 @@ mod log_source;
 #[cfg(feature = "paper")]
 mod paper;
 mod reconstruct;
+#[cfg(feature = "live")]
 mod record;
 mod rig;
 mod simulate;
@@ -27,6 +28,8 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
+#[cfg(not(feature = "live"))]
+use crate::absent as record;
 #[cfg(not(feature = "paper"))]
 use crate::absent as paper;
 #[cfg(not(feature = "sweep"))]

@@ -4,7 +4,7 @@ use std::num::NonZero;
 use std::path::{Path, PathBuf};
 
 use palpate_sweep::table::{RESULTS_FILE, SECONDS_FILE};
-use palpate_sweep::{Outcome, Status, Sweep, SweepError, read_plan};
+use palpate_sweep::{Outcome, PlanError, Status, Sweep, SweepError, read_plan};
 
 use crate::counted_progress::CountedProgress;
 use crate::terminal::{Ending, Failure, Terminal};
@@ -89,6 +89,12 @@ fn told(outcomes: &[Outcome], earlier: u64, out: &Path) -> String {
     lines.push(format!("  table    {}", out.join(RESULTS_FILE).display()));
     lines.push(format!("  seconds  {}", out.join(SECONDS_FILE).display()));
     lines.join("\n")
+}
+
+impl From<PlanError> for Failure {
+    fn from(error: PlanError) -> Self {
+        Self::Input(error.to_string())
+    }
 }
 
 impl From<SweepError> for Failure {

@@ -12,7 +12,6 @@ use std::time::Duration;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use palpate::reconstruct::{Progress, ReconstructError};
 use palpate_io::{ReadError, RigError, WriteError, WriteProblem};
-use palpate_sweep::PlanError;
 
 /// No progress is shown for work shorter than this.
 const PATIENCE: Duration = Duration::from_secs(1);
@@ -59,12 +58,6 @@ impl From<WriteError> for Failure {
             WriteProblem::Io { .. } => Self::Other(error.to_string()),
             _ => Self::Input(error.to_string()),
         }
-    }
-}
-
-impl From<PlanError> for Failure {
-    fn from(error: PlanError) -> Self {
-        Self::Input(error.to_string())
     }
 }
 
