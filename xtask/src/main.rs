@@ -1,4 +1,4 @@
-//! Development tasks: `cargo xtask test`, `cargo xtask doc`, `cargo xtask monte-carlo`, `cargo xtask limits`,
+//! Development tasks: `cargo xtask test`, `cargo xtask doc`, `cargo xtask guide`, `cargo xtask monte-carlo`, `cargo xtask limits`,
 //! `cargo xtask compare-rows`, `cargo xtask methods`, `cargo xtask python-cost`, `cargo xtask ray-cost`, `cargo xtask bench-peers`,
 //! `cargo xtask fuzz`. Without a task it lists them.
 #![forbid(unsafe_code)]
@@ -11,6 +11,7 @@ mod doc;
 #[cfg(test)]
 mod docs;
 mod fuzz;
+mod guide;
 #[cfg(test)]
 mod packages;
 mod python;
@@ -36,6 +37,8 @@ enum Task {
     Test(test::Arguments),
     /// Make the documentation of the crates with formulas rendered, complete in one folder.
     Doc(doc::Arguments),
+    /// Make the documentation as one site with search, and the references of Python and Rust in it.
+    Guide(guide::Arguments),
     /// Measure accuracy over many simulated objects and write the tables that the documentation quotes.
     MonteCarlo(studies::monte_carlo::Arguments),
     /// Count what half and twice each limit of the certificate would do, and write the table that the documentation quotes.
@@ -58,6 +61,7 @@ fn main() -> ExitCode {
     let done = match Arguments::parse().task {
         Some(Task::Test(arguments)) => test::run(&arguments),
         Some(Task::Doc(arguments)) => doc::run(&arguments),
+        Some(Task::Guide(arguments)) => guide::run(&arguments),
         Some(Task::MonteCarlo(arguments)) => studies::monte_carlo::run(&arguments),
         Some(Task::Limits(arguments)) => studies::limits::run(&arguments),
         Some(Task::CompareRows(arguments)) => studies::rows::run(&arguments),
