@@ -1,4 +1,4 @@
-//! Development tasks: `cargo xtask test`, `cargo xtask doc`, `cargo xtask guide`, `cargo xtask monte-carlo`, `cargo xtask limits`,
+//! Development tasks: `cargo xtask test`, `cargo xtask doc`, `cargo xtask guide`, `cargo xtask dist`, `cargo xtask deny`, `cargo xtask monte-carlo`, `cargo xtask limits`,
 //! `cargo xtask compare-rows`, `cargo xtask methods`, `cargo xtask python-cost`, `cargo xtask ray-cost`, `cargo xtask bench-peers`,
 //! `cargo xtask fuzz`. Without a task it lists them.
 #![forbid(unsafe_code)]
@@ -7,6 +7,8 @@
 mod bench_peers;
 mod browser;
 mod debian;
+mod deny;
+mod dist;
 mod doc;
 #[cfg(test)]
 mod docs;
@@ -17,6 +19,7 @@ mod packages;
 mod python;
 mod studies;
 mod test;
+mod tools;
 mod workspace;
 
 use std::process::ExitCode;
@@ -39,6 +42,10 @@ enum Task {
     Doc(doc::Arguments),
     /// Make the documentation as one site with search, and the references of Python and Rust in it.
     Guide(guide::Arguments),
+    /// Make everything that is handed to others: the program, the Debian package, the wheel, the sources, notices and checksums.
+    Dist(dist::Arguments),
+    /// Check licences, sources and security advisories of all dependencies.
+    Deny(deny::Arguments),
     /// Measure accuracy over many simulated objects and write the tables that the documentation quotes.
     MonteCarlo(studies::monte_carlo::Arguments),
     /// Count what half and twice each limit of the certificate would do, and write the table that the documentation quotes.
@@ -62,6 +69,8 @@ fn main() -> ExitCode {
         Some(Task::Test(arguments)) => test::run(&arguments),
         Some(Task::Doc(arguments)) => doc::run(&arguments),
         Some(Task::Guide(arguments)) => guide::run(&arguments),
+        Some(Task::Dist(arguments)) => dist::run(&arguments),
+        Some(Task::Deny(arguments)) => deny::run(&arguments),
         Some(Task::MonteCarlo(arguments)) => studies::monte_carlo::run(&arguments),
         Some(Task::Limits(arguments)) => studies::limits::run(&arguments),
         Some(Task::CompareRows(arguments)) => studies::rows::run(&arguments),

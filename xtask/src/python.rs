@@ -11,7 +11,7 @@ use anyhow::Context;
 use crate::{guide, workspace};
 
 /// Where the package is, from the root of the workspace.
-const PACKAGE: &str = "crates/palpate-py";
+pub const PACKAGE: &str = "crates/palpate-py";
 /// What it is tested with, from the folder of the package.
 const REQUIREMENTS: &str = "requirements-dev.txt";
 /// The notebook that is executed.
@@ -88,8 +88,16 @@ impl Environment {
         command
     }
 
+    /// The interpreter alone: nothing of this machine is on its search path.
+    pub fn alone(&self, arguments: &[&str]) -> Command {
+        let mut command = Command::new(&self.python);
+        let nothing = self.folder.join("nothing");
+        command.args(arguments).env("PATH", nothing).env("MPLBACKEND", "agg");
+        command
+    }
+
     /// A module of this environment as a command.
-    fn module(&self, arguments: &[&str]) -> Command {
+    pub fn module(&self, arguments: &[&str]) -> Command {
         let mut command = self.python();
         command.arg("-m").args(arguments);
         // So that what is run finds its fellows.

@@ -12,6 +12,13 @@ pub fn root() -> PathBuf {
     here.parent().unwrap_or(here).to_path_buf()
 }
 
+/// The version of palpate.
+pub fn version() -> anyhow::Result<String> {
+    let manifest: toml::Table = fs::read_to_string(root().join("Cargo.toml"))?.parse()?;
+    let version = &manifest["workspace"]["package"]["version"];
+    version.as_str().map(str::to_owned).context("the workspace has no version")
+}
+
 /// The folder for all that is built.
 pub fn target() -> PathBuf {
     std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root().join("target"), |folder| root().join(folder))
