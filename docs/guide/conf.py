@@ -81,7 +81,7 @@ CHAPTERS = {
         "/examples/README",
     ],
     "Look up": ["formats", "Verdicts <verdict>", "Python <python-api/index>", "Rust <rust-api>"],
-    "Understand": ["theory", "monte-carlo", "paper", "performance"],
+    "Understand": ["theory", "monte-carlo", "paper", "related-work", "performance"],
     "Change": ["architecture", "constants", "/fuzz/README", "/CONTRIBUTING", "/SECURITY", "/CHANGELOG"],
 }
 
