@@ -22,7 +22,7 @@ html_title = f"palpate {version}"
 html_show_sphinx = html_show_copyright = False
 html_copy_source = False
 html_static_path = ["../../crates/palpate/katex", "static"]
-html_css_files = ["katex.min.css", "formulas.css"]
+html_css_files = ["katex.min.css", "guide.css"]
 html_js_files = ["katex.min.js", "formulas.js"]
 html_extra_path = ["front"]
 html_math_renderer = "katex"

@@ -1,5 +1,6 @@
 //! The crates as they are published, and their tests as whoever unpacks one would run them.
 
+use std::fmt::Write as _;
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 
@@ -30,18 +31,26 @@ pub fn pack(out: &Path) -> anyhow::Result<Vec<PathBuf>> {
 /// Unpacks them side by side, where each finds its fellows, and runs their tests and the code in their documentation.
 pub fn test(archives: &[PathBuf]) -> anyhow::Result<()> {
     let folder = workspace::empty(&workspace::target().join("crates"))?;
-    let mut patches = "[workspace]\nresolver = \"3\"\nmembers = [\"palpate*\"]\n\n[patch.crates-io]\n".to_owned();
+    // Built like the workspace, so that what it depends on is built already.
+    let mut manifest =
+        format!("[workspace]\nresolver = \"3\"\nmembers = [\"palpate*\"]\n\n{}\n[patch.crates-io]\n", profile()?);
     for archive in archives {
         let file = File::open(archive).with_context(|| archive.display().to_string())?;
         tar::Archive::new(GzDecoder::new(file)).unpack(&folder)?;
         let inside = archive.file_stem().unwrap_or_default().to_string_lossy();
         let name = inside.rsplit_once('-').map_or(inside.as_ref(), |(name, _)| name);
-        patches.push_str(&format!("{name} = {{ path = \"{inside}\" }}\n"));
+        writeln!(manifest, "{name} = {{ path = \"{inside}\" }}")?;
     }
-    fs::write(folder.join("Cargo.toml"), patches)?;
+    fs::write(folder.join("Cargo.toml"), manifest)?;
     workspace::copy(&workspace::root().join("Cargo.lock"), &folder.join("Cargo.lock"))?;
-    // Optimised like the tests of the workspace, without which they would take long.
     let mut test = workspace::cargo();
     test.args(["test", "--workspace", "--no-fail-fast"]).current_dir(&folder);
-    workspace::run(test.env("CARGO_TARGET_DIR", folder.join("target")).env("CARGO_PROFILE_DEV_OPT_LEVEL", "2"))
+    workspace::run(test.env("CARGO_TARGET_DIR", workspace::target()))
+}
+
+/// How the workspace builds its tests, as it says in its manifest.
+fn profile() -> anyhow::Result<String> {
+    let manifest = fs::read_to_string(workspace::root().join("Cargo.toml"))?;
+    let profile = manifest.split_once("[profile.dev]").context("the workspace has a profile for tests")?.1;
+    Ok(format!("[profile.dev]{}\n", profile.split("\n[").next().unwrap_or_default()))
 }

@@ -26,25 +26,51 @@ pub struct Arguments {
     /// Install and use each in a place of its own without Rust, and run the tests of the crates as they are packed
     #[arg(long = "try")]
     try_out: bool,
+    /// Only these
+    #[arg(value_enum, default_values_t = [Part::Program, Part::Python, Part::Crates])]
+    parts: Vec<Part>,
+}
+
+/// What is handed out.
+#[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum Part {
+    /// The program: archive, Debian package, list of components
+    Program,
+    /// The Python package: wheel and source
+    Python,
+    /// The crates
+    Crates,
 }
 
 /// Makes all of it.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    let out = workspace::empty(&workspace::target().join("distribution"))?;
+    let out = workspace::target().join("distribution");
+    fs::create_dir_all(&out).with_context(|| out.display().to_string())?;
     let version = &workspace::version()?;
-    let program = program::build(version, &out)?;
-    let archive = program::archive(&program, &format!("palpate-{version}-{}", host()?), &out)?;
-    if cfg!(target_os = "linux") {
-        program::debian_package(&out)?;
+    let is_asked = |part| arguments.parts.contains(&part);
+    if is_asked(Part::Program) {
+        let program = program::build(version, &out)?;
+        let archive = program::archive(&program, &format!("palpate-{version}-{}", host()?), &out)?;
+        if cfg!(target_os = "linux") {
+            program::debian_package(&out)?;
+        }
+        if arguments.try_out {
+            try_out::program(&archive)?;
+        }
     }
-    let wheel = python_package::make(&out)?;
-    let packed = crates::pack(&out)?;
+    if is_asked(Part::Python) {
+        let wheel = python_package::make(&out)?;
+        if arguments.try_out {
+            try_out::wheel(&wheel)?;
+        }
+    }
+    if is_asked(Part::Crates) {
+        let packed = crates::pack(&out)?;
+        if arguments.try_out {
+            crates::test(&packed)?;
+        }
+    }
     write_checksums(&out)?;
-    if arguments.try_out {
-        try_out::program(&archive)?;
-        try_out::wheel(&wheel)?;
-        crates::test(&packed)?;
-    }
     println!("{}", out.display());
     Ok(())
 }
