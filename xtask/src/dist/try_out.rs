@@ -52,7 +52,7 @@ pub fn wheel(wheel: &Path) -> anyhow::Result<()> {
         &wheel,
     ]))?;
     let installed = begun.elapsed().as_secs_f64();
-    workspace::run(&mut environment.alone(&["-c", PLOT]).current_dir(&folder))?;
+    workspace::run(environment.alone(&["-c", PLOT]).current_dir(&folder))?;
     if fs::metadata(folder.join("pebble.png")).map_or(0, |picture| picture.len()) < 10_000 {
         bail!("there is no picture");
     }
