@@ -39,9 +39,14 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     Ok(())
 }
 
+/// Where pages are.
+pub fn folder() -> PathBuf {
+    workspace::target().join("doc")
+}
+
 /// Makes the pages of crates, copies what they need to render formulas, and gives the folder.
 pub fn make(packages: &[&str]) -> anyhow::Result<PathBuf> {
-    let pages = workspace::target().join("doc");
+    let pages = folder();
     let katex = pages.join("katex");
     workspace::copy_all(&workspace::root().join(KATEX).join("fonts"), &katex.join("fonts"))?;
     for file in FILES {

@@ -27,6 +27,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     environment.install_wheel("dev")?;
     let site = pages(&environment)?;
     if !arguments.no_rust {
+        // Not what was documented before.
+        workspace::empty(&doc::folder())?;
         let reference = doc::make(&doc::LIBRARIES)?;
         workspace::copy_all(&reference, &site.join("rust"))?;
         check_links(&site)?;
