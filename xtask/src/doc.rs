@@ -1,13 +1,16 @@
 //! `cargo xtask doc`: the documentation of the crates with formulas rendered, complete in one folder and without a network.
 
-use std::path::Path;
+use std::ffi::OsStr;
+use std::path::PathBuf;
+use std::process::Command;
 
-use anyhow::Context;
 use clap::Args;
 
 use crate::workspace;
 
-/// What belongs beside the pages, in `crates/palpate/katex`.
+/// What renders formulas.
+const KATEX: &str = "crates/palpate/katex";
+/// What of it belongs beside the pages.
 const FILES: [&str; 3] = ["katex.min.js", "katex.min.css", "LICENSE"];
 
 /// Which documentation.
@@ -21,39 +24,44 @@ pub struct Arguments {
     open: bool,
 }
 
-/// Makes the pages and copies what they need to render formulas.
+/// The crates that others build on.
+pub const LIBRARIES: [&str; 5] = ["palpate", "palpate-io", "palpate-live", "palpate-report", "palpate-sweep"];
+
+/// Makes the pages of one crate, and says where they are.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    let katex = workspace::root().join("crates/palpate/katex");
-    let target = workspace::target().join("doc/katex");
-    copy(&katex, &target)?;
-    let mut command = workspace::cargo();
-    command.args(["doc", "--no-deps", "--package", &arguments.package]);
+    let pages = make(&[&arguments.package])?.join(arguments.package.replace('-', "_")).join("index.html");
     if arguments.open {
-        command.arg("--open");
+        let mut command = workspace::cargo();
+        documenting(&mut command, &[&arguments.package]);
+        workspace::run(command.arg("--open"))?;
     }
-    // Flags in this form may hold paths with blanks.
-    let flags = ["--html-in-header".into(), katex.join("header.html").into_os_string()];
-    command.env("CARGO_ENCODED_RUSTDOCFLAGS", flags.join(std::ffi::OsStr::new("\u{1f}")));
-    workspace::run(&mut command)?;
-    println!(
-        "{}",
-        workspace::target().join("doc").join(arguments.package.replace('-', "_")).join("index.html").display()
-    );
+    println!("{}", pages.display());
     Ok(())
 }
 
-fn copy(katex: &Path, target: &Path) -> anyhow::Result<()> {
-    let fonts = target.join("fonts");
-    std::fs::create_dir_all(&fonts).with_context(|| format!("could not make {}", fonts.display()))?;
-    let copied = |from: &Path, to: &Path| {
-        std::fs::copy(from, to).map(drop).with_context(|| format!("could not copy {}", from.display()))
-    };
+/// Where pages are.
+pub fn folder() -> PathBuf {
+    workspace::target().join("doc")
+}
+
+/// Makes the pages of crates, copies what they need to render formulas, and gives the folder.
+pub fn make(packages: &[&str]) -> anyhow::Result<PathBuf> {
+    let pages = folder();
+    let katex = pages.join("katex");
+    workspace::copy_all(&workspace::root().join(KATEX).join("fonts"), &katex.join("fonts"))?;
     for file in FILES {
-        copied(&katex.join(file), &target.join(file))?;
+        workspace::copy(&workspace::root().join(KATEX).join(file), &katex.join(file))?;
     }
-    for font in std::fs::read_dir(katex.join("fonts"))? {
-        let font = font?;
-        copied(&font.path(), &fonts.join(font.file_name()))?;
-    }
-    Ok(())
+    let mut command = workspace::cargo();
+    documenting(&mut command, packages);
+    workspace::run(&mut command)?;
+    Ok(pages)
+}
+
+fn documenting(command: &mut Command, packages: &[&str]) {
+    command.args(["doc", "--no-deps"]).args(packages.iter().flat_map(|package| ["--package", package]));
+    // Flags in this form may hold paths with blanks.
+    let header = workspace::root().join(KATEX).join("header.html").into_os_string();
+    let flags = ["--html-in-header".into(), header].join(OsStr::new("\u{1f}"));
+    command.env("CARGO_ENCODED_RUSTDOCFLAGS", flags);
 }

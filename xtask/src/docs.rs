@@ -1,8 +1,10 @@
 //! Tests of what the documentation says of the source: files that it names exist, layers are those of the imports, and constants have
-//! the values given.
+//! the values given, tasks can be called.
 
 use std::fs;
 use std::path::{Path, PathBuf};
+
+use clap::CommandFactory;
 
 use crate::workspace;
 
@@ -137,4 +139,29 @@ fn every_constant_of_the_documentation_has_its_value() {
         count += 1;
     }
     assert!(count > 60, "{count}");
+}
+
+#[test]
+fn every_task_that_the_documentation_names_exists() {
+    let pages = [
+        "README.md",
+        "docs/paper.md",
+        "docs/monte-carlo.md",
+        "docs/performance.md",
+        "docs/rust-api.md",
+        "fuzz/README.md",
+    ];
+    let mut count = 0;
+    for name in pages.into_iter().chain(PAGES) {
+        let text = page(name);
+        let commands = text.lines().filter_map(|line| line.trim_start().strip_prefix("cargo xtask "));
+        for command in commands.map(|command| command.split(['#', '[']).next().unwrap_or_default()) {
+            // What is unknown is refused before help is given.
+            let asked = ["cargo xtask"].into_iter().chain(command.split_whitespace()).chain(["--help"]);
+            let answer = crate::Arguments::command().try_get_matches_from(asked).expect_err("help");
+            assert_eq!(answer.kind(), clap::error::ErrorKind::DisplayHelp, "{name}: cargo xtask {command}: {answer}");
+            count += 1;
+        }
+    }
+    assert!(count > 15, "{count}");
 }

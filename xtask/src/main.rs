@@ -1,4 +1,4 @@
-//! Development tasks: `cargo xtask test`, `cargo xtask doc`, `cargo xtask monte-carlo`, `cargo xtask limits`,
+//! Development tasks: `cargo xtask test`, `cargo xtask doc`, `cargo xtask guide`, `cargo xtask dist`, `cargo xtask deny`, `cargo xtask monte-carlo`, `cargo xtask limits`,
 //! `cargo xtask compare-rows`, `cargo xtask methods`, `cargo xtask python-cost`, `cargo xtask ray-cost`, `cargo xtask bench-peers`,
 //! `cargo xtask fuzz`. Without a task it lists them.
 #![forbid(unsafe_code)]
@@ -8,13 +8,19 @@ mod axe;
 mod bench_peers;
 mod browser;
 mod debian;
+mod deny;
+mod dist;
 mod doc;
 #[cfg(test)]
 mod docs;
 mod fuzz;
+mod guide;
+#[cfg(test)]
+mod packages;
 mod python;
 mod studies;
 mod test;
+mod tools;
 mod workspace;
 
 use std::process::ExitCode;
@@ -35,6 +41,12 @@ enum Task {
     Test(test::Arguments),
     /// Make the documentation of the crates with formulas rendered, complete in one folder.
     Doc(doc::Arguments),
+    /// Make the documentation as one site with search, and the references of Python and Rust in it.
+    Guide(guide::Arguments),
+    /// Make everything that is handed to others: the program, the Debian package, the wheel, the sources, notices and checksums.
+    Dist(dist::Arguments),
+    /// Check licences, sources and security advisories of all dependencies.
+    Deny(deny::Arguments),
     /// Measure accuracy over many simulated objects and write the tables that the documentation quotes.
     MonteCarlo(studies::monte_carlo::Arguments),
     /// Count what half and twice each limit of the certificate would do, and write the table that the documentation quotes.
@@ -57,6 +69,9 @@ fn main() -> ExitCode {
     let done = match Arguments::parse().task {
         Some(Task::Test(arguments)) => test::run(&arguments),
         Some(Task::Doc(arguments)) => doc::run(&arguments),
+        Some(Task::Guide(arguments)) => guide::run(&arguments),
+        Some(Task::Dist(arguments)) => dist::run(&arguments),
+        Some(Task::Deny(arguments)) => deny::run(&arguments),
         Some(Task::MonteCarlo(arguments)) => studies::monte_carlo::run(&arguments),
         Some(Task::Limits(arguments)) => studies::limits::run(&arguments),
         Some(Task::CompareRows(arguments)) => studies::rows::run(&arguments),

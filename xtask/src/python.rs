@@ -2,16 +2,16 @@
 //! used, type-checked and documented. All of it lies in the target folder.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::Command;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use anyhow::{Context, bail};
+use anyhow::Context;
 
-use crate::workspace;
+use crate::{guide, workspace};
 
 /// Where the package is, from the root of the workspace.
-const PACKAGE: &str = "crates/palpate-py";
+pub const PACKAGE: &str = "crates/palpate-py";
 /// What it is tested with, from the folder of the package.
 const REQUIREMENTS: &str = "requirements-dev.txt";
 /// The notebook that is executed.
@@ -22,28 +22,16 @@ pub fn test() -> anyhow::Result<()> {
     let environment = Environment::provide()?;
     environment.install_wheel("dev")?;
     let settings = format!("{PACKAGE}/pyproject.toml");
-    let (python, tests, reference) =
-        (format!("{PACKAGE}/python"), format!("{PACKAGE}/tests"), "docs/python-api".to_owned());
-    environment.run(&["ruff", "check", "--quiet", "--no-cache", "--config", &settings, &python, &tests, &reference])?;
-    environment.run(&[
-        "ruff",
-        "format",
-        "--check",
-        "--no-cache",
-        "--config",
-        &settings,
-        &python,
-        &tests,
-        &reference,
-    ])?;
-    let cache = environment.folder.join("mypy").to_string_lossy().into_owned();
+    let (python, tests, guide) = (format!("{PACKAGE}/python"), format!("{PACKAGE}/tests"), "docs/guide".to_owned());
+    environment.run(&["ruff", "check", "--quiet", "--no-cache", "--config", &settings, &python, &tests, &guide])?;
+    environment.run(&["ruff", "format", "--check", "--no-cache", "--config", &settings, &python, &tests, &guide])?;
+    let cache = environment.path("mypy");
     environment.run(&["mypy", "--config-file", &settings, "--cache-dir", &cache, "--package", "palpate"])?;
     environment.run(&["mypy", "--config-file", &settings, "--cache-dir", &cache, &tests])?;
     environment.run(&["mypy.stubtest", "--mypy-config-file", &settings, "palpate"])?;
     environment.run(&["pytest", "--quiet", "-p", "no:cacheprovider", "--config-file", &settings, &tests])?;
     environment.run(&["pytest", "--quiet", "-p", "no:cacheprovider", "--nbmake", NOTEBOOK])?;
-    let pages = environment.folder.join("reference").to_string_lossy().into_owned();
-    environment.run(&["sphinx", "--quiet", "--fail-on-warning", "--fresh-env", &reference, &pages])?;
+    guide::pages(&environment)?;
     environment.build_source_distribution()
 }
 
@@ -105,8 +93,16 @@ impl Environment {
         command
     }
 
+    /// The interpreter alone: nothing of this machine is on its search path.
+    pub fn alone(&self, arguments: &[&str]) -> Command {
+        let mut command = Command::new(&self.python);
+        let nothing = self.folder.join("nothing");
+        command.args(arguments).env("PATH", nothing).env("MPLBACKEND", "agg");
+        command
+    }
+
     /// A module of this environment as a command.
-    fn module(&self, arguments: &[&str]) -> Command {
+    pub fn module(&self, arguments: &[&str]) -> Command {
         let mut command = self.python();
         command.arg("-m").args(arguments);
         // So that what is run finds its fellows.
@@ -120,7 +116,13 @@ impl Environment {
         command
     }
 
-    fn run(&self, arguments: &[&str]) -> anyhow::Result<()> {
+    /// A file or folder beside the environment, as text.
+    pub fn path(&self, name: &str) -> String {
+        self.folder.join(name).to_string_lossy().into_owned()
+    }
+
+    /// Runs a module.
+    pub fn run(&self, arguments: &[&str]) -> anyhow::Result<()> {
         workspace::run(&mut self.module(arguments))
     }
 
@@ -130,25 +132,25 @@ impl Environment {
 
     /// Builds the wheel and installs it.
     pub fn install_wheel(&self, profile: &str) -> anyhow::Result<()> {
-        let wheels = empty(&self.folder.join("wheels"))?;
+        let wheels = workspace::empty(&self.folder.join("wheels"))?;
         let python = self.python.to_string_lossy();
         let manifest = format!("{PACKAGE}/Cargo.toml");
         let build = ["maturin", "build", "--locked", "--quiet", "--profile", profile, "--auditwheel", "skip"];
         workspace::run(
             self.module(&build).args(["--manifest-path", &manifest, "--interpreter", &python, "--out"]).arg(&wheels),
         )?;
-        self.pip(&["install", "--force-reinstall", "--no-deps", &only_file(&wheels)?])
+        self.pip(&["install", "--force-reinstall", "--no-deps", &workspace::only_file(&wheels)?.to_string_lossy()])
     }
 
     /// Builds the source distribution and from it, and it alone, a wheel. Nothing but its compiler is asked of the machine.
     fn build_source_distribution(&self) -> anyhow::Result<()> {
-        let folder = empty(&self.folder.join("source"))?;
+        let folder = workspace::empty(&self.folder.join("source"))?;
         let manifest = format!("{PACKAGE}/Cargo.toml");
         // The files in it are dated now: cargo takes older ones for those that it has compiled already.
         let now = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
         let build = ["maturin", "sdist", "--manifest-path", &manifest, "--out"];
         workspace::run(self.module(&build).arg(&folder).env("SOURCE_DATE_EPOCH", now.to_string()))?;
-        let archive = only_file(&folder)?;
+        let archive = workspace::only_file(&folder)?;
         let build = ["pip", "--quiet", "--disable-pip-version-check", "wheel", "--no-deps", "--no-build-isolation"];
         let settings = ["--config-settings", "build-args=--profile dev --auditwheel skip", "--wheel-dir"];
         let mut command = self.module(&build);
@@ -156,23 +158,5 @@ impl Environment {
         // It is to be built, not to be fast.
         command.env("CARGO_TARGET_DIR", self.folder.join("from-source"));
         workspace::run(command.env("CARGO_PROFILE_DEV_OPT_LEVEL", "0").env("CARGO_PROFILE_DEV_DEBUG", "0"))
-    }
-}
-
-/// The folder, with nothing in it.
-fn empty(folder: &Path) -> anyhow::Result<PathBuf> {
-    if folder.exists() {
-        fs::remove_dir_all(folder).with_context(|| folder.display().to_string())?;
-    }
-    fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
-    Ok(folder.to_path_buf())
-}
-
-/// The one file in a folder.
-fn only_file(folder: &Path) -> anyhow::Result<String> {
-    let files = fs::read_dir(folder)?.map(|entry| entry.map(|entry| entry.path())).collect::<Result<Vec<_>, _>>()?;
-    match files.as_slice() {
-        [file] => Ok(file.to_string_lossy().into_owned()),
-        _ => bail!("{}: one file was expected, {} are there", folder.display(), files.len()),
     }
 }

@@ -4,6 +4,8 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use palpate_io::{LogFile, ReadError, RigFile};
+#[cfg(feature = "live")]
+use palpate_live::read_mcap_log;
 
 use crate::terminal::Failure;
 
@@ -61,7 +63,7 @@ impl LogSource<'_> {
             let exact = || calibrated.then(RigFile::exact);
             let given = rig.map(palpate_io::read_rig).transpose()?.or_else(exact);
             let conventions = given.as_ref().map(|rig| rig.conventions);
-            let (file, said) = palpate_live::read_mcap_log(self.0, map, conventions)?;
+            let (file, said) = read_mcap_log(self.0, map, conventions)?;
             return Ok((file, given.or(said).unwrap_or_default()));
         }
         if let Some(path) = rig {
@@ -82,6 +84,15 @@ impl LogSource<'_> {
             palpate_io::read_bytes(self.0)
         }
     }
+}
+
+#[cfg(not(feature = "live"))]
+fn read_mcap_log(
+    _: &Path,
+    _: Option<&Path>,
+    _: Option<palpate_io::Conventions>,
+) -> Result<(LogFile, Option<RigFile>), Failure> {
+    Err(crate::absent::failure("MCAP files"))
 }
 
 /// A name without this end, in upper or lower case, unless nothing else is left.

@@ -4,15 +4,22 @@
 //! program ends.
 #![forbid(unsafe_code)]
 
+#[cfg(not(all(feature = "live", feature = "paper", feature = "sweep")))]
+mod absent;
 mod calibrate;
+#[cfg(feature = "sweep")]
+mod counted_progress;
 mod demo;
 mod log_source;
+#[cfg(feature = "paper")]
 mod paper;
 mod reconstruct;
+#[cfg(feature = "live")]
 mod record;
 mod rig;
 mod simulate;
 mod source;
+#[cfg(feature = "sweep")]
 mod sweep;
 mod terminal;
 mod values;
@@ -21,6 +28,12 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
+#[cfg(not(feature = "live"))]
+use crate::absent as record;
+#[cfg(not(feature = "paper"))]
+use crate::absent as paper;
+#[cfg(not(feature = "sweep"))]
+use crate::absent as sweep;
 use crate::terminal::Terminal;
 
 const AFTER_HELP: &str = "\

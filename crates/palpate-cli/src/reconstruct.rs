@@ -123,13 +123,7 @@ pub fn run(arguments: &Arguments) -> Result<Ending, Failure> {
         return Err(Failure::Input("--truth belongs to one log; reconstruct that one by itself".to_owned()));
     }
     if let Some(file) = &arguments.animation {
-        if several {
-            return Err(Failure::Input("--animation shows one log; reconstruct that one by itself".to_owned()));
-        }
-        if !file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("gif")) {
-            let message = format!("{}: an animation is a GIF file; let its name end in .gif", file.display());
-            return Err(Failure::Input(message));
-        }
+        check_animation(file, several)?;
     }
     if let Some(threads) = arguments.threads {
         rayon::ThreadPoolBuilder::new()
@@ -275,12 +269,42 @@ pub fn solve(job: &Job, terminal: &Terminal) -> Result<Summary, Failure> {
         palpate_io::write_result(job.out, &reconstruction, &summary, &report)?;
     }
     if let Some(file) = job.animation {
-        match palpate_report::animation(&input) {
-            Ok(gif) => palpate_io::write_whole(file, &gif)?,
-            Err(error) => terminal.note(&format!("no animation: {error}")),
-        }
+        write_animation(file, &input, terminal)?;
     }
     Ok(summary)
+}
+
+/// Whether an animation can be written to a file.
+#[cfg(feature = "paper")]
+fn check_animation(file: &Path, several_logs: bool) -> Result<(), Failure> {
+    if several_logs {
+        return Err(Failure::Input("--animation shows one log; reconstruct that one by itself".to_owned()));
+    }
+    if !file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("gif")) {
+        let message = format!("{}: an animation is a GIF file; let its name end in .gif", file.display());
+        return Err(Failure::Input(message));
+    }
+    Ok(())
+}
+
+/// Writes the motion as a GIF.
+#[cfg(feature = "paper")]
+fn write_animation(file: &Path, input: &ReportInput, terminal: &Terminal) -> Result<(), Failure> {
+    match palpate_report::animation(input) {
+        Ok(gif) => palpate_io::write_whole(file, &gif)?,
+        Err(error) => terminal.note(&format!("no animation: {error}")),
+    }
+    Ok(())
+}
+
+#[cfg(not(feature = "paper"))]
+fn write_animation(_: &Path, _: &ReportInput, _: &Terminal) -> Result<(), Failure> {
+    Err(crate::absent::failure("animations"))
+}
+
+#[cfg(not(feature = "paper"))]
+fn check_animation(_: &Path, _: bool) -> Result<(), Failure> {
+    Err(crate::absent::failure("animations"))
 }
 
 /// The summary in a few lines.

@@ -232,8 +232,8 @@ fn touchpad(arguments: &Arguments, rig: &RigFile) -> Result<Touchpad, Failure> {
         PadSource::Ideal => (Touchpad::ideal(), None),
         PadSource::Interlink => (Touchpad::interlink(), None),
         PadSource::File(path) => {
-            let pads = palpate_sweep::read_touchpad(path)?;
-            (Touchpad::from(pads), Some(pads))
+            let pad = read_touchpad(path)?;
+            (pad, Some(pad.noise_sd_m))
         }
     };
     // The pads are alike: what the file says of either.
@@ -245,12 +245,22 @@ fn touchpad(arguments: &Arguments, rig: &RigFile) -> Result<Touchpad, Failure> {
     Ok(Touchpad {
         length_m: length_m.unwrap_or(pad.length_m),
         counts_per_inch: arguments.counts_per_inch.or(of_pads(|pad| pad.counts_per_inch)).or(pad.counts_per_inch),
-        noise_sd_m: noise_sd_m.or(of_file.map(|pads| pads.noise_sd_m)).unwrap_or(USUAL_NOISE_M),
+        noise_sd_m: noise_sd_m.or(of_file).unwrap_or(USUAL_NOISE_M),
         angle_noise_sd_rad: angle_noise_sd_rad.unwrap_or(pad.angle_noise_sd_rad),
         dropout: arguments.dropout.unwrap_or(pad.dropout),
         rate_hz: arguments.rate_hz.unwrap_or(USUAL_RATE_HZ),
         ..pad
     })
+}
+
+#[cfg(feature = "sweep")]
+fn read_touchpad(path: &Path) -> Result<Touchpad, Failure> {
+    Ok(Touchpad::from(palpate_sweep::read_touchpad(path)?))
+}
+
+#[cfg(not(feature = "sweep"))]
+fn read_touchpad(_: &Path) -> Result<Touchpad, Failure> {
+    Err(crate::absent::failure("touchpad files"))
 }
 
 fn told(arguments: &Arguments, simulation: &Simulation) -> String {

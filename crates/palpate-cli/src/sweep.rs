@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use palpate_sweep::table::{RESULTS_FILE, SECONDS_FILE};
 use palpate_sweep::{Outcome, PlanError, Status, Sweep, SweepError, read_plan};
 
+use crate::counted_progress::CountedProgress;
 use crate::terminal::{Ending, Failure, Terminal};
 
 const AFTER_HELP: &str = "\
@@ -59,7 +60,7 @@ pub fn run(arguments: &Arguments) -> Result<Ending, Failure> {
     };
     let mut earlier = None;
     let outcomes = {
-        let bar = terminal.counted_progress();
+        let bar = CountedProgress::new(&terminal);
         sweep.run_in(&arguments.out, threads, &mut |done| {
             earlier.get_or_insert(done.finished);
             bar.update(done.finished, done.jobs);

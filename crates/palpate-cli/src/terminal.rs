@@ -16,7 +16,7 @@ use palpate_io::{ReadError, RigError, WriteError, WriteProblem};
 /// No progress is shown for work shorter than this.
 const PATIENCE: Duration = Duration::from_secs(1);
 /// Time between two updates of the progress.
-const TICK: Duration = Duration::from_millis(120);
+pub const TICK: Duration = Duration::from_millis(120);
 
 /// How a command ended, from good to bad: of several logs the worst counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -115,41 +115,12 @@ impl Terminal {
 
     /// Shows the progress on a terminal.
     pub fn progress(&self) -> ProgressLine {
-        ProgressLine((!self.quiet && io::stderr().is_terminal()).then(Watched::new))
+        ProgressLine(self.is_watched().then(Watched::new))
     }
 
-    /// Shows the number of finished jobs on a terminal.
-    pub fn counted_progress(&self) -> CountedProgress {
-        let watched = !self.quiet && io::stderr().is_terminal();
-        let target = if watched { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
-        let bar = ProgressBar::with_draw_target(None, target);
-        if let Ok(style) = ProgressStyle::with_template("{wide_bar} {pos} of {len} jobs  {elapsed}, {eta} to go") {
-            bar.set_style(style);
-        }
-        bar.enable_steady_tick(TICK);
-        CountedProgress(bar)
-    }
-}
-
-/// A bar for work of known amount.
-pub struct CountedProgress(ProgressBar);
-
-impl CountedProgress {
-    /// Takes in how many of how many are finished.
-    pub fn update(&self, finished: u64, all: u64) {
-        if self.0.length() != Some(all) {
-            // What was finished before says nothing of how long the rest takes.
-            self.0.set_length(all);
-            self.0.set_position(finished);
-            self.0.reset_eta();
-        }
-        self.0.set_position(finished);
-    }
-}
-
-impl Drop for CountedProgress {
-    fn drop(&mut self) {
-        self.0.finish_and_clear();
+    /// Whether someone sees the progress.
+    pub fn is_watched(&self) -> bool {
+        !self.quiet && io::stderr().is_terminal()
     }
 }
 

@@ -288,7 +288,7 @@ fn every_doubt_reads_back_with_its_numbers_and_its_sentence() {
     let read: Summary = serde_json::from_str(&json).expect("it reads back");
     assert_eq!(read.verdict(), verdict);
     let value: serde_json::Value = serde_json::from_str(&json).expect("JSON");
-    let page = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/verdict.md");
+    let page = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/verdict.md");
     let page = std::fs::read_to_string(page).expect("the page on verdicts");
     for (written, doubt) in value["doubts"].as_array().expect("a list").iter().zip(&verdict.doubts) {
         assert_eq!(written["text"], doubt.to_string());

@@ -8,7 +8,7 @@ use std::time::Instant;
 
 use numpy::Element;
 use palpate::reconstruct::Progress;
-use palpate_sweep::table::{Values, columns};
+use palpate_sweep::columns::{Values, columns};
 use palpate_sweep::{Job, Outcome, Source, Sweep, SweepError, SweepFolder, parse_plan, read_plan};
 use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;

@@ -29,7 +29,7 @@
 //! worst residuals stay); the figures and the histograms still come from all samples. Where several arrangements fit
 //! equally well, the page has a choice of them and shows one at a time.
 //!
-//! [`animation()`] makes an animated GIF of the motion.
+//! [`animation()`] makes an animated GIF of the motion (feature `png`).
 //!
 //! [`paper`] reproduces the figures of Moll & Erdmann (2001).
 //!
@@ -37,6 +37,7 @@
 //! that says so.
 #![forbid(unsafe_code)]
 
+#[cfg(feature = "png")]
 mod animation;
 mod data;
 mod drawing;
@@ -48,6 +49,7 @@ pub mod paper;
 mod rig;
 mod still;
 
+#[cfg(feature = "png")]
 pub use animation::{AnimationError, animation};
 pub use data::MAX_SAMPLES_SHOWN;
 pub use input::{ReportInput, TruthOverlay};

@@ -26,10 +26,13 @@
 //! [`Sweep::run`] does all jobs on the threads of this machine; [`Sweep::run_in`] does so in a folder: what is finished is kept in a
 //! [journal], so that a sweep that was killed resumes where it was. The table has its rows in the order of the jobs, so
 //! that its bytes depend neither on the number of threads nor on how often the sweep was interrupted. Whoever has other machines
-//! to do the jobs opens a folder by [`Sweep::open`] and hands the [`SweepFolder`] what comes back.
+//! to do the jobs opens a folder by [`Sweep::open`] and hands the [`SweepFolder`] what comes back. Folders come with the feature
+//! `parquet`, which is on unless it is switched off; without it a sweep builds in a fraction of the time and runs in memory.
 #![forbid(unsafe_code)]
 
+pub mod columns;
 mod digest;
+#[cfg(feature = "parquet")]
 mod folder;
 mod job;
 pub mod plan;
@@ -37,7 +40,8 @@ mod sweep;
 mod sweep_error;
 mod threads;
 
-pub use folder::{Done, SweepFolder, journal, table};
+#[cfg(feature = "parquet")]
+pub use folder::{SweepFolder, journal, table};
 pub use job::forces::{ActingForces, DrawnForces, ForcesJob};
 pub use job::log_job::LogJob;
 pub use job::object::{Object, ShapeName};
@@ -49,5 +53,5 @@ pub use job::varied::{Conditions, MotionConditions, MotionShape, NoiseShape, Sen
 pub use job::{Job, Outcome, Source};
 pub use plan::plan_error::{PlanError, PlanProblem};
 pub use plan::{parse_plan, read_plan, read_touchpad};
-pub use sweep::Sweep;
+pub use sweep::{Done, Sweep};
 pub use sweep_error::SweepError;

@@ -3,15 +3,21 @@
 use std::num::NonZero;
 use std::path::{Path, PathBuf};
 
-use crate::digest::Digest;
-use crate::folder::journal::Header;
-use crate::folder::{Done, SweepFolder};
 use crate::job::{Job, Outcome};
 use crate::plan::Plan;
 use crate::plan::plan_error::PlanError;
 use crate::plan::unfold;
 use crate::sweep_error::SweepError;
 use crate::threads;
+
+/// How many jobs are finished.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Done {
+    /// So many are, counting those of earlier runs.
+    pub finished: u64,
+    /// Of so many.
+    pub jobs: u64,
+}
 
 /// A list of jobs.
 #[derive(Clone, Debug, PartialEq)]
@@ -55,35 +61,6 @@ impl Sweep {
         Ok(outcomes)
     }
 
-    /// Does all jobs that are not finished yet in the folder `dir`, made if missing, keeps each in its journal, and writes the
-    /// [tables](crate::folder::table) when all are done. Outcomes come in the order of the jobs.
-    ///
-    /// # Errors
-    /// The folder belongs to another sweep, another program is at work in it, or it cannot be written.
-    pub fn run_in(
-        &self,
-        dir: &Path,
-        threads: NonZero<usize>,
-        progress: &mut dyn FnMut(Done),
-    ) -> Result<Vec<Outcome>, SweepError> {
-        let mut folder = self.open(dir)?;
-        progress(folder.done());
-        self.each(&folder.todo(), threads, &mut |outcome| {
-            folder.keep(outcome)?;
-            progress(folder.done());
-            Ok(())
-        })?;
-        folder.finish()
-    }
-
-    /// Opens the folder `dir`, made if missing, for this sweep, to be handed what comes of its jobs.
-    ///
-    /// # Errors
-    /// The folder belongs to another sweep, another program is at work in it, or it cannot be written.
-    pub fn open(&self, dir: &Path) -> Result<SweepFolder, SweepError> {
-        SweepFolder::open(dir, &self.header()?, self.jobs.len())
-    }
-
     /// Does the jobs of these numbers on `threads` threads and hands each outcome over, on the calling thread, as it comes. An
     /// error there ends the work.
     ///
@@ -98,15 +75,5 @@ impl Sweep {
         let job = |number: u64| self.jobs.get(usize::try_from(number).ok()?).map(|job| (number, job));
         let todo: Vec<(u64, &Job)> = numbers.iter().filter_map(|number| job(*number)).collect();
         threads::each(&todo, &self.base, threads, take)
-    }
-
-    /// Which sweep this is: the same for the same jobs on the same logs with the same version of palpate.
-    fn header(&self) -> Result<Header, SweepError> {
-        let mut digest = Digest::new();
-        for job in &self.jobs {
-            let json = serde_json::to_vec(job).map_err(|error| SweepError::Encode(error.to_string()))?;
-            digest = digest.with(&json);
-        }
-        Ok(Header { version: env!("CARGO_PKG_VERSION").to_owned(), jobs: self.jobs.len() as u64, digest: digest.hex() })
     }
 }

@@ -1,8 +1,5 @@
 //! What can go wrong with the folder of a sweep, in one message.
 
-use std::io;
-use std::path::Path;
-
 use palpate_io::WriteError;
 
 /// Why a sweep cannot be run in a folder, or not to its end. What was finished is kept.
@@ -86,8 +83,9 @@ pub enum SweepError {
     Encode(String),
 }
 
+#[cfg(feature = "parquet")]
 impl SweepError {
-    pub(crate) fn io(path: &Path, error: &io::Error) -> Self {
+    pub(crate) fn io(path: &std::path::Path, error: &std::io::Error) -> Self {
         Self::Io { path: path.display().to_string(), message: error.to_string() }
     }
 }

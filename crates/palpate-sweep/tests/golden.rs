@@ -55,7 +55,7 @@ fn table() -> PathBuf {
 }
 
 fn example(name: &str) -> Log {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/logs").join(format!("{name}.csv"));
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/examples/logs").join(format!("{name}.csv"));
     palpate_io::read_log(&path).expect("an example").log
 }
 

@@ -5,15 +5,17 @@ use std::num::NonZero;
 use std::path::{Path, PathBuf};
 
 use palpate::sensor::Calibration;
-use palpate_sweep::table::{column_names, results_parquet};
+use palpate_sweep::columns::column_names;
+use palpate_sweep::table::results_parquet;
 use palpate_sweep::{Done, Job, Source, Status, Sweep, SweepError, parse_plan, read_plan};
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::Field;
 
 const TWO: NonZero<usize> = NonZero::new(2).expect("two");
 
-fn repository() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+/// A file beside the tests.
+fn beside(path: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests").join(path)
 }
 
 fn sweep(plan: &str, base: &Path) -> Sweep {
@@ -237,7 +239,7 @@ fn two_sweeps_do_not_share_a_folder_at_the_same_time() {
 #[test]
 fn example_plans_are_plans() {
     for (name, jobs) in [("noise.toml", 30), ("logs.toml", 6)] {
-        let path = repository().join("examples/sweeps").join(name);
+        let path = beside("examples/sweeps").join(name);
         let plan = read_plan(&path).expect("a plan");
         let sweep = Sweep::new(&plan, path.parent().expect("a folder")).expect("jobs");
         assert_eq!(sweep.jobs.len(), jobs, "{name}");
@@ -274,7 +276,7 @@ touchpads = [{}]
 
 #[test]
 fn the_guide_names_every_column() {
-    let guide = fs::read_to_string(repository().join("docs/sweeps.md")).expect("the guide");
+    let guide = fs::read_to_string(beside("sweeps.md")).expect("the guide");
     for name in column_names() {
         assert!(guide.contains(&format!("`{name}`")), "{name} is missing in docs/sweeps.md");
     }

@@ -102,5 +102,5 @@ pub use truth::Truth;
 
 /// The README's code, compiled and run.
 #[cfg(doctest)]
-#[doc = include_str!("../../../README.md")]
+#[doc = include_str!("../README.md")]
 struct Readme;

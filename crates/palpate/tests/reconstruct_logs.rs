@@ -21,7 +21,7 @@ fn number(cell: &str) -> f64 {
 }
 
 fn rows(path: &str) -> Vec<Vec<f64>> {
-    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../examples/logs");
+    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/examples/logs");
     let text = std::fs::read_to_string(folder.join(path)).expect("an example");
     let lines = text.lines().filter(|line| !line.starts_with('#')).skip(1);
     lines.map(|line| line.split(',').map(number).collect()).collect()

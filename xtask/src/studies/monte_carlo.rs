@@ -107,7 +107,7 @@ impl Arguments {
             (_, 1) if self.symmetric => &[tables::MONTE_CARLO_SYMMETRIC],
             _ if self.symmetric || self.varied || self.rig || self.friction || self.fast => &[],
             (false, 1) => &[tables::MONTE_CARLO, tables::ACCURACY],
-            (true, 1) => &[tables::MONTE_CARLO_JUMPS, tables::ACCURACY_JUMPS],
+            (true, 1) => &[tables::MONTE_CARLO_JUMPS],
             (true, _) => &[tables::MONTE_CARLO_SETS],
             (false, _) => &[],
         }

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use palpate_sweep::Outcome;
-use palpate_sweep::table::{Values, columns};
+use palpate_sweep::columns::{Values, columns};
 
 /// Numbers closer than this, relative to the larger, are the same.
 const SAME: f64 = 1e-9;

@@ -39,8 +39,6 @@ pub struct Place {
 
 /// `cargo xtask monte-carlo`, in short.
 pub const ACCURACY: Place = Place { file: "README.md", name: "accuracy" };
-/// `cargo xtask monte-carlo --jumps`, in short.
-pub const ACCURACY_JUMPS: Place = Place { file: "README.md", name: "accuracy-jumps" };
 /// `cargo xtask monte-carlo`.
 pub const MONTE_CARLO: Place = Place { file: "docs/monte-carlo.md", name: "monte-carlo" };
 /// `cargo xtask monte-carlo --jumps`.
@@ -193,8 +191,7 @@ mod tests {
 
     #[test]
     fn the_documentation_has_a_place_for_every_table() {
-        let places =
-            [ACCURACY, ACCURACY_JUMPS, MONTE_CARLO, MONTE_CARLO_JUMPS, MONTE_CARLO_SETS, LIMITS, METHODS, METHODS_LOGS];
+        let places = [ACCURACY, MONTE_CARLO, MONTE_CARLO_JUMPS, MONTE_CARLO_SETS, LIMITS, METHODS, METHODS_LOGS];
         let write = Write { write: Some(OsString::new()) };
         write.check(&places).expect("the markers are there");
         write.check(&[PEERS_SMOOTHING, PEERS]).expect("the markers are there");

@@ -40,7 +40,7 @@ pub fn folder() -> tempfile::TempDir {
 
 /// A log of the examples.
 pub fn example(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/logs").join(name)
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/examples/logs").join(name)
 }
 
 /// Names of what is in a folder, sorted.

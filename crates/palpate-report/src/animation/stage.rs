@@ -5,8 +5,14 @@ use palpate::reconstruct::Pose;
 use palpate::{Log, Reconstruction, Sample};
 use std::f64::consts::TAU;
 
-use crate::drawing::colors::{CONTACT1, CONTACT2, ESTIMATE, GREY, INK, PALM};
+use crate::drawing::colors::{GREY, INK};
 use crate::drawing::svg::{Anchor, Point, Sheet, View, area, line, plain};
+
+// Colours of the report's page in its light theme.
+const ESTIMATE: &str = "#0072b2";
+const CONTACT1: &str = "#b0478c";
+const CONTACT2: &str = "#d55e00";
+const PALM: &str = "#c3c8d0";
 
 const WIDTH: f64 = 640.0;
 const MIN_HEIGHT: f64 = 300.0;

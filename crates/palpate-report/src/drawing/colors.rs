@@ -8,9 +8,3 @@ pub(crate) const RED: &str = "#c8102e";
 pub(crate) const GREEN: &str = "#1a7f37";
 pub(crate) const BLUE: &str = "#1f5fbf";
 pub(crate) const ORANGE: &str = "#c05a00";
-
-// Those of the report's page in its light theme.
-pub(crate) const ESTIMATE: &str = "#0072b2";
-pub(crate) const CONTACT1: &str = "#b0478c";
-pub(crate) const CONTACT2: &str = "#d55e00";
-pub(crate) const PALM: &str = "#c3c8d0";

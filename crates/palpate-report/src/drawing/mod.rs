@@ -2,5 +2,6 @@
 
 pub(crate) mod colors;
 pub(crate) mod plot;
+#[cfg(feature = "png")]
 pub(crate) mod png;
 pub(crate) mod svg;

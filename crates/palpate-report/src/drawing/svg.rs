@@ -117,6 +117,7 @@ impl Sheet {
     }
 
     /// What is drawn meanwhile, more or less opaque (0 to 1).
+    #[cfg(feature = "png")]
     pub fn faded(&mut self, opacity: f64, draw: impl FnOnce(&mut Self)) {
         let _ = writeln!(self.body, "<g opacity=\"{opacity:.3}\">");
         draw(self);

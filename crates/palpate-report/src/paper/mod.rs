@@ -1,7 +1,7 @@
 //! The figures of Moll & Erdmann (2001), drawn from data of our own, and the page that ties them together.
 //!
-//! [`figures()`] draws them as SVG, [`png`] makes pictures of them, [`paper_page`] is the page. What they show is made
-//! elsewhere: logs are simulated and reconstructed by whoever calls.
+//! [`figures()`] draws them as SVG, [`png`] makes pictures of them (feature `png`, on unless it is switched off), [`paper_page`] is the
+//! page. What they show is made elsewhere: logs are simulated and reconstructed by whoever calls.
 
 mod figures;
 mod input;
@@ -11,6 +11,7 @@ use palpate::palms::PalmPair;
 
 use figures::geometry::Rest;
 
+#[cfg(feature = "png")]
 pub use crate::drawing::png::{PngError, png};
 pub use figures::figure::{FIGURE_NAMES, Figure};
 pub use input::{Method, PaperInput, Trial};

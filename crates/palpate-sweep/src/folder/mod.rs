@@ -3,19 +3,54 @@
 pub mod journal;
 pub mod table;
 
+use std::num::NonZero;
 use std::path::{Path, PathBuf};
 
+use crate::digest::Digest;
 use crate::folder::journal::{Header, Journal};
 use crate::job::Outcome;
+use crate::sweep::{Done, Sweep};
 use crate::sweep_error::SweepError;
 
-/// How many jobs are finished.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Done {
-    /// So many are, counting those of earlier runs.
-    pub finished: u64,
-    /// Of so many.
-    pub jobs: u64,
+impl Sweep {
+    /// Does all jobs that are not finished yet in the folder `dir`, made if missing, keeps each in its journal, and writes the
+    /// [tables](table) when all are done. Outcomes come in the order of the jobs.
+    ///
+    /// # Errors
+    /// The folder belongs to another sweep, another program is at work in it, or it cannot be written.
+    pub fn run_in(
+        &self,
+        dir: &Path,
+        threads: NonZero<usize>,
+        progress: &mut dyn FnMut(Done),
+    ) -> Result<Vec<Outcome>, SweepError> {
+        let mut folder = self.open(dir)?;
+        progress(folder.done());
+        self.each(&folder.todo(), threads, &mut |outcome| {
+            folder.keep(outcome)?;
+            progress(folder.done());
+            Ok(())
+        })?;
+        folder.finish()
+    }
+
+    /// Opens the folder `dir`, made if missing, for this sweep, to be handed what comes of its jobs.
+    ///
+    /// # Errors
+    /// The folder belongs to another sweep, another program is at work in it, or it cannot be written.
+    pub fn open(&self, dir: &Path) -> Result<SweepFolder, SweepError> {
+        SweepFolder::open(dir, &self.header()?, self.jobs.len())
+    }
+
+    /// Which sweep this is: the same for the same jobs on the same logs with the same version of palpate.
+    fn header(&self) -> Result<Header, SweepError> {
+        let mut digest = Digest::new();
+        for job in &self.jobs {
+            let json = serde_json::to_vec(job).map_err(|error| SweepError::Encode(error.to_string()))?;
+            digest = digest.with(&json);
+        }
+        Ok(Header { version: env!("CARGO_PKG_VERSION").to_owned(), jobs: self.jobs.len() as u64, digest: digest.hex() })
+    }
 }
 
 /// The folder of a sweep, opened by the sweep and locked until it goes. Whoever does the jobs, here or elsewhere, hands each

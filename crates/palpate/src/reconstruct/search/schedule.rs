@@ -90,7 +90,8 @@ pub(crate) fn search(
     let is_spent = || measurements.work.is_spent(measurements.len());
     for (number, balance) in BALANCES.into_iter().enumerate() {
         let last = number > 0 && is_spent();
-        if (number == AFTER_CONTACT_ALONE || last) && otherwise() || last {
+        let is_explained = (number == AFTER_CONTACT_ALONE || last) && otherwise();
+        if is_explained || last {
             return;
         }
         let tolerance = Tolerance { scatter_m: tolerance_m, size_m: prior.size_m, balance };
