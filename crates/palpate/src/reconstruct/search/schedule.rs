@@ -277,3 +277,6 @@ pub(crate) fn covered_ranges(placed: &[Window]) -> Vec<Range<usize>> {
     }
     ranges
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,45 @@
+use super::*;
+use crate::palms::PalmMotion;
+use crate::reconstruct::options::ReconstructOptions;
+use crate::reconstruct::refine::job::Job;
+use crate::sensor::Touchpad;
+use crate::shape::NamedShape;
+use crate::simulate::{SimulateOptions, simulate};
+use std::cell::Cell;
+
+/// Arrangements that a search finds in a log of a stone while none of them is accepted, and how often another explanation is asked for.
+fn rejected(spend: bool) -> (usize, usize) {
+    let shape = NamedShape::Stone.shape(0.03).expect("a positive size");
+    let motion = PalmMotion::random(3, 10.0, 0.6).and_then(|motion| motion.sample(10.0)).expect("possible");
+    let touchpad = Touchpad { noise_sd_m: 1e-4, ..Touchpad::ideal() };
+    let log =
+        simulate(&shape, &motion, &SimulateOptions { touchpad, ..SimulateOptions::default() }).expect("possible").log;
+    let options = ReconstructOptions::default();
+    let job = Job::new(&log, &options);
+    while spend && !job.is_spent() {
+        job.measurements.work.add_step(1_000_000, 50);
+    }
+    let (arrangements, asked) = (Cell::new(0), Cell::new(0));
+    search(
+        &job.readings(),
+        &|_| None,
+        &|_| (),
+        &mut || {
+            asked.set(asked.get() + 1);
+            false
+        },
+        &mut |_| {
+            arrangements.set(arrangements.get() + 1);
+            false
+        },
+    );
+    (arrangements.get(), asked.get())
+}
+
+#[test]
+fn once_the_work_is_spent_one_arrangement_is_judged_and_no_other_trust_in_the_balance_is_tried() {
+    let (arrangements, asked) = rejected(false);
+    assert!(arrangements > 3 && asked <= 1, "{arrangements} {asked}");
+    let (arrangements, asked) = rejected(true);
+    assert!(arrangements <= 1 && asked == 1, "{arrangements} {asked}");
+}
