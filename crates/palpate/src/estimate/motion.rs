@@ -75,6 +75,23 @@ pub(crate) fn same_motion(a: &[f64], b: &[f64], period: f64) -> bool {
 /// to them.
 pub(crate) const SHORT_SEGMENT: usize = 6;
 
+/// Samples at each end of a log whose poses nothing before them, or behind them, confirms.
+const END: usize = 60;
+
+/// Samples at which a piece begins that may be at another pose: after each jump, and after the first and the last step that stands out, where these are at
+/// the ends of the log. Such a step may be a jump: beside boundary that nothing else felt, a fit can join what is beyond it by a shape of its own.
+pub(crate) fn piece_starts(jumps: &[usize], psi: &[f64], period: f64) -> Vec<usize> {
+    let mut unwrapped = psi.to_vec();
+    unwrap_to(&mut unwrapped, period);
+    let steps = outlying_steps(&unwrapped);
+    let first = steps.first().filter(|step| **step < END);
+    let last = steps.last().filter(|step| **step + END > psi.len());
+    let mut starts: Vec<usize> = jumps.iter().chain(first).chain(last).copied().collect();
+    starts.sort_unstable();
+    starts.dedup();
+    starts
+}
+
 /// The short segments between `starts`, the samples at which a segment other than the first begins.
 pub(crate) fn short_segments(starts: &[usize], samples: usize) -> Vec<Range<usize>> {
     if starts.is_empty() {
@@ -100,6 +117,19 @@ mod tests {
         assert!(outlying_steps(&psi).is_empty());
         psi[40..].iter_mut().for_each(|psi| *psi += 0.8);
         assert_eq!(outlying_steps(&psi), [40]);
+    }
+
+    #[test]
+    fn a_step_at_an_end_of_a_log_begins_a_piece_and_one_in_its_middle_does_not() {
+        let mut psi: Vec<f64> = (0..300).map(|i| 0.01 * i as f64).collect();
+        for step in [11, 150, 290] {
+            psi[step..].iter_mut().for_each(|psi| *psi += 0.1);
+        }
+        assert_eq!(piece_starts(&[200, 290], &psi, TAU), [11, 200, 290]);
+        psi[100..].iter_mut().for_each(|psi| *psi += TAU);
+        assert_eq!(piece_starts(&[], &psi, TAU), [11, 290]);
+        assert_eq!(piece_starts(&[], &psi[..80], TAU), [11]);
+        assert_eq!(piece_starts(&[70], &psi[12..], TAU), [70, 278]);
     }
 
     #[test]

@@ -28,7 +28,7 @@ use crate::estimate::model::noise::Noise;
 use crate::estimate::model::noise_from_log::{contact_scatter_m, stated_noise_m, weigh_by_angles};
 use crate::estimate::model::outliers::set_outliers_aside;
 use crate::estimate::model::prior::Prior;
-use crate::estimate::motion::{moved, unwrap};
+use crate::estimate::motion::{moved, piece_starts, unwrap};
 use crate::estimate::solver::gauss_newton::{Estimate, Fit};
 use crate::estimate::work::Work;
 use crate::log::Log;
@@ -473,6 +473,7 @@ impl<'a> Job<'a> {
             return Weighed { ambiguity_rad: ambiguity.ambiguity_rad(), settled, rivals: Vec::new(), likelier: None };
         }
         let starts: Vec<usize> = jumps.iter().map(|jump| jump.sample).collect();
+        let starts = piece_starts(&starts, &fine.estimate.psi, period);
         alternatives.extend(reassociated(measurements, fine, &starts, &mut ambiguity));
         let found = rival_motions(measurements, fine, &starts, &mut ambiguity);
         alternatives.extend(found.alternatives);
