@@ -17,15 +17,24 @@ const OF_SEARCH: u64 = 40_000_000_000;
 const OF_SAMPLE: u64 = 20_000_000;
 
 /// A sum over all that is done with the measurements of a log, and with copies and parts of them.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Work(Arc<AtomicU64>);
+#[derive(Clone, Debug)]
+pub(crate) struct Work {
+    done: Arc<AtomicU64>,
+    /// What the log is worth.
+    most: u64,
+}
 
 impl Work {
+    /// None yet, for a log of so many samples.
+    pub fn for_log(samples: usize) -> Self {
+        Self { done: Arc::default(), most: OF_SEARCH + OF_SAMPLE * samples as u64 }
+    }
+
     /// Counts a Gauss-Newton step: the matrix from every sample, and its factor.
     pub fn add_step(&self, samples: usize, unknowns: usize) {
         let (samples, unknowns) = (samples as u64, unknowns as u64);
         let work = samples * unknowns * (unknowns + BESIDES_MATRIX) + 2 * unknowns.pow(3);
-        self.0.fetch_add(work, Ordering::Relaxed);
+        self.done.fetch_add(work, Ordering::Relaxed);
     }
 
     /// The same of a step whose rows (samples, and places between them) are not eliminated one by one.
@@ -35,14 +44,14 @@ impl Work {
         }
     }
 
-    /// Whether no more is worth doing for a log of so many samples. Asked between steps that other threads have no part in, it says the same
+    /// Whether no more is worth doing for the log. Asked between steps that other threads have no part in, it says the same
     /// on every machine.
-    pub fn is_spent(&self, samples: usize) -> bool {
-        self.done() > OF_SEARCH + OF_SAMPLE * samples as u64
+    pub fn is_spent(&self) -> bool {
+        self.done() > self.most
     }
 
     fn done(&self) -> u64 {
-        self.0.load(Ordering::Relaxed)
+        self.done.load(Ordering::Relaxed)
     }
 }
 
@@ -52,7 +61,7 @@ mod tests {
 
     #[test]
     fn copies_count_together() {
-        let work = Work::default();
+        let work = Work::for_log(0);
         let copy = work.clone();
         rayon::scope(|scope| (0..100).for_each(|_| scope.spawn(|_| copy.add_step(10, 2))));
         assert_eq!(work.done(), 100 * (10 * 2 * 42 + 16));
@@ -60,11 +69,15 @@ mod tests {
 
     #[test]
     fn a_longer_log_is_worth_more() {
-        let work = Work::default();
         let steps = (OF_SEARCH + OF_SAMPLE * 1200) / (1200 * 97 * 137 + 2 * 97u64.pow(3));
-        (0..steps).for_each(|_| work.add_step(1200, 97));
-        assert!(!work.is_spent(1200) && work.is_spent(1100) && !work.is_spent(1300));
+        let spent_on = |samples: usize| {
+            let work = Work::for_log(samples);
+            (0..steps).for_each(|_| work.add_step(1200, 97));
+            work
+        };
+        assert!(!spent_on(1200).is_spent() && spent_on(1100).is_spent() && !spent_on(1300).is_spent());
+        let work = spent_on(1200);
         work.add_banded_step(1200, 97);
-        assert!(work.is_spent(1200));
+        assert!(work.is_spent());
     }
 }

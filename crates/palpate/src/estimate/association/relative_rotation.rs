@@ -70,16 +70,15 @@ pub(crate) fn rival_rotations(measurements: &Measurements, fit: &Fit) -> Vec<Est
         .filter(|polished| !is_same(&polished.psi, &present.psi))
         .collect();
     // Neighbouring trials often lead to one optimum.
-    let most = polished.len();
-    let mut rivals: Vec<(f64, Estimate)> = first_distinct(polished, most, |polished| polished.psi.as_slice(), is_same)
-        .into_par_iter()
-        .filter_map(|polished| weighed(sharp.run(polished.coefficients, polished.psi, POLISHING)))
-        .filter(|(of_rival, _)| *of_rival > evidence - CERTAIN.0)
-        .collect();
+    let mut rivals: Vec<(f64, Estimate)> =
+        first_distinct(polished, usize::MAX, |polished| polished.psi.as_slice(), is_same)
+            .into_par_iter()
+            .filter_map(|polished| weighed(sharp.run(polished.coefficients, polished.psi, POLISHING)))
+            .filter(|(of_rival, _)| *of_rival > evidence - CERTAIN.0)
+            .collect();
     rivals.sort_by(|a, b| b.0.total_cmp(&a.0));
     rivals.retain(|(_, rival)| !is_same(&rival.psi, &present.psi));
-    let most = rivals.len();
-    first_distinct(rivals, most, |(_, rival)| rival.psi.as_slice(), is_same)
+    first_distinct(rivals, usize::MAX, |(_, rival)| rival.psi.as_slice(), is_same)
         .into_iter()
         .map(|(_, rival)| rival)
         .collect()

@@ -201,7 +201,7 @@ impl Optimum {
 
 impl<'a> Job<'a> {
     pub(crate) fn new(log: &'a Log, options: &'a ReconstructOptions) -> Self {
-        Self::calibrated(log, options, options.rig.calibration, Work::default())
+        Self::calibrated(log, options, options.rig.calibration, Work::for_log(log.samples.len()))
     }
 
     /// The same with another calibration than the rig's, after some work.
@@ -283,7 +283,7 @@ impl<'a> Job<'a> {
 
     /// Whether nothing more is worth doing for the log.
     pub(crate) fn is_spent(&self) -> bool {
-        self.measurements.work.is_spent(self.raw.samples.len())
+        self.measurements.work.is_spent()
     }
 
     /// The best of an optimum and of those reached by turning a part of the log against the rest.

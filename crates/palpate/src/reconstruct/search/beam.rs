@@ -274,7 +274,7 @@ impl<'a> BeamSearch<'a> {
 
     /// Whether nothing more is worth doing for the log.
     pub fn is_spent(&self) -> bool {
-        self.measurements.work.is_spent(self.measurements.len())
+        self.measurements.work.is_spent()
     }
 
     /// Squared residuals of the best hypothesis per placed instant, at the noise at which arrangements are judged, over the

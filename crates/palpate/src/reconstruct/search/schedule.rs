@@ -87,7 +87,7 @@ pub(crate) fn search(
 ) {
     let Readings { calibration, measurements, scatter_m, tolerance_m, prior, brief, goes_on } = *readings;
     let windows = windows(measurements, &segments(measurements, scatter_m), scatter_m, SAMPLES);
-    let is_spent = || measurements.work.is_spent(measurements.len());
+    let is_spent = || measurements.work.is_spent();
     for (number, balance) in BALANCES.into_iter().enumerate() {
         let last = number > 0 && is_spent();
         let is_explained = (number == AFTER_CONTACT_ALONE || last) && otherwise();
@@ -184,7 +184,7 @@ fn arrange(
     let mut seeds: Vec<Seed> = Vec::new();
     let mut deferred: Vec<BeamSearch> = Vec::new();
     let (mut budget, mut grown) = (Budget::default(), 0);
-    let is_spent = || problem.measurements.work.is_spent(problem.measurements.len());
+    let is_spent = || problem.measurements.work.is_spent();
     for (number, span) in spans(windows).into_iter().take(SPANS).enumerate() {
         if is_spent() {
             break;
