@@ -5,16 +5,16 @@ use std::num::NonZero;
 use std::path::PathBuf;
 
 use palpate_sweep::{
-    Job, MotionKind, Object, ReconstructChoice, Row, ScoreChoice, SimulateJob, Source, Sweep, Touchpads,
+    Job, MotionKind, Object, ReconstructChoice, Row, ScoreChoice, SimulateJob, Source, Sweep, Touchpads, VariedJob,
 };
 
 fn row(seed: u64, motion: MotionKind, touchpads: Touchpads) -> Row {
-    let simulation = SimulateJob { seed, object: Object::Mixed, motion, samples: None, touchpads, rig: None };
-    let job = Job {
-        source: Source::Simulate(simulation),
-        reconstruct: ReconstructChoice::default(),
-        score: ScoreChoice { reference: true, bound: true },
-    };
+    row_of(Source::Simulate(SimulateJob { seed, object: Object::Mixed, motion, samples: None, touchpads, rig: None }))
+}
+
+fn row_of(source: Source) -> Row {
+    let job =
+        Job { source, reconstruct: ReconstructChoice::default(), score: ScoreChoice { reference: true, bound: true } };
     let sweep = Sweep { jobs: vec![job], base: PathBuf::new() };
     sweep.run(NonZero::<usize>::MIN, &mut |_| ()).expect("an outcome").remove(0).row
 }
@@ -90,4 +90,21 @@ fn samples_that_may_be_elsewhere_do_not_spoil_the_others() {
     assert!(known.is_some_and(|(error_m, bound_m)| error_m < 0.5 * bound_m), "{known:?}");
     assert!(row.rms_psi_rad.is_some_and(|rms| rms < 0.005), "{:?}", row.rms_psi_rad);
     assert!(row.certified || row.reason.starts_with("the pose of 2 samples cannot be told"), "{}", row.reason);
+}
+
+/// The first samples, before a jump on stairs, were certified 12 degrees (RMS over all samples) off: where they were put, the step after them is no
+/// jump of the object found.
+#[test]
+fn the_samples_before_a_first_step_that_is_no_jump_are_tried_at_other_poses() {
+    let row = row_of(Source::Varied(VariedJob { seed: 6_840_084 }));
+    assert!(row.certified, "{}", row.reason);
+    assert!(row.rms_psi_rad.is_some_and(|rms| rms < 0.005), "{:?}", row.rms_psi_rad);
+}
+
+/// The pose of the last two samples was called open: half a turn there and back was taken for the ringing of a small step before them.
+#[test]
+fn an_excursion_that_no_object_makes_leaves_no_pose_open() {
+    let row = row_of(Source::Varied(VariedJob { seed: 6_840_025 }));
+    assert!(row.certified, "{}", row.reason);
+    assert!(row.rms_psi_rad.is_some_and(|rms| rms < 0.005), "{:?}", row.rms_psi_rad);
 }

@@ -2,6 +2,7 @@
 //! falls, and the new pose is the minimum that the object descends to from the old one.
 
 use crate::estimate::motion::{SMALLEST_STEP, outlying_steps};
+use crate::math::angle::wrapped;
 use crate::mechanics::passage::{barrier_m, carried, is_same_pose};
 use crate::mechanics::{EnergyLandscape, Forces};
 use crate::palms::PalmPair;
@@ -46,9 +47,10 @@ impl DetectedJump {
         self.psi_after - self.psi_before
     }
 
-    /// Whether a step from one sample to the next may be part of the ringing about this jump: not much longer than it.
-    fn rings_with(&self, step: &Self) -> bool {
-        step.turn().abs() < self.turn().abs() + LONGEST_SWING
+    /// Whether a step from one sample to the next, by so many radians, may be part of the ringing about this jump: not much longer than it. Half a
+    /// turn there and half a turn on, back to the pose before, is no jump that anything rings about.
+    fn rings_with(&self, step: f64) -> bool {
+        step < wrapped(self.turn()).abs() + LONGEST_SWING
     }
 }
 
@@ -80,14 +82,15 @@ pub(crate) fn detect_jumps(shape: &SupportFunction, palms: &[PalmPair], psi: &[f
         };
         let rest_after = (sample..last).find(|&i| quiet(i)).unwrap_or(last);
         let whole = passage(shape, palms, (rest_before, psi[rest_before]), (rest_after, psi[rest_after]));
-        settled = rest_after;
-        if whole.physical && whole.jump.rings_with(&direct.jump) {
-            // The jump is the longest step of the ringing.
-            let step = |i: &usize| (psi[*i] - psi[*i - 1]).abs();
-            let longest = (rest_before + 1..=rest_after).max_by(|a, b| step(a).total_cmp(&step(b))).unwrap_or(sample);
+        // The jump is the longest step of the ringing.
+        let step = |i: usize| (psi[i] - psi[i - 1]).abs();
+        let longest = (rest_before + 1..=rest_after).max_by(|a, b| step(*a).total_cmp(&step(*b))).unwrap_or(sample);
+        if whole.physical && whole.jump.rings_with(step(longest)) {
             jumps.extend(whole.jumped.then_some(DetectedJump { sample: longest, ..whole.jump }));
+            settled = rest_after;
         } else {
             jumps.push(direct.jump);
+            settled = sample;
         }
     }
     jumps

@@ -78,15 +78,19 @@ pub(crate) const SHORT_SEGMENT: usize = 6;
 /// Samples at each end of a log whose poses nothing before them, or behind them, confirms.
 const END: usize = 60;
 
-/// Samples at which a piece begins that may be at another pose: after each jump, and after the first and the last step that stands out, where these are at
-/// the ends of the log. Such a step may be a jump: beside boundary that nothing else felt, a fit can join what is beyond it by a shape of its own.
+/// Samples at which a piece begins that may be at another pose: after each jump, and after the step that stands out most in the first and in the last
+/// run of such steps, where these are at the ends of the log. Such a step may be a jump: beside boundary that nothing else felt, a fit can join
+/// what is beyond it by a shape of its own.
 pub(crate) fn piece_starts(jumps: &[usize], psi: &[f64], period: f64) -> Vec<usize> {
     let mut unwrapped = psi.to_vec();
     unwrap_to(&mut unwrapped, period);
+    let turn = |step: usize| (unwrapped[step] - unwrapped[step - 1]).abs();
     let steps = outlying_steps(&unwrapped);
-    let first = steps.first().filter(|step| **step < END);
-    let last = steps.last().filter(|step| **step + END > psi.len());
-    let mut starts: Vec<usize> = jumps.iter().chain(first).chain(last).copied().collect();
+    let mut runs = steps.chunk_by(|step, next| step + 1 == *next);
+    let longest = |run: &[usize]| run.iter().copied().max_by(|a, b| turn(*a).total_cmp(&turn(*b)));
+    let first = runs.clone().next().and_then(longest).filter(|step| *step < END);
+    let last = runs.next_back().and_then(longest).filter(|step| *step + END > psi.len());
+    let mut starts: Vec<usize> = jumps.iter().copied().chain(first).chain(last).collect();
     starts.sort_unstable();
     starts.dedup();
     starts
@@ -130,6 +134,11 @@ mod tests {
         assert_eq!(piece_starts(&[], &psi, TAU), [11, 290]);
         assert_eq!(piece_starts(&[], &psi[..80], TAU), [11]);
         assert_eq!(piece_starts(&[70], &psi[12..], TAU), [70, 278]);
+        // Of neighbouring steps that stand out, the longest.
+        psi[10..].iter_mut().for_each(|psi| *psi += 0.05);
+        psi[12..].iter_mut().for_each(|psi| *psi -= 0.07);
+        assert_eq!(outlying_steps(&psi[..80]), [10, 11, 12]);
+        assert_eq!(piece_starts(&[], &psi[..80], TAU), [11]);
     }
 
     #[test]

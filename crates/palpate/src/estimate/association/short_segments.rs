@@ -57,7 +57,7 @@ pub(crate) fn reassociated(
                 let nearest = minima.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
                 psi[index] = nearest.copied().filter(|psi| near(*psi, *other, period)).unwrap_or(*other);
             }
-            alternatives.push(Alternative { psi, samples: segment.clone().collect(), motion_cost: Some(0.0) });
+            alternatives.push(Alternative { psi, samples: segment.clone().collect(), motion_cost: None });
         }
     }
     alternatives

@@ -3,6 +3,7 @@ use crate::mechanics::frictionless::followed;
 use crate::palms::PalmMotion;
 use crate::shape::NamedShape;
 use crate::simulate::{SimulateOptions, Simulation, simulate};
+use std::f64::consts::TAU;
 
 fn jump(sample: usize, psi_before: f64, psi_after: f64, predicted: bool) -> DetectedJump {
     let (height_before_m, height_after_m) = (0.03, 0.03);
@@ -22,8 +23,9 @@ fn a_jump_that_is_undone_at_once_and_not_predicted_counts_as_reversed() {
 #[test]
 fn no_step_much_longer_than_a_jump_is_its_ringing() {
     let whole = jump(100, 1.0, 1.1, true);
-    assert!(whole.rings_with(&jump(100, 1.0, 1.4, false)));
-    assert!(!whole.rings_with(&jump(100, 1.0, -0.2, false)));
+    assert!(whole.rings_with(0.4));
+    assert!(!whole.rings_with(1.2));
+    assert!(!jump(100, 1.0, 1.1 + TAU, true).rings_with(3.2), "the pose before, a whole turn on");
 }
 
 /// An egg between palms that turn and open, with the jumps that its simulation makes.
@@ -126,6 +128,21 @@ fn a_step_much_longer_than_the_jump_is_not_explained_as_its_ringing() {
     let found = detect_jumps(&shape, &palms, &ringing(&psi, at, &[1.5, 0.4, 0.3, 0.2, 0.1]));
     let first = found.first().expect("a jump");
     assert!((first.sample, first.physical) == (at, false), "{found:?}");
+}
+
+#[test]
+fn samples_that_are_half_a_turn_away_are_no_ringing_of_a_step_before_them() {
+    let (shape, palms, run, psi) = jumping();
+    let at = first_after(&run);
+    // A step that only the rest before and the rest after it explain, and a few samples later an excursion there and back, or once round.
+    for back in [-3.1, 3.1] {
+        let mut away = ringing(&psi, at, &[0.45, 0.4, 0.35, 0.3, 0.25, 0.2]);
+        let (there, again) = (at + 8, at + 10);
+        away[there..].iter_mut().for_each(|psi| *psi += 3.1);
+        away[again..].iter_mut().for_each(|psi| *psi += back);
+        let found = detect_jumps(&shape, &palms, &away);
+        assert!(found.iter().any(|jump| jump.sample == there && !jump.physical), "{back}: {found:?}");
+    }
 }
 
 #[test]
