@@ -95,7 +95,7 @@ impl Measurements {
     pub fn new(log: &Log, sd_scale_m: Option<f64>) -> Self {
         let instants =
             log.samples.iter().enumerate().map(|(index, sample)| Instant::new(index, sample, sd_scale_m)).collect();
-        Self { instants, work: Work::for_log(log.samples.len()) }
+        Self { instants, work: Work::for_log(log.samples.len(), 1) }
     }
 
     /// Other instants of the same log: a part of them, or means.

@@ -25,9 +25,9 @@ pub(crate) struct Work {
 }
 
 impl Work {
-    /// None yet, for a log of so many samples.
-    pub fn for_log(samples: usize) -> Self {
-        Self { done: Arc::default(), most: OF_SEARCH + OF_SAMPLE * samples as u64 }
+    /// None yet, for a log of so many samples that is searched with so many trusts in the calibration of the rig.
+    pub fn for_log(samples: usize, trusts: usize) -> Self {
+        Self { done: Arc::default(), most: trusts as u64 * (OF_SEARCH + OF_SAMPLE * samples as u64) }
     }
 
     /// Counts a Gauss-Newton step: the matrix from every sample, and its factor.
@@ -61,7 +61,7 @@ mod tests {
 
     #[test]
     fn copies_count_together() {
-        let work = Work::for_log(0);
+        let work = Work::for_log(0, 1);
         let copy = work.clone();
         rayon::scope(|scope| (0..100).for_each(|_| scope.spawn(|_| copy.add_step(10, 2))));
         assert_eq!(work.done(), 100 * (10 * 2 * 42 + 16));
@@ -71,11 +71,14 @@ mod tests {
     fn a_longer_log_is_worth_more() {
         let steps = (OF_SEARCH + OF_SAMPLE * 1200) / (1200 * 97 * 137 + 2 * 97u64.pow(3));
         let spent_on = |samples: usize| {
-            let work = Work::for_log(samples);
+            let work = Work::for_log(samples, 1);
             (0..steps).for_each(|_| work.add_step(1200, 97));
             work
         };
         assert!(!spent_on(1200).is_spent() && spent_on(1100).is_spent() && !spent_on(1300).is_spent());
+        let uncalibrated = Work::for_log(1100, 3);
+        (0..2 * steps).for_each(|_| uncalibrated.add_step(1200, 97));
+        assert!(!uncalibrated.is_spent());
         let work = spent_on(1200);
         work.add_banded_step(1200, 97);
         assert!(work.is_spent());

@@ -6,6 +6,7 @@ use super::options::limits::CertificateLimits;
 use super::options::method::Method;
 use super::options::{Progress, ReconstructOptions};
 use super::paper::initial_conditions as integral;
+use super::refine::calibrated::LEFT;
 use super::refine::job::Job;
 use super::result::friction::{FrictionEstimate, friction};
 use super::result::reconstruction::Reconstruction;
@@ -222,7 +223,7 @@ impl<'a> Reconstructor<'a> {
         };
         schedule::search(
             &Readings { brief, goes_on: &goes_on, ..job.readings() },
-            &|found| job.corrected(found),
+            &|found, trust| job.corrected(found, LEFT[trust]),
             &|share| self.tell("searching for arrangements", 0.9 * share),
             &mut || {
                 let found = job.explained_by_forces();
@@ -255,7 +256,7 @@ impl<'a> Reconstructor<'a> {
                     }
                 }
                 (brief && judged >= JUDGED_BRIEFLY)
-                    || explored.is_enough()
+                    || explored.is_enough(job.trusts())
                     || best.as_ref().is_some_and(|candidate| candidate.is_enough(explanations))
             },
         );
@@ -311,7 +312,7 @@ impl<'a> Reconstructor<'a> {
         let estimate = Estimate { coefficients: starting_coefficients(shape, job.scatter_m), psi, cost: 0.0 };
         let found = Found {
             calibration: job.calibration,
-            tolerance_m: job.readings().tolerance_m,
+            tolerance_m: job.readings().tolerances_m[0],
             thin: job.measurements.clone(),
             ranges,
             estimates: vec![estimate],

@@ -154,14 +154,14 @@ pub(crate) struct Explored {
 /// An arrangement is a motion that is known when at most this share of its instants is elsewhere: refinement decodes these anew.
 const ELSEWHERE_SHARE: f64 = 0.01;
 
-/// Motions that are taken to their optimum before the search ends without an answer: of 232 logs of the accuracy studies that had
+/// Motions that are taken to their optimum, for each trust in the calibration of the rig, before the search ends without an answer: of 232 logs of the accuracy studies that had
 /// one, all but one had it among the first six.
 const MOST_EXPLORED: usize = 10;
 
 impl Explored {
     /// Whether so many led to nothing that another one hardly will.
-    pub fn is_enough(&self) -> bool {
-        self.motions.len() >= MOST_EXPLORED
+    pub fn is_enough(&self, trusts: usize) -> bool {
+        self.motions.len() >= MOST_EXPLORED * trusts
     }
 
     /// The answer with what else explains the log about as well or better, whatever speaks against that: it is then a doubt.

@@ -1,6 +1,7 @@
 //! Refinement by contact alone, for objects on which friction acts (`docs/theory.md`, friction): form and motion from the contacts, whatever the
 //! forces are; then centre of mass and friction from what the forces within the friction cones ask of them.
 
+use super::calibrated::LEFT;
 use super::job::{Job, LEAST_FIRST_SD, ORDER_SAMPLES, Refined};
 use super::resample::{carry_over, thinned_in_ranges};
 use crate::estimate::evidence::fit::{ROUNDS, fit};
@@ -23,7 +24,7 @@ impl Job<'_> {
     pub fn explained_by_forces(&self) -> Option<Candidate> {
         let job = self.clone().without_balance();
         let (mut explained, mut plausible) = (None, None);
-        let calibrate = |found: &Found| job.corrected(found);
+        let calibrate = |found: &Found| job.corrected(found, LEFT[0]);
         search_by_contact(&Readings { brief: true, ..job.readings() }, &calibrate, &mut |found| {
             // The contacts tell all of the rig but where gravity is.
             let calibrated = job.roughly_calibrated(&found, 0);

@@ -24,6 +24,7 @@ use crate::estimate::model::noise::{Noise, STUDENT};
 use crate::estimate::model::prior::Prior;
 use crate::estimate::motion::{ELSEWHERE, SHORT_SEGMENT, short_segments};
 use crate::estimate::solver::gauss_newton::{Estimate, Fit};
+use crate::estimate::work::Work;
 use crate::log::Log;
 use crate::mechanics::ContactMode;
 use crate::palms::PalmPair;
@@ -294,7 +295,9 @@ impl Job<'_> {
         if !is_hinged(self.raw) {
             return None;
         }
-        let job = self.clone().without_balance();
+        let mut job = self.clone().without_balance();
+        // This is done once, and leaves the search what it is worth.
+        job.measurements.work = Work::for_log(job.measurements.len(), 1);
         let Grown { mut fit, mut unknowns, mut noise } = growth::grown(&job)?;
         let mut best: Option<(Setting, Settled)> = None;
         for order in MORE_HARMONICS {

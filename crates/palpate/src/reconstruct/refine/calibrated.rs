@@ -9,16 +9,18 @@ use crate::estimate::model::layout::Layout;
 use crate::estimate::model::noise::Noise;
 use crate::estimate::solver::gauss_newton::{Estimate, Fit, Smoother, StoppingCriteria};
 use crate::log::Log;
+use crate::reconstruct::options::ReconstructOptions;
 use crate::reconstruct::options::error::ReconstructError;
 use crate::reconstruct::search::problem::Corrected;
-use crate::reconstruct::search::schedule::{Found, Readings};
+use crate::reconstruct::search::schedule::{Found, Readings, TRUSTS};
 use crate::reconstruct::search::segments::segments;
 use crate::reconstruct::selection::Explored;
 use crate::sensor::Calibration;
 use crate::sensor::calibration::palm_rates_rad_per_s;
 
-/// What errors of the rig leave in the contact positions once a shape has adapted to them, as a share of the errors.
-const LEFT: f64 = 0.25;
+/// What errors of the rig leave in the contact positions once a shape has adapted to them, as a share of the errors. It depends on how they add
+/// up: the search allows for one after the other until something explains the log.
+pub(crate) const LEFT: [f64; TRUSTS] = [0.25, 0.5, 0.125];
 
 /// Rounds of the rough estimate: the noise that it allows falls from that of the search to that of the sensors.
 const ROUNDS: usize = 8;
@@ -34,6 +36,15 @@ const REFINEMENTS: usize = 4;
 const SAME_SDS: f64 = 1.0;
 const SETTLED_SDS: f64 = 0.1;
 
+/// Trusts in the calibration of the rig that a search tries: where no constant is open, they are all the same.
+pub(super) fn trusts(options: &ReconstructOptions) -> usize {
+    if is_open(options) { TRUSTS } else { 1 }
+}
+
+fn is_open(options: &ReconstructOptions) -> bool {
+    prior_sd(&options.rig.tolerances) != [0.0; CONSTANTS]
+}
+
 /// An arrangement at its optimum, and the job with the calibration that was estimated with it; `None` = as the rig was stated.
 pub(crate) struct Solved<'a> {
     pub job: Option<Job<'a>>,
@@ -45,23 +56,30 @@ pub(crate) struct Solved<'a> {
 impl<'a> Job<'a> {
     /// Whether constants of the rig are open.
     fn is_open(&self) -> bool {
-        prior_sd(&self.options.rig.tolerances) != [0.0; CONSTANTS]
+        is_open(self.options)
+    }
+
+    /// Trusts in the calibration of the rig that a search tries.
+    pub fn trusts(&self) -> usize {
+        trusts(self.options)
     }
 
     /// What the search begins with.
     pub fn readings(&self) -> Readings<'_> {
-        let tolerance_m = self.tolerance_m(&prior_sd(&self.options.rig.tolerances));
+        let sd = prior_sd(&self.options.rig.tolerances);
+        let tolerances_m = LEFT.map(|left| self.tolerance_m(&sd, left));
         let Self { calibration, ref measurements, scatter_m, prior, .. } = *self;
-        Readings { calibration, measurements, scatter_m, tolerance_m, prior, brief: false, goes_on: &|| true }
+        Readings { calibration, measurements, scatter_m, tolerances_m, prior, brief: false, goes_on: &|| true }
     }
 
-    /// Standard deviation of a contact position for a search that knows the constants of the rig to these standard deviations: metres.
-    fn tolerance_m(&self, sd: &[f64; CONSTANTS]) -> f64 {
+    /// Standard deviation of a contact position for a search that knows the constants of the rig to these standard deviations, of which a share is
+    /// left: metres.
+    fn tolerance_m(&self, sd: &[f64; CONSTANTS], left: f64) -> f64 {
         let [zero1, zero2, ratio, angle1, angle2, surface, clock] = *sd;
         let far_m = 2.0 * self.prior.size_m;
         let late_m = if clock > 0.0 { far_m * self.palm_rate_rad_per_s() * clock } else { 0.0 };
         let errors = [zero1, zero2, far_m * ratio, far_m * angle1, far_m * angle2, surface, late_m];
-        errors.into_iter().fold(self.scatter_m.max(self.typical_m), |sum, error| sum.hypot(LEFT * error))
+        errors.into_iter().fold(self.scatter_m.max(self.typical_m), |sum, error| sum.hypot(left * error))
     }
 
     /// How fast the palms turn: root mean square over the log.
@@ -71,10 +89,10 @@ impl<'a> Job<'a> {
         (squares / rates.len().max(1) as f64).sqrt()
     }
 
-    /// The readings as a part of the log corrects them.
-    pub fn corrected(&self, found: &Found) -> Option<Corrected> {
+    /// The readings as a part of the log corrects them, where such a share of what is not known is left in the contacts.
+    pub fn corrected(&self, found: &Found, left: f64) -> Option<Corrected> {
         let (calibration, posterior) = self.roughly_calibrated(found, 0)?;
-        let tolerance_m = self.tolerance_m(&posterior.sd(1.0));
+        let tolerance_m = self.tolerance_m(&posterior.sd(1.0), left);
         let measurements = self.recalibrated(self.raw, calibration).measurements;
         Some(Corrected { calibration, measurements, tolerance_m })
     }

@@ -3,6 +3,7 @@
 //! fixed point; then ambiguous samples are compared by the evidence, and restarts along the weakest direction of the shape are
 //! tried.
 
+use super::calibrated::trusts;
 use super::resample::{carry_over, thinned_in_ranges};
 use super::restarts::along_weakest_direction;
 use crate::estimate::association::alternatives::{Ambiguity, compare_evidence};
@@ -201,7 +202,8 @@ impl Optimum {
 
 impl<'a> Job<'a> {
     pub(crate) fn new(log: &'a Log, options: &'a ReconstructOptions) -> Self {
-        Self::calibrated(log, options, options.rig.calibration, Work::for_log(log.samples.len()))
+        let work = Work::for_log(log.samples.len(), trusts(options));
+        Self::calibrated(log, options, options.rig.calibration, work)
     }
 
     /// The same with another calibration than the rig's, after some work.

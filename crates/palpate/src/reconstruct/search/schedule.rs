@@ -6,7 +6,7 @@ use crate::estimate::measurements::Measurements;
 use crate::estimate::model::prior::Prior;
 use crate::estimate::solver::gauss_newton::Estimate;
 use crate::reconstruct::search::beam::{BeamSearch, Budget, EXPLAINED, Tolerance, explained, misfit};
-use crate::reconstruct::search::problem::{Calibrate, Problem};
+use crate::reconstruct::search::problem::{Calibrate, Corrected, Problem};
 use crate::reconstruct::search::seed::Seed;
 use crate::reconstruct::search::segments::segments;
 use crate::reconstruct::search::windows::{Window, spans, windows};
@@ -24,6 +24,10 @@ const BALANCES: [[f64; 2]; 3] = [[1.0, 1.0], [1.0, 0.3], [15.0, 15.0]];
 
 /// Before this one of them, which does not believe in the balance, an explanation by contact alone is looked for.
 const AFTER_CONTACT_ALONE: usize = 2;
+
+/// Trusts in the calibration of the rig, as many standard deviations of a contact position with what is unknown of it, that are tried with the first of
+/// these; the others have the first trust.
+pub(crate) const TRUSTS: usize = 3;
 
 /// Cost per instant of the part of a log that is not arranged: well above [`EXPLAINED`].
 const MISSING: f64 = 10.0;
@@ -53,8 +57,8 @@ pub(crate) struct Readings<'a> {
     pub measurements: &'a Measurements,
     /// Standard deviation of a contact position from one sample to the next, metres.
     pub scatter_m: f64,
-    /// The same with what is unknown of the calibration.
-    pub tolerance_m: f64,
+    /// The same with what is unknown of the calibration, in turn. Of equal ones only the first is tried.
+    pub tolerances_m: [f64; TRUSTS],
     pub prior: Prior,
     /// Whether only the first way is gone, that of most logs: few harmonics, and an equal trust in balance and contacts.
     pub brief: bool,
@@ -75,32 +79,42 @@ pub(crate) struct Found {
     pub estimates: Vec<Estimate>,
 }
 
-/// Passes each arrangement of the log that the search finds to `accept` until that returns true, most promising first; for each trust in the
-/// balance those that explain the log, then the best of a part. `tell` is given the share of the work done; before
-/// the balance is no longer believed in, `otherwise` is asked whether the log is explained in another way.
+/// The ways of the search in turn: trusts in the calibration with an equal trust in balance and contacts, then the others in the balance. Each is an index
+/// of [`BALANCES`] and one of the tolerances.
+fn ways(tolerances_m: &[f64; TRUSTS]) -> Vec<(usize, usize)> {
+    let is_new = |trust: &usize| !tolerances_m[..*trust].contains(&tolerances_m[*trust]);
+    let calibrations = (0..TRUSTS).filter(is_new).map(|trust| (0, trust));
+    calibrations.chain((1..BALANCES.len()).map(|balance| (balance, 0))).collect()
+}
+
+/// Passes each arrangement of the log that the search finds to `accept` until that returns true, most promising first; for each trust in calibration
+/// and balance those that explain the log, then the best of a part. `calibrate` is told the number of that trust in the calibration, `tell` the share
+/// of the work done; before the balance is no longer believed in, `otherwise` is asked whether the log is explained in another way.
 pub(crate) fn search(
     readings: &Readings,
-    calibrate: &Calibrate,
+    calibrate: &dyn Fn(&Found, usize) -> Option<Corrected>,
     tell: &dyn Fn(f64),
     otherwise: &mut dyn FnMut() -> bool,
     accept: &mut dyn FnMut(Found) -> bool,
 ) {
-    let Readings { calibration, measurements, scatter_m, tolerance_m, prior, brief, goes_on } = *readings;
+    let Readings { calibration, measurements, scatter_m, tolerances_m, prior, brief, goes_on } = *readings;
     let windows = windows(measurements, &segments(measurements, scatter_m), scatter_m, SAMPLES);
     let is_spent = || measurements.work.is_spent();
-    for (number, balance) in BALANCES.into_iter().enumerate() {
+    let ways = ways(&tolerances_m);
+    for (number, &(balance, trust)) in ways.iter().enumerate() {
         let last = number > 0 && is_spent();
-        let is_explained = (number == AFTER_CONTACT_ALONE || last) && otherwise();
+        let is_explained = (balance == AFTER_CONTACT_ALONE || last) && otherwise();
         if is_explained || last {
             return;
         }
-        let tolerance = Tolerance { scatter_m: tolerance_m, size_m: prior.size_m, balance };
+        let tolerance = Tolerance { scatter_m: tolerances_m[trust], size_m: prior.size_m, balance: BALANCES[balance] };
+        let calibrate = |found: &Found| calibrate(found, trust);
         let (measurements, windows) = (Cow::Borrowed(measurements), windows.clone());
         let problem = Problem { calibration, measurements, windows, tolerance, prior };
-        let tell = |share: f64| tell((number as f64 + share) / BALANCES.len() as f64);
+        let tell = |share: f64| tell((number as f64 + share) / ways.len() as f64);
         let mut partial: Vec<(usize, Found)> = Vec::new();
         let mut any_explained = false;
-        let enough = arrange(&problem, brief, calibrate, &tell, &mut |arranged| match arranged {
+        let enough = arrange(&problem, brief, &calibrate, &tell, &mut |arranged| match arranged {
             Arrangement::Whole(found) => {
                 any_explained = true;
                 accept(found)
@@ -115,12 +129,12 @@ pub(crate) fn search(
         }
         // The shape of a part may tell where the object is in all others, though no window beside it was explained.
         partial.sort_by_key(|(explained, _)| std::cmp::Reverse(*explained));
-        let mut parts = partial.into_iter().take(PARTS[number]).enumerate();
+        let mut parts = partial.into_iter().take(PARTS[balance]).enumerate();
         if parts.any(|(index, (_, found))| (number + index == 0 || !is_spent()) && accept(found)) {
             return;
         }
         // Where arrangements with an exact balance explain the log, those without it are no better.
-        if (any_explained && number > 0) || (number == 0 && !goes_on()) {
+        if (any_explained && balance > 0) || (number == 0 && !goes_on()) {
             return;
         }
     }
@@ -129,9 +143,10 @@ pub(crate) fn search(
 /// The same by contact alone, whatever the forces are: for objects that roll and slide with friction. Passes arrangements of the whole log to
 /// `accept` until that returns true.
 pub(crate) fn search_by_contact(readings: &Readings, calibrate: &Calibrate, accept: &mut dyn FnMut(Found) -> bool) {
-    let Readings { calibration, measurements, scatter_m, tolerance_m, prior, brief, .. } = *readings;
+    let Readings { calibration, measurements, scatter_m, tolerances_m, prior, brief, .. } = *readings;
     let windows = windows(measurements, &segments(measurements, scatter_m), scatter_m, SAMPLES);
-    let tolerance = Tolerance { scatter_m: tolerance_m, size_m: prior.size_m, balance: BALANCES[0] }.of_contact_alone();
+    let tolerance =
+        Tolerance { scatter_m: tolerances_m[0], size_m: prior.size_m, balance: BALANCES[0] }.of_contact_alone();
     let problem = Problem { calibration, measurements: Cow::Borrowed(measurements), windows, tolerance, prior };
     let mut partial: Vec<(usize, Found)> = Vec::new();
     let enough = arrange(&problem, brief, calibrate, &|_| (), &mut |arranged| match arranged {

@@ -89,6 +89,16 @@ fn a_result_with_nothing_but_noise_against_it_ends_the_search() {
 }
 
 #[test]
+fn the_search_ends_after_so_many_motions_for_each_trust_in_the_calibration() {
+    let mut explored = Explored::default();
+    for motions in 1..=2 * MOST_EXPLORED {
+        explored.add(&candidate(false, 0.0, 1.0, &[]));
+        assert_eq!(explored.is_enough(1), motions >= MOST_EXPLORED);
+        assert_eq!(explored.is_enough(2), motions == 2 * MOST_EXPLORED);
+    }
+}
+
+#[test]
 fn further_explanations_are_required_where_noisy_contacts_miss_the_balance() {
     let mut unbalanced = candidate(true, 0.0, 1.0, &[]);
     unbalanced.result.sensor_sd_m = 0.01 * RADIUS_M;

@@ -183,10 +183,10 @@ impl Strided<'_> {
     fn begun(&self, range: &Range<usize>) -> Vec<Stretch> {
         let job = self.job;
         let (log, measurements) = self.part(range);
-        let loose = Noise { sensor_m: job.readings().tolerance_m, balance_m: job.readings().tolerance_m };
+        let loose = Noise { sensor_m: job.readings().tolerances_m[0], balance_m: job.readings().tolerances_m[0] };
         let begun = |start: Estimate| {
             let fit = self.by_contact(&measurements, start, loose)?;
-            if fit.noise.sensor_m > EXPLAINED_CONTACTS * job.readings().tolerance_m {
+            if fit.noise.sensor_m > EXPLAINED_CONTACTS * job.readings().tolerances_m[0] {
                 return None;
             }
             let setting = Setting::new(job, &log, &measurements, &fit, &[]);
@@ -290,7 +290,7 @@ impl Strided<'_> {
     /// Whether no modes explain a stretch.
     fn is_lost(&self, settled: &Settled) -> bool {
         let Optimum { noise, unknowns, .. } = &settled.optimum;
-        noise.sensor_m > EXPLAINED_CONTACTS * self.job.readings().tolerance_m
+        noise.sensor_m > EXPLAINED_CONTACTS * self.job.readings().tolerances_m[0]
             || noise.forces_m > LOST * unknowns.coefficients[0]
     }
 

@@ -22,7 +22,7 @@ fn rejected(spend: bool) -> (usize, usize) {
     let (arrangements, asked) = (Cell::new(0), Cell::new(0));
     search(
         &job.readings(),
-        &|_| None,
+        &|_, _| None,
         &|_| (),
         &mut || {
             asked.set(asked.get() + 1);
@@ -34,6 +34,12 @@ fn rejected(spend: bool) -> (usize, usize) {
         },
     );
     (arrangements.get(), asked.get())
+}
+
+#[test]
+fn other_trusts_in_the_calibration_come_before_others_in_the_balance_and_equal_ones_once() {
+    assert_eq!(ways(&[3e-4, 6e-4, 2e-4]), [(0, 0), (0, 1), (0, 2), (1, 0), (2, 0)]);
+    assert_eq!(ways(&[3e-4; TRUSTS]), [(0, 0), (1, 0), (2, 0)]);
 }
 
 #[test]
