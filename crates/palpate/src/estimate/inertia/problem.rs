@@ -362,6 +362,13 @@ impl<'a> Problem<'a> {
 /// Information on the motion where nothing else says where it is, rad⁻²: an angle known to a thousand turns.
 const SPLINE_INFORMATION: f64 = 1e-8;
 
+/// How far a radius of gyration and a damping are from what is believed of them beforehand, the radius as a multiple of that of an even mass: the larger of
+/// both, in prior standard deviations.
+pub(crate) fn off_prior_sds(gyration_share: f64, damping_per_s: f64) -> f64 {
+    let of_gyration = 2.0 * gyration_share.ln() / LN_GYRATION_SD;
+    of_gyration.abs().max((damping_per_s / DAMPING_SD_PER_S).abs())
+}
+
 fn inertia_sd(prior: InertiaPrior) -> [f64; 2] {
     if prior.held { [HELD_SD; 2] } else { [LN_GYRATION_SD, DAMPING_SD_PER_S] }
 }

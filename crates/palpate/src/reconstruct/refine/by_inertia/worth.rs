@@ -1,7 +1,7 @@
 //! What an optimum with inertia is worth: whether it explains what balance does not, its error bars, and the result made of it.
 
 use super::{CONTACTS_ALLOWANCE, FORCES_FLOOR};
-use crate::estimate::inertia::problem::{BESIDES_SHAPE, Problem, Unknowns};
+use crate::estimate::inertia::problem::{BESIDES_SHAPE, Problem, Unknowns, off_prior_sds};
 use crate::estimate::inertia::smoother::Optimum;
 use crate::estimate::measurements::{Instant, Measurements};
 use crate::estimate::model::noise::Noise;
@@ -26,6 +26,10 @@ const UNEXPLAINED_SDS: f64 = 5.0;
 
 /// A radius of gyration that no mass within the outline has is this many standard deviations beyond the rim.
 const BEYOND_RIM_SDS: f64 = 3.0;
+
+/// Inertia that is further from what is believed of it is not what is the matter: a radius of gyration of 0.37 times that of an even mass, or a swing that is
+/// damped out in 20 ms. Almost without mass, and overdamped, an object goes whatever way the contacts have it go.
+const FURTHEST_SDS: f64 = 5.0;
 
 /// Inertia explains what balance misses where it leaves less than this share of it.
 pub(super) const EXPLAINED_SHARE: f64 = 0.3;
@@ -56,9 +60,7 @@ impl OfInertia<'_> {
         if self.robust && weights.seen() < refined.measurements.seen() {
             return None;
         }
-        let InertiaEstimate { gyration_radius_m, gyration_radius_sd_m, .. } = self.estimate();
-        let is_within = gyration_radius_m - BEYOND_RIM_SDS * gyration_radius_sd_m < rim_m(&unknowns.coefficients);
-        if !is_within {
+        if !is_of_an_object(&self.estimate(), rim_m(&unknowns.coefficients)) {
             return None;
         }
         let psi = problem.motion(unknowns);
@@ -116,6 +118,14 @@ impl OfInertia<'_> {
     }
 }
 
+/// Whether a mass within a rim at this distance of the centre of mass may have such an inertia.
+fn is_of_an_object(estimate: &InertiaEstimate, rim_m: f64) -> bool {
+    let InertiaEstimate { gyration_radius_m, gyration_radius_sd_m, uniform_gyration_radius_m, damping_per_s, .. } =
+        *estimate;
+    gyration_radius_m - BEYOND_RIM_SDS * gyration_radius_sd_m < rim_m
+        && off_prior_sds(gyration_radius_m / uniform_gyration_radius_m, damping_per_s) < FURTHEST_SDS
+}
+
 /// The largest distance of the boundary from the centre of mass.
 fn rim_m(coefficients: &[f64]) -> f64 {
     let shape = SupportFunction::from_coefficients(coefficients);
@@ -145,5 +155,29 @@ impl Uncertainty for OfInertia<'_> {
 
     fn friction(&self) -> Option<FrictionEstimate> {
         None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn inertia_is_that_of_a_mass_within_the_rim_not_of_a_point_and_not_of_honey() {
+        let is_possible = |gyration_radius_m: f64, damping_per_s: f64| {
+            let estimate = InertiaEstimate {
+                gyration_radius_m,
+                gyration_radius_sd_m: 1e-3,
+                uniform_gyration_radius_m: 0.02,
+                damping_per_s,
+                damping_sd_per_s: 1.0,
+                static_balance_sd_m: 1e-3,
+            };
+            is_of_an_object(&estimate, 0.03)
+        };
+        assert!(is_possible(0.02, 0.3) && is_possible(0.0329, 0.3) && !is_possible(0.0331, 0.3));
+        // exp(-5 x 0.4 / 2) = 0.368.
+        assert!(is_possible(0.369 * 0.02, 0.3) && !is_possible(0.367 * 0.02, 0.3));
+        assert!(is_possible(0.02, 49.9) && !is_possible(0.02, 50.1) && !is_possible(0.02, -50.1));
     }
 }
