@@ -93,18 +93,15 @@ fn samples_that_may_be_elsewhere_do_not_spoil_the_others() {
     assert!(row.certified || row.reason.starts_with("the pose of 2 samples cannot be told"), "{}", row.reason);
 }
 
-/// An ellipse felt all around on an uncalibrated rig, with one jump: at the first tolerance that the search allowed for the rig no arrangement explains the
-/// log. One at twice of it does, and in the other log one at half of it.
+/// An ellipse felt all around on an uncalibrated rig, with one jump: at the first tolerance that the search allows for the rig no arrangement explains the
+/// log, at twice of it one does.
 #[test]
-fn where_one_tolerance_for_the_rig_leads_nowhere_others_are_tried() {
-    let counted = Touchpads { counts_per_inch: Some(200.0), ..Touchpads::default() };
-    for seed in [7_030_092, 7_030_164] {
-        let rig = Some(Box::new(Rig::uncalibrated()));
-        let (object, motion) = (Object::Mixed, MotionKind::Random);
-        let row =
-            row_of(Source::Simulate(SimulateJob { seed, object, motion, samples: None, touchpads: counted, rig }));
-        assert_eq!(row.solved, Some(true), "{seed}: {:?} {}", row.rms_r_m, row.reason);
-    }
+fn where_one_tolerance_for_the_rig_leads_nowhere_another_is_tried() {
+    let touchpads = Touchpads { counts_per_inch: Some(200.0), ..Touchpads::default() };
+    let rig = Some(Box::new(Rig::uncalibrated()));
+    let (object, motion) = (Object::Mixed, MotionKind::Random);
+    let row = row_of(Source::Simulate(SimulateJob { seed: 7_030_092, object, motion, samples: None, touchpads, rig }));
+    assert_eq!(row.solved, Some(true), "{:?} {}", row.rms_r_m, row.reason);
 }
 
 /// The first samples, before a jump on stairs, were certified 12 degrees (RMS over all samples) off: where they were put, the step after them is no
