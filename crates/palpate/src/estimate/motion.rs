@@ -78,18 +78,24 @@ pub(crate) const SHORT_SEGMENT: usize = 6;
 /// Samples at each end of a log whose poses nothing before them, or behind them, confirms.
 const END: usize = 60;
 
-/// Samples at which a piece begins that may be at another pose: after each jump, and after the step that stands out most in the first and in the last
-/// run of such steps, where these are at the ends of the log. Such a step may be a jump: beside boundary that nothing else felt, a fit can join
-/// what is beyond it by a shape of its own.
-pub(crate) fn piece_starts(jumps: &[usize], psi: &[f64], period: f64) -> Vec<usize> {
+/// The steps that stand out most in the first and in the last run of steps that stand out (index of the sample after).
+pub(crate) fn end_steps(psi: &[f64], period: f64) -> [Option<usize>; 2] {
     let mut unwrapped = psi.to_vec();
     unwrap_to(&mut unwrapped, period);
     let turn = |step: usize| (unwrapped[step] - unwrapped[step - 1]).abs();
     let steps = outlying_steps(&unwrapped);
     let mut runs = steps.chunk_by(|step, next| step + 1 == *next);
     let longest = |run: &[usize]| run.iter().copied().max_by(|a, b| turn(*a).total_cmp(&turn(*b)));
-    let first = runs.clone().next().and_then(longest).filter(|step| *step < END);
-    let last = runs.next_back().and_then(longest).filter(|step| *step + END > psi.len());
+    [runs.clone().next(), runs.next_back()].map(|run| run.and_then(longest))
+}
+
+/// Samples at which a piece begins that may be at another pose: after each jump, and after the step that stands out most in the first and in the last
+/// run of such steps, where these are at the ends of the log. Such a step may be a jump: beside boundary that nothing else felt, a fit can join
+/// what is beyond it by a shape of its own.
+pub(crate) fn piece_starts(jumps: &[usize], psi: &[f64], period: f64) -> Vec<usize> {
+    let [first, last] = end_steps(psi, period);
+    let first = first.filter(|step| *step < END);
+    let last = last.filter(|step| *step + END > psi.len());
     let mut starts: Vec<usize> = jumps.iter().copied().chain(first).chain(last).collect();
     starts.sort_unstable();
     starts.dedup();

@@ -14,7 +14,7 @@ use crate::estimate::model::contact::residuals;
 use crate::estimate::model::layout::Layout;
 use crate::estimate::model::noise::Noise;
 use crate::estimate::model::prior::Prior;
-use crate::estimate::motion::{SHORT_SEGMENT, same_motion};
+use crate::estimate::motion::{SHORT_SEGMENT, end_steps, same_motion};
 use crate::estimate::solver::gauss_newton::{Estimate, Fit, Smoother, StoppingCriteria};
 use crate::estimate::solver::shape_given_motion::ShapeGivenMotion;
 use rayon::prelude::*;
@@ -98,7 +98,11 @@ pub(crate) struct Trial {
 fn trials(measurements: &Measurements, present: &Estimate, loose: Noise, prior: Prior) -> Vec<Trial> {
     let period = prior.symmetry.period_rad();
     let psi = &present.psi;
-    let jumps: Vec<usize> = (1..psi.len()).filter(|&index| !near(psi[index - 1], psi[index], period)).collect();
+    let mut jumps: Vec<usize> = (1..psi.len()).filter(|&index| !near(psi[index - 1], psi[index], period)).collect();
+    // A part at another rotation may join the rest by a small step, where the shape has adapted to it.
+    jumps.extend(end_steps(psi, period).into_iter().flatten());
+    jumps.sort_unstable();
+    jumps.dedup();
     let explained: Vec<usize> =
         (0..psi.len()).filter(|&index| is_explained(measurements, present, index, loose)).collect();
     if jumps.len() > MOST_JUMPS || (explained.len() as f64) < LEAST_EXPLAINED * psi.len() as f64 {
