@@ -180,7 +180,7 @@ impl Felt {
         let x = palms.balance_x(self.s1, self.s2);
         // Linear in the height.
         let [at_0, at_1] =
-            [0.0, 1.0].map(|height_m| self.denominator_m(palms, palms.supports_of_center([x, height_m]).into()));
+            [0.0, 1.0].map(|height_m| self.denominator_m(palms, palms.supports_of_center([x, height_m])));
         at_0 / (at_0 - at_1)
     }
 }
