@@ -9,9 +9,11 @@
 //! ψ' = [r̃₂' cos φ₁ − d̃₂' sin φ₁ + d̃₂ φ₂' sin φ₁₂ / sin φ₂] / [r₁ sin φ₁₂ + (r₂ + r̃₂) sin φ₁ + d̃₂ cos φ₁].
 //!
 //! Sensor values and their rates come from local polynomials (Savitzky-Golay, [`crate::math::local_polynomial`]), the steps from
-//! [`adams`]. The denominator of ψ' is 0 where the lines of force meet in the centre of mass, where noise in the numerator is
-//! amplified without bound. The quotient n/q is therefore damped towards the last rate, (n q + λ² ψ'₋)/(q² + λ²), with a λ that
-//! grows with the noise; exact readings are not damped.
+//! [`adams`]. The denominator of ψ' is the height of the point where the normals meet over the centre of mass (times sin φ₂). Where it
+//! vanishes, so does the numerator, and the quotient is one of two errors: noise of the readings, and what the integral is off by. Against
+//! noise the quotient n/q is damped towards the last rate, (n q + λ² ψ'₋)/(q² + λ²), with a λ that grows with the noise; a node next to
+//! the crossing keeps the last rate. The height at a crossing is known from the readings alone, as the numerator has no height in it
+//! ([`Signals::crossing_heights`]): there the search for the initial conditions begins.
 
 use super::adams::{self, STARTING_STEPS};
 use crate::estimate::closed_form::Contact;
@@ -19,9 +21,9 @@ use crate::estimate::measurements::Instant;
 use crate::math::local_polynomial::Smoothing;
 use crate::palms::PalmAngles;
 
-/// Where the denominator of ψ' is smaller than this share of the size of the object, ψ' keeps its last value: errors of the
-/// integral are as large there.
-const SINGULAR: f64 = 0.02;
+/// A node where the denominator of ψ' is smaller than this share of what it changes by in a step is next to a crossing, and keeps the last
+/// rate. From a quarter on, nodes that are sound lose theirs; at 0 none is kept. Both spoil a test in `tests.rs`.
+const NEXT_TO_CROSSING: f64 = 0.1;
 
 /// Damping λ for very noisy readings, as a share of the size of the object; the best value in `cargo xtask methods`.
 const DAMPING: f64 = 0.1;
@@ -54,15 +56,7 @@ pub(crate) struct Signals {
     nodes: Vec<Felt>,
     /// In the middle of the first few steps, for Runge-Kutta.
     middles: Vec<Felt>,
-    guard: Guard,
-}
-
-/// Treatment of the singularities, where the denominator of ψ' vanishes, metres.
-#[derive(Clone, Copy, Debug)]
-struct Guard {
-    /// Denominators below this keep the last rate.
-    singular_m: f64,
-    /// λ.
+    /// λ, metres.
     damping_m: f64,
 }
 
@@ -87,10 +81,7 @@ impl Signals {
             step_s,
             nodes: (0..=steps).map(|node| felt(first + step_s * node as f64)).collect(),
             middles: (0..STARTING_STEPS.min(steps)).map(|step| felt(first + step_s * (step as f64 + 0.5))).collect(),
-            guard: Guard {
-                singular_m: SINGULAR * size_m,
-                damping_m: DAMPING * size_m * noise_m / (noise_m + HALF_DAMPING_NOISE * size_m).max(f64::MIN_POSITIVE),
-            },
+            damping_m: DAMPING * size_m * noise_m / (noise_m + HALF_DAMPING_NOISE * size_m).max(f64::MIN_POSITIVE),
         })
     }
 
@@ -102,14 +93,38 @@ impl Signals {
         palms.supports_of_center([palms.balance_x(felt.s1, felt.s2), height_m]).into()
     }
 
+    /// Heights of the centre of mass at the first instant with which numerator and denominator of ψ' vanish together, one for each
+    /// change of sign of the numerator. `relative_m` is the height at each sample over that at the first.
+    pub fn crossing_heights(&self, relative_m: &[f64]) -> Vec<f64> {
+        let first_s = self.times_s[0];
+        let above_first_m = |time_s: f64| {
+            let after = self.times_s.partition_point(|time| *time < time_s).clamp(1, self.times_s.len() - 1);
+            let part = (time_s - self.times_s[after - 1]) / (self.times_s[after] - self.times_s[after - 1]);
+            relative_m[after - 1] + (relative_m[after] - relative_m[after - 1]) * part
+        };
+        let numerator = |felt: &Felt| felt.numerator(PalmAngles::new(felt.phi1, felt.phi2));
+        let crossing = |(node, pair): (usize, &[Felt])| {
+            let [from, to] = [numerator(&pair[0]), numerator(&pair[1])];
+            (from * to < 0.0).then(|| {
+                let part = from / (from - to);
+                let [low_m, high_m] = [pair[0].meeting_height_m(), pair[1].meeting_height_m()];
+                low_m + (high_m - low_m) * part - above_first_m(first_s + self.step_s * (node as f64 + part))
+            })
+        };
+        self.nodes.windows(2).enumerate().filter_map(crossing).collect()
+    }
+
     /// Integrates from (r₁, r₂) at the first instant, where ψ = 0; returns the contacts at every sample.
     pub fn integrate(&self, start: (f64, f64)) -> Vec<Contact> {
-        let mut last_rate = 0.0;
         let steps = self.nodes.len() - 1;
+        // The denominator and the rate at the time before, and at the latest.
+        let (mut before, mut latest): (Option<Quotient>, Option<(usize, Quotient)>) = (None, None);
         let nodes = adams::integrate([start.0, start.1, 0.0], steps, self.step_s, |half, state| {
             let felt = if half % 2 == 0 { &self.nodes[half / 2] } else { &self.middles[half / 2] };
-            let slope = slope(felt, state, self.guard, last_rate);
-            last_rate = slope[2];
+            // A time is asked for twice, with the predicted and with the corrected state.
+            before = latest.filter(|(at, _)| *at < half).map(|(_, quotient)| quotient).or(before);
+            let (slope, quotient) = slope(felt, state, self.damping_m, before);
+            latest = Some((half, quotient));
             slope
         });
         let first = self.times_s[0];
@@ -135,24 +150,59 @@ impl Signals {
     }
 }
 
-/// Equations 19 to 21: the rates of (r₁, r₂, ψ).
-fn slope(felt: &Felt, &[r1, r2, _]: &[f64; 3], guard: Guard, last_rate: f64) -> [f64; 3] {
+/// The denominator of ψ' and ψ' itself, at one time.
+#[derive(Clone, Copy, Debug)]
+struct Quotient {
+    denominator_m: f64,
+    psi_rate: f64,
+}
+
+impl Felt {
+    /// Numerator of ψ'.
+    fn numerator(&self, palms: PalmAngles) -> f64 {
+        let PalmAngles { sin1, cos1, sin12, sin2, cos2, .. } = palms;
+        let general_d2 = self.s1 * cos2 - self.s2;
+        let general_r2_rate = -self.s1_rate * sin2 - self.s1 * cos2 * self.phi2_rate;
+        let general_d2_rate = self.s1_rate * cos2 - self.s1 * sin2 * self.phi2_rate - self.s2_rate;
+        general_r2_rate * cos1 - general_d2_rate * sin1 + general_d2 * self.phi2_rate * sin12 / sin2
+    }
+
+    /// Denominator of ψ'.
+    fn denominator_m(&self, palms: PalmAngles, [r1, r2]: [f64; 2]) -> f64 {
+        let PalmAngles { sin1, cos1, sin12, sin2, cos2, .. } = palms;
+        let (general_r2, general_d2) = (-self.s1 * sin2, self.s1 * cos2 - self.s2);
+        r1 * sin12 + (r2 + general_r2) * sin1 + general_d2 * cos1
+    }
+
+    /// Height of the point where the normals meet: that of a centre of mass with which the denominator of ψ' vanishes.
+    fn meeting_height_m(&self) -> f64 {
+        let palms = PalmAngles::new(self.phi1, self.phi2);
+        let x = palms.balance_x(self.s1, self.s2);
+        // Linear in the height.
+        let [at_0, at_1] =
+            [0.0, 1.0].map(|height_m| self.denominator_m(palms, palms.supports_of_center([x, height_m])));
+        at_0 / (at_0 - at_1)
+    }
+}
+
+/// Equations 19 to 21: the rates of (r₁, r₂, ψ), with λ, and with the quotient at the time before.
+fn slope(felt: &Felt, &[r1, r2, _]: &[f64; 3], damping_m: f64, before: Option<Quotient>) -> ([f64; 3], Quotient) {
     let palms = PalmAngles::new(felt.phi1, felt.phi2);
-    let PalmAngles { sin1, cos1, sin12, sin2, cos2, .. } = palms;
-    let general_r2 = -felt.s1 * sin2;
-    let general_d2 = felt.s1 * cos2 - felt.s2;
-    let general_r2_rate = -felt.s1_rate * sin2 - felt.s1 * cos2 * felt.phi2_rate;
-    let general_d2_rate = felt.s1_rate * cos2 - felt.s1 * sin2 * felt.phi2_rate - felt.s2_rate;
-    let numerator = general_r2_rate * cos1 - general_d2_rate * sin1 + general_d2 * felt.phi2_rate * sin12 / sin2;
-    let denominator = r1 * sin12 + (r2 + general_r2) * sin1 + general_d2 * cos1;
-    let damping = guard.damping_m * guard.damping_m;
-    let psi_rate = if denominator.abs() < guard.singular_m {
-        last_rate
-    } else {
-        (numerator * denominator + damping * last_rate) / (denominator * denominator + damping)
+    let (numerator, denominator_m) = (felt.numerator(palms), felt.denominator_m(palms, [r1, r2]));
+    let damping = damping_m * damping_m;
+    let psi_rate = match before {
+        Some(before) if denominator_m.abs() < NEXT_TO_CROSSING * (denominator_m - before.denominator_m).abs() => {
+            before.psi_rate
+        }
+        _ => {
+            let last_rate = before.map_or(0.0, |before| before.psi_rate);
+            let square = (denominator_m * denominator_m + damping).max(f64::MIN_POSITIVE);
+            (numerator * denominator_m + damping * last_rate) / square
+        }
     };
     let [d1, d2] = palms.feet([r1, r2], [felt.s1, felt.s2]);
-    [-d1 * (felt.phi1_rate - psi_rate), -d2 * (felt.phi1_rate + felt.phi2_rate - psi_rate), psi_rate]
+    let rates = [-d1 * (felt.phi1_rate - psi_rate), -d2 * (felt.phi1_rate + felt.phi2_rate - psi_rate), psi_rate];
+    (rates, Quotient { denominator_m, psi_rate })
 }
 
 /// Cubic Hermite interpolation between two nodes; `part` from 0 to 1.

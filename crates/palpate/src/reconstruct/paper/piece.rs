@@ -18,6 +18,8 @@ pub(crate) struct Piece {
     pub measurements: Measurements,
     /// Height of the centre of mass over that at the first sample, metres.
     pub relative: Vec<f64>,
+    /// Heights at the first sample with which numerator and denominator of ψ' vanish together, at one time or another.
+    pub crossing_heights: Vec<f64>,
     /// For the differential equations.
     pub signals: Option<Signals>,
     pub sd_m: f64,
@@ -38,11 +40,11 @@ impl Piece {
         }
         let own = measurements.of(samples.iter().map(|&index| measurements.instants[index]).collect());
         let times_s: Vec<f64> = samples.iter().map(|&index| log.samples[index].time_s).collect();
-        let signals = match method {
-            Method::Ode => Some(Signals::new(&own.instants, &times_s, own.size_m(), sd_m)?),
-            _ => None,
-        };
-        Some(Self { relative: relative_height(&own), measurements: own, samples, signals, sd_m })
+        let relative = relative_height(&own);
+        let signals = Signals::new(&own.instants, &times_s, own.size_m(), sd_m)?;
+        let crossing_heights = signals.crossing_heights(&relative);
+        let signals = (method == Method::Ode).then_some(signals);
+        Some(Self { relative, crossing_heights, measurements: own, samples, signals, sd_m })
     }
 
     /// Diagonal of the range of its contacts: a measure of the information in it.

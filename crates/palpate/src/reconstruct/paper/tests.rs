@@ -186,3 +186,47 @@ fn noisy_logs_are_reconstructed_and_a_log_without_a_piece_is_refused() {
         assert_eq!(refused, Err(ReconstructError::NotSolvable));
     }
 }
+
+/// Squeezes and rotations of an object without noise, `palpate simulate --motion zigzag --noise-mm 0`.
+fn zigzag(shape: NamedShape, rate_hz: f64) -> (SupportFunction, Simulation) {
+    let shape = shape.shape(SIZE_M).expect("a positive size");
+    let palms = PalmMotion::squeeze_and_rotate(100.0, 2).and_then(|motion| motion.sample(rate_hz)).expect("possible");
+    let run = simulate(&shape, &palms, &SimulateOptions::default()).expect("possible");
+    assert!(run.jumps.is_empty());
+    (shape, run)
+}
+
+#[test]
+fn an_object_whose_normals_meet_near_its_centre_of_mass_is_found_and_integrated() {
+    // The denominator of ψ' is below a fiftieth of the size for most of the log, and crosses zero two dozen times.
+    let (shape, run) = zigzag(NamedShape::Egg, 100.0);
+    let psi_rad: Vec<f64> = run.truth.motion.iter().map(|pose| pose.psi_rad).collect();
+    for method in [Method::Ode, Method::Quadrature] {
+        let start = Start::Motion { shape: shape.clone(), psi_rad: psi_rad.clone() };
+        for reconstructor in [reconstructor(method).start(start), reconstructor(method)] {
+            let errors = compare(&reconstructor.run(&run.log).expect("solvable"), &run.truth).expect("comparable");
+            assert!(errors.rms_r_m < 1e-5 * SIZE_M && errors.rms_psi_rad < 1e-3, "{method}: {errors:?}");
+        }
+    }
+}
+
+#[test]
+fn the_true_height_is_among_those_of_the_crossings() {
+    let (_, run) = zigzag(NamedShape::Egg, 100.0);
+    let measurements = Measurements::new(&run.log, None);
+    let piece = Piece::new(&run.log, &measurements, 0..measurements.len(), Method::Quadrature, 1e-9).expect("long");
+    let off = |height: &&f64| (*height - run.truth.motion[0].com_y_m).abs() < 1e-4 * SIZE_M;
+    let found = piece.crossing_heights.iter().filter(off).count();
+    assert!(found >= 8, "{found} of {}", piece.crossing_heights.len());
+}
+
+#[test]
+fn a_fast_roll_at_few_samples_is_no_jump() {
+    let (_, run) = zigzag(NamedShape::Pebble, 20.0);
+    for method in [Method::Ode, Method::Quadrature] {
+        let found = reconstructor(method).run(&run.log).expect("solvable");
+        let errors = compare(&found, &run.truth).expect("comparable");
+        assert!(found.jumps.is_empty(), "{method}: {:?}", found.jumps);
+        assert!(errors.rms_r_m < 3e-3 * SIZE_M && errors.rms_psi_rad < 0.02, "{method}: {errors:?}");
+    }
+}

@@ -6,7 +6,7 @@ use crate::estimate::measurements::Measurements;
 use crate::math::statistics::median;
 use std::ops::Range;
 
-/// A contact has jumped when its step differs from the median step around it by more than the sum of three terms. The noise: this
+/// A contact has jumped when its step differs from the median step around it by more than the sum of four terms. The noise: this
 /// many standard deviations of a contact position.
 const NOISE_FACTOR: f64 = 8.0;
 
@@ -16,6 +16,10 @@ const PACE_FACTOR: f64 = 4.0;
 /// The palms: this many sizes of the object for each radian that they turn, added up. The contact of an object that keeps its
 /// orientation moves by about as much.
 const TURN_FACTOR: f64 = 2.0;
+
+/// Neighbours: this many times what the slower of the two steps beside it differs by. The contact of an object that rolls fast speeds up
+/// and slows down; one that jumps lies as still after the jump as ever.
+const NEIGHBOUR_FACTOR: f64 = 4.0;
 
 /// Steps on each side that a step is compared with: the pace is taken to be even over them.
 const STEPS_AROUND: usize = 6;
@@ -40,8 +44,13 @@ pub(crate) fn segments(measurements: &Measurements, scatter_m: f64) -> Vec<Range
             let usual = median(&mut others);
             others.iter_mut().for_each(|step| *step = step.abs());
             let pace = median(&mut others);
-            (steps[index][sensor] - usual).abs()
-                > NOISE_FACTOR * scatter_m + PACE_FACTOR * pace + TURN_FACTOR * size_m * turn
+            let off = |other: Option<&[f64; 2]>| other.map_or(0.0, |step| (step[sensor] - usual).abs());
+            let beside = off(index.checked_sub(1).and_then(|before| steps.get(before))).min(off(steps.get(index + 1)));
+            off(Some(&steps[index]))
+                > NOISE_FACTOR * scatter_m
+                    + PACE_FACTOR * pace
+                    + TURN_FACTOR * size_m * turn
+                    + NEIGHBOUR_FACTOR * beside
         })
     };
     let mut segments = Vec::new();
@@ -102,6 +111,29 @@ mod tests {
             }
         }
         assert!(jumps > 12, "{jumps}");
+    }
+
+    #[test]
+    fn a_step_is_a_roll_where_both_steps_beside_it_come_near_it() {
+        // A contact that rests, and moves by three steps in the middle; the slower of the outer ones decides.
+        let pieces = |before_m: f64, after_m: f64| {
+            let mut s_m = 0.03;
+            let samples = (0..41).map(|index| {
+                s_m += match index {
+                    20 => before_m,
+                    21 => 4e-3,
+                    22 => after_m,
+                    _ => 0.0,
+                };
+                crate::Sample::new(0.05 * f64::from(index), crate::palms::PalmPair::hinged(1.0, 1.2), s_m, 0.03)
+            });
+            let measurements = Measurements::new(&crate::Log { samples: samples.collect() }, None);
+            segments(&measurements, 1e-9).len()
+        };
+        assert_eq!(pieces(1.1e-3, 1.1e-3), 3, "the outer steps are cut, the middle one is not");
+        assert_eq!(pieces(0.9e-3, 1.1e-3), 4);
+        assert_eq!(pieces(1.1e-3, 0.0), 3);
+        assert_eq!(pieces(0.0, 0.0), 2);
     }
 
     #[test]
