@@ -104,7 +104,10 @@ impl Follower {
     fn decided(&mut self, instant: Instant, psi: f64) {
         let misfit = self.shape.settled(&instant, psi).misfit;
         let counted = if misfit < UNEXPLAINED { misfit } else { UNEXPLAINED };
-        self.strain += (counted - self.strain) / MEMORY;
+        // Without a contact a sample agrees with any shape.
+        if instant.weight1 > 0.0 || instant.weight2 > 0.0 {
+            self.strain += (counted - self.strain) / MEMORY;
+        }
         if wrapped(psi - self.psi_before).abs() > LONGEST_STEP {
             self.piece += 1;
         }
@@ -122,7 +125,8 @@ impl Follower {
     /// Marks the boundary that the contacts passed over.
     fn feel(&mut self, instant: &Instant, psi: f64) {
         let (theta1, theta2) = instant.contact_angles(psi);
-        for (contact, (theta, weight)) in [(theta1, instant.weight1), (theta2, instant.weight2)].into_iter().enumerate() {
+        for (contact, (theta, weight)) in [(theta1, instant.weight1), (theta2, instant.weight2)].into_iter().enumerate()
+        {
             let theta = theta + self.optimum.turned;
             let now = (weight > 0.0 && theta.is_finite()).then_some(theta);
             let from = self.contacts[contact].filter(|from| (theta - from).abs() < LONGEST_SLIDE);

@@ -110,12 +110,7 @@ fn fit_all(job: &Job, start: Estimate, noise: Noise, prior: Prior) -> Option<(Fi
 }
 
 /// The orientations of all samples from those of every n-th: between two of them, or at either where a jump lies between.
-fn motion_of_all(
-    measurements: &Measurements,
-    coefficients: &[f64],
-    found: &Reconstruction,
-    every: usize,
-) -> Vec<f64> {
+fn motion_of_all(measurements: &Measurements, coefficients: &[f64], found: &Reconstruction, every: usize) -> Vec<f64> {
     let noise = Noise { sensor_m: found.sensor_sd_m, balance_m: found.balance_sd_m };
     let instants = measurements.instants.iter().enumerate();
     let psi = instants.map(|(index, instant)| {
@@ -137,9 +132,11 @@ fn weights(job: &Job) -> [f64; 2] {
     [0, 1].map(|palm| {
         let pairs = job.measurements.instants.iter().zip(&plain.instants).filter(|(weighed, _)| weighed.both_seen());
         let mut ratios: Vec<f64> = pairs
-            .map(|(weighed, plain)| {
-                if palm == 0 { weighed.weight1 / plain.weight1 } else { weighed.weight2 / plain.weight2 }
-            })
+            .map(
+                |(weighed, plain)| {
+                    if palm == 0 { weighed.weight1 / plain.weight1 } else { weighed.weight2 / plain.weight2 }
+                },
+            )
             .collect();
         if ratios.is_empty() { 1.0 } else { median(&mut ratios) }
     })

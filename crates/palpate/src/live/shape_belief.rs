@@ -13,7 +13,7 @@ use crate::estimate::model::prior::Prior;
 use crate::estimate::model::table::SupportTable;
 use crate::estimate::solver::error_bars::pose_variances;
 use crate::estimate::solver::gauss_newton::{Smoother, StoppingCriteria};
-use crate::estimate::solver::normal_equations::{LARGEST_TURN, PSI_INFORMATION};
+use crate::estimate::solver::normal_equations::{LARGEST_TURN, Normal, PSI_INFORMATION};
 use crate::estimate::solver::posterior::Posterior;
 use crate::estimate::solver::shape_given_motion::rows;
 use crate::estimate::work::Work;
@@ -21,8 +21,14 @@ use crate::estimate::work::Work;
 /// Newton steps that bring an orientation from that of the sample before to its minimum.
 const SETTLING: usize = 4;
 
-/// Effort of folding a few samples: the Gaussian holds the shape next to its optimum.
-const FOLDING: StoppingCriteria = StoppingCriteria { iterations: 2, tolerance: 1e-9 };
+/// Samples that stay linearised where the shape is now; when there are so many, the older half is folded into the Gaussian for good.
+const WINDOW: usize = 512;
+
+/// Samples between two linearisations of all of them.
+const RELINEARISED_EVERY: usize = 64;
+
+/// Effort of a fit to these samples: the Gaussian holds the shape next to its optimum.
+const FITTING: StoppingCriteria = StoppingCriteria { iterations: 2, tolerance: 1e-9 };
 
 /// An orientation of a sample, at the minimum of its misfit for one shape.
 #[derive(Clone, Copy, Debug)]
@@ -60,6 +66,10 @@ fn weighed(instant: &Instant, balance_m: f64, noise: Noise) -> Instant {
     Instant { balance_weight, ..*instant }
 }
 
+fn is_finite(belief: &Posterior) -> bool {
+    belief.mean.iter().chain(belief.information.iter()).all(|value| value.is_finite())
+}
+
 /// −2 ln of Student's t.
 fn student(square: f64) -> f64 {
     (STUDENT + 1.0) * (square / STUDENT).ln_1p()
@@ -67,6 +77,11 @@ fn student(square: f64) -> f64 {
 
 /// The Gaussian, with what is derived from it.
 pub(super) struct ShapeBelief {
+    /// Given all samples but those of the window.
+    base: Posterior,
+    window: Vec<(Instant, f64)>,
+    not_relinearised: usize,
+    /// Given all of them.
     belief: Posterior,
     covariance: DMatrix<f64>,
     table: OnceCell<SupportTable>,
@@ -78,8 +93,17 @@ pub(super) struct ShapeBelief {
 impl ShapeBelief {
     /// `None` where it does not determine the shape.
     pub fn new(belief: Posterior, noise: Noise, prior: Prior) -> Option<Self> {
-        let covariance = belief.covariance()?;
-        Some(Self { belief, covariance, table: OnceCell::new(), noise, prior, work: Work::for_log(0, 1) })
+        Some(Self {
+            base: belief.clone(),
+            window: Vec::new(),
+            not_relinearised: 0,
+            covariance: belief.covariance()?,
+            belief,
+            table: OnceCell::new(),
+            noise,
+            prior,
+            work: Work::for_log(0, 1),
+        })
     }
 
     /// The coefficients at the mean.
@@ -140,27 +164,65 @@ impl ShapeBelief {
 
     /// Takes in samples at their orientations. What would make the Gaussian undetermined is left out.
     pub fn fold(&mut self, samples: Vec<(Instant, f64)>) {
-        let (coefficients, noise) = (self.coefficients(), self.noise);
-        let weigh = |(instant, psi): &(Instant, f64)| {
-            weighed(instant, residuals(instant, coefficients, *psi).value[2], noise)
-        };
-        let instants = samples.iter().map(weigh).collect();
-        let measurements = Measurements { instants, work: self.work.clone() };
-        let psi = samples.into_iter().map(|(_, psi)| psi).collect();
-        let plain = Smoother::new(&measurements, self.belief.layout.order, noise, self.prior);
-        let smoother = Smoother { belief: Some(&self.belief), ..plain };
-        let estimate = smoother.run(coefficients.to_vec(), psi, FOLDING);
-        if !estimate.cost.is_finite() {
+        self.not_relinearised += samples.len();
+        if self.not_relinearised < RELINEARISED_EVERY {
+            if let Some((belief, samples)) = self.given(&self.belief, samples) {
+                self.window.extend(samples);
+                self.believe(belief);
+            }
             return;
         }
-        let information = smoother.linearise_without_convexity(&estimate.coefficients, &estimate.psi).matrix;
-        let mean = DVector::from_vec(estimate.coefficients);
-        let belief = Posterior { layout: self.belief.layout, mean, information };
-        if belief.mean.iter().chain(belief.information.iter()).all(|value| value.is_finite())
-            && let Some(covariance) = belief.covariance()
-        {
+        self.not_relinearised = 0;
+        let all = self.window.iter().copied().chain(samples).collect();
+        if let Some((belief, window)) = self.given(&self.base, all) {
+            self.window = window;
+            self.believe(belief);
+        }
+        if self.window.len() >= WINDOW {
+            let older = self.window.drain(..WINDOW / 2).collect();
+            if let Some(base) = self.linearised(older) {
+                self.base = base;
+            }
+        }
+    }
+
+    fn believe(&mut self, belief: Posterior) {
+        if let Some(covariance) = belief.covariance() {
             (self.belief, self.covariance, self.table) = (belief, covariance, OnceCell::new());
         }
+    }
+
+    /// A Gaussian given some samples more, and these samples at the orientations that go with it; `None` where something is not finite.
+    fn given(&self, prior: &Posterior, samples: Vec<(Instant, f64)>) -> Option<(Posterior, Vec<(Instant, f64)>)> {
+        let (measurements, psi) = self.measurements(&samples);
+        let plain = Smoother::new(&measurements, prior.layout.order, self.noise, self.prior);
+        let smoother = Smoother { belief: Some(prior), ..plain };
+        let estimate = smoother.run(self.coefficients().to_vec(), psi, FITTING);
+        let information = smoother.linearise_without_convexity(&estimate.coefficients, &estimate.psi).matrix;
+        let samples = samples.into_iter().zip(estimate.psi).map(|((instant, _), psi)| (instant, psi)).collect();
+        let mean = DVector::from_vec(estimate.coefficients);
+        let belief = Posterior { layout: prior.layout, mean, information };
+        (estimate.cost.is_finite() && is_finite(&belief)).then_some((belief, samples))
+    }
+
+    /// The Gaussian of all samples before the window and of some more, linearised where the shape is now.
+    fn linearised(&self, samples: Vec<(Instant, f64)>) -> Option<Posterior> {
+        let (measurements, psi) = self.measurements(&samples);
+        let plain = Smoother::new(&measurements, self.base.layout.order, self.noise, self.prior);
+        let smoother = Smoother { belief: Some(&self.base), ..plain };
+        let Normal { matrix, gradient, .. } = smoother.linearise_without_convexity(self.coefficients(), &psi);
+        let step = matrix.clone().cholesky()?.solve(&gradient);
+        let belief = Posterior { layout: self.base.layout, mean: &self.belief.mean - step, information: matrix };
+        is_finite(&belief).then_some(belief)
+    }
+
+    /// Samples with the weights that their balance has here.
+    fn measurements(&self, samples: &[(Instant, f64)]) -> (Measurements, Vec<f64>) {
+        let weigh = |(instant, psi): &(Instant, f64)| {
+            weighed(instant, residuals(instant, self.coefficients(), *psi).value[2], self.noise)
+        };
+        let instants = samples.iter().map(weigh).collect();
+        (Measurements { instants, work: self.work.clone() }, samples.iter().map(|(_, psi)| *psi).collect())
     }
 
     /// Standard deviations of ψ (radians) and of the centre of mass (metres) at one sample, by a covariance of the shape.
