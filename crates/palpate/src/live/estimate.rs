@@ -113,7 +113,8 @@ impl Estimate {
         match (&self.verdict, &self.failure) {
             (Some(verdict), _) => verdict.doubts.iter().map(Doubt::to_string).collect::<Vec<_>>().join("; "),
             (None, Some(failure)) => failure.to_string(),
-            (None, None) => "too few samples for a first search".to_owned(),
+            (None, None) if self.stage == Stage::Gathering => "too few samples for a first search".to_owned(),
+            (None, None) => "the first search is under way".to_owned(),
         }
     }
 

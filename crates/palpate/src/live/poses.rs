@@ -131,3 +131,80 @@ impl Hypothesis {
         self.psi.push_back(newest.psi);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::estimate::measurements::Measurements;
+    use crate::estimate::model::layout::Layout;
+    use crate::estimate::model::noise::Noise;
+    use crate::estimate::model::prior::Prior;
+    use crate::estimate::solver::posterior::Posterior;
+    use crate::plan::{PalmLimits, plan_turn};
+    use crate::sensor::Touchpad;
+    use crate::shape::NamedShape;
+    use crate::simulate::{SimulateOptions, simulate};
+    use nalgebra::{DMatrix, DVector};
+
+    const NOISE: Noise = Noise { sensor_m: 1e-4, balance_m: 1e-5 };
+
+    /// A known shape, and samples of it with their orientations while palms turn it round without a jump.
+    fn setting() -> (ShapeBelief, Vec<(Instant, f64)>) {
+        let shape = NamedShape::Pebble.shape(0.03).expect("a positive size");
+        let plan = plan_turn(&shape, &PalmLimits::default(), 40.0).expect("a motion without a jump");
+        let (touchpad, start_psi_rad) = (Touchpad::ideal(), plan.start_psi_rad);
+        let options = SimulateOptions { touchpad, start_psi_rad, ..SimulateOptions::default() };
+        let run = simulate(&shape, &plan.motion.sample(20.0).expect("possible"), &options).expect("possible");
+        let psi = run.truth.motion.iter().map(|pose| pose.psi_rad);
+        let samples = Measurements::new(&run.log, None).instants.into_iter().zip(psi).collect();
+        let mean = DVector::from_vec(shape.coefficients());
+        let layout = Layout::of_coefficients(mean.as_slice());
+        let belief = Posterior { layout, information: DMatrix::identity(mean.len(), mean.len()) * 1e12, mean };
+        (ShapeBelief::new(belief, NOISE, Prior::new(0.03, 0.015)).expect("determined"), samples)
+    }
+
+    fn all(poses: &mut Poses, shape: &ShapeBelief, samples: &[(Instant, f64)]) -> Vec<Decided> {
+        samples.iter().flat_map(|(instant, _)| poses.push(*instant, shape)).collect()
+    }
+
+    #[test]
+    fn a_motion_is_followed_and_each_sample_decided_on_at_once() {
+        let (shape, here) = setting();
+        let mut poses = Poses::from(here[0].1);
+        let decided = all(&mut poses, &shape, &here[..50]);
+        assert_eq!((decided.len(), poses.count()), (50, 1));
+        assert!(decided.iter().zip(&here).all(|(decided, (_, psi))| (decided.psi - psi).abs() < 1e-3));
+        assert!(poses.best().misfit < 1.0 && poses.ambiguity_rad() == 0.0);
+    }
+
+    #[test]
+    fn a_stray_reading_moves_no_pose() {
+        let (shape, here) = setting();
+        let mut poses = Poses::from(here[0].1);
+        let mut samples = here[..80].to_vec();
+        samples[40].0.s1 += 0.01;
+        let decided = all(&mut poses, &shape, &samples);
+        let waits = decided.len();
+        assert!(waits + LAG >= 80, "{waits}");
+        let before = &decided[..decided.len().min(40)];
+        assert!(before.iter().zip(&here).all(|(decided, (_, psi))| (decided.psi - psi).abs() < 1e-3));
+        assert!((poses.best().psi - here[79].1).abs() < 1e-3);
+    }
+
+    #[test]
+    fn a_jump_is_found_and_decided_on() {
+        let (shape, here) = setting();
+        assert!((here[300].1 - here[39].1).abs() > 0.5);
+        let mut poses = Poses::from(here[0].1);
+        // The palms are at once where they were a quarter of a turn later.
+        let samples: Vec<(Instant, f64)> = here[..40].iter().chain(&here[300..400]).copied().collect();
+        let decided = all(&mut poses, &shape, &samples);
+        assert!(decided.len() + LAG >= 140 && poses.count() <= MOST_HYPOTHESES);
+        let is_there = |(decided, (_, psi)): (&Decided, &(Instant, f64))| {
+            let off = decided.psi - psi;
+            off.sin().abs() < 1e-2 && off.cos() > 0.0
+        };
+        let found = decided.iter().zip(&samples).filter(|pair| is_there(*pair)).count();
+        assert!(found + 2 >= decided.len(), "{found} of {}", decided.len());
+    }
+}

@@ -242,3 +242,94 @@ impl ShapeBelief {
         (psi_variance.sqrt(), com_variance.sqrt())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plan::{PalmLimits, plan_turn};
+    use crate::sensor::Touchpad;
+    use crate::shape::NamedShape;
+    use crate::simulate::{SimulateOptions, simulate};
+
+    const NOISE: Noise = Noise { sensor_m: 1e-4, balance_m: 1e-5 };
+
+    /// A log of an egg with noise, and its orientations.
+    fn felt() -> (Measurements, Vec<f64>, Vec<f64>) {
+        let shape = NamedShape::Egg.shape(0.03).expect("a positive size");
+        let plan = plan_turn(&shape, &PalmLimits::default(), 40.0).expect("a motion without a jump");
+        let touchpad = Touchpad { noise_sd_m: 1e-4, ..Touchpad::ideal() };
+        let start_psi_rad = plan.start_psi_rad;
+        let options = SimulateOptions { touchpad, start_psi_rad, ..SimulateOptions::default() };
+        let run = simulate(&shape, &plan.motion.sample(40.0).expect("possible"), &options).expect("possible");
+        let psi = run.truth.motion.iter().map(|pose| pose.psi_rad).collect();
+        (Measurements::new(&run.log, None), psi, shape.coefficients())
+    }
+
+    /// The optimum of the first `count` samples.
+    fn optimum(measurements: &Measurements, psi: &[f64], start: &[f64], count: usize) -> (Posterior, Vec<f64>) {
+        let first = measurements.of(measurements.instants[..count].to_vec());
+        let smoother = Smoother::new(&first, 8, NOISE, Prior::new(0.03, 0.015));
+        let effort = StoppingCriteria { iterations: 40, tolerance: 1e-12 };
+        let estimate = smoother.run(start.to_vec(), psi[..count].to_vec(), effort);
+        (smoother.belief(&estimate).expect("determined"), estimate.psi)
+    }
+
+    /// Distance of a shape from another in standard deviations of that, after the best rotation: root mean square over normal angles.
+    fn distance_sds(of: &Posterior, coefficients: &[f64], felt: &[f64]) -> f64 {
+        let covariance = of.covariance_over(felt).expect("determined");
+        let off = DVector::from_row_slice(coefficients) - &of.mean;
+        let rotation = of.layout.rotation(of.mean.as_slice());
+        let rows: Vec<DVector<f64>> = felt.iter().map(|theta| of.layout.support_row(*theta)).collect();
+        let turn = rows.iter().map(|row| row.dot(&off) * row.dot(&rotation)).sum::<f64>()
+            / rows.iter().map(|row| row.dot(&rotation).powi(2)).sum::<f64>();
+        let off = off - rotation * turn;
+        let squares = rows.iter().map(|row| row.dot(&off).powi(2) / (&covariance * row).dot(row));
+        (squares.sum::<f64>() / rows.len() as f64).sqrt()
+    }
+
+    /// Samples of the first optimum.
+    const FIRST: usize = 600;
+
+    #[test]
+    fn folding_samples_one_block_after_the_other_gives_the_optimum_of_all() {
+        let (measurements, psi, start) = felt();
+        for after in [64, 600] {
+            let (belief, settled) = optimum(&measurements, &psi, &start, FIRST);
+            let mut shape = ShapeBelief::new(belief, NOISE, Prior::new(0.03, 0.015)).expect("determined");
+            let mut newest = *settled.last().expect("an orientation");
+            for block in measurements.instants[FIRST..FIRST + after].chunks(8) {
+                let samples = block.iter().map(|instant| {
+                    newest = shape.settled(instant, newest).psi;
+                    (*instant, newest)
+                });
+                let samples = samples.collect();
+                shape.fold(samples);
+                assert!(shape.window.len() < WINDOW);
+            }
+            let (all, settled) = optimum(&measurements, &psi, shape.coefficients(), FIRST + after);
+            let felt: Vec<f64> = measurements
+                .instants
+                .iter()
+                .zip(&settled)
+                .map(|(instant, psi)| instant.contact_angles(*psi).0)
+                .collect();
+            let distance = distance_sds(&all, shape.coefficients(), &felt);
+            assert!(distance < 0.5, "{after} samples: {distance} standard deviations");
+        }
+    }
+
+    #[test]
+    fn what_is_no_number_is_left_out() {
+        let (measurements, psi, start) = felt();
+        let (belief, _) = optimum(&measurements, &psi, &start, 80);
+        let mut shape = ShapeBelief::new(belief, NOISE, Prior::new(0.03, 0.015)).expect("determined");
+        let before = shape.coefficients().to_vec();
+        let bad = Instant { s1: f64::NAN, ..measurements.instants[80] };
+        for _ in 0..RELINEARISED_EVERY {
+            shape.fold(vec![(bad, psi[80])]);
+        }
+        assert_eq!(shape.coefficients(), before);
+        assert!(shape.settled(&bad, psi[80]).psi.is_finite());
+        assert!(!shape.elsewhere(&measurements.instants[80], psi[80]).is_empty());
+    }
+}
