@@ -1,9 +1,11 @@
 //! `palpate watch`: shape, pose and centre of mass while the samples come.
 
 mod line;
+mod serve;
 mod view;
 
 use std::io::IsTerminal;
+use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -13,12 +15,13 @@ use palpate::live::Live;
 use palpate::reconstruct::{ReconstructOptions, Reconstructor};
 use palpate::{Log, Sample};
 use palpate_io::{Conventions, LogFile, RigFile, Summary};
-use palpate_live::{Address, Batch, Recorder, Rotation, Stream};
+use palpate_live::{Address, Batch, Losses, Recorder, Rotation, Stream};
 
 use crate::reconstruct::{Job, solve, told};
 use crate::record::metadata;
 use crate::terminal::{Ending, Failure, Terminal, print};
 
+use serve::Server;
 use view::View;
 
 const AFTER_HELP: &str = "\
@@ -29,6 +32,8 @@ are of the same estimator: a search over the samples so far now and then, and a 
 
 Examples:
   palpate watch sim:plan.toml
+  palpate watch sim:plan.toml --serve                       a page at http://127.0.0.1:8377/
+  palpate watch serial:/dev/ttyUSB0 --serve 0.0.0.0:8377    the same for other machines; the address with its token is printed
   palpate watch serial:/dev/ttyUSB0 --rig rig.toml --log trial.csv -o trial
   robot | palpate watch - --json | jq .psi_rad
 
@@ -62,6 +67,10 @@ pub struct Arguments {
     /// Folder for the result at the end, as of `palpate reconstruct`
     #[arg(short, long = "out", value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Serve a page that shows it all to several viewers, until Ctrl-C. On another address than the loopback it asks for the token in the address that is
+    /// printed; whoever has that may look, and nothing is encrypted
+    #[arg(long, value_name = "ADDR", num_args = 0..=1, default_missing_value = serve::USUAL_ADDRESS)]
+    serve: Option<SocketAddr>,
     /// Print nothing but errors
     #[arg(short, long, conflicts_with = "json")]
     quiet: bool,
@@ -81,10 +90,28 @@ pub fn run(arguments: &Arguments) -> Result<Ending, Failure> {
     let stop = Arc::clone(&stopped);
     ctrlc::set_handler(move || stop.store(true, Ordering::SeqCst))
         .map_err(|error| Failure::Other(format!("Ctrl-C cannot be caught: {error}")))?;
-    let stream = Stream::start(arguments.source.open(conventions)?, conventions)?;
-    let mut watch = Watch { arguments, stream, stated, terminal: Terminal::new(arguments.quiet), watched: None };
+    let source = arguments.source.open(conventions)?;
+    let terminal = Terminal::new(arguments.quiet);
+    let server = arguments.serve.map(|address| Server::start(address, &arguments.source.to_string())).transpose()?;
+    if let Some(server) = &server {
+        terminal.note(&format!("the page is at {}", server.url()));
+    }
+    let stream = Stream::start(source, conventions)?;
+    let mut watch = Watch { arguments, stream, stated, terminal, server: server.as_ref(), watched: None };
     let ended = watch.follow(&stopped);
-    watch.finish(ended)
+    let ended = watch.finish(ended);
+    if let Some(server) = &server {
+        server.end(match &ended {
+            Ok(Ending::Success) => "certified",
+            Ok(_) => "not certified",
+            Err(Failure::Input(message) | Failure::Other(message)) => message,
+        });
+        // Whoever looks may look on.
+        while !stopped.load(Ordering::SeqCst) {
+            std::thread::sleep(TICK);
+        }
+    }
+    ended
 }
 
 struct Watch<'a> {
@@ -92,6 +119,7 @@ struct Watch<'a> {
     stream: Stream,
     stated: Option<RigFile>,
     terminal: Terminal,
+    server: Option<&'a Server>,
     watched: Option<Watched>,
 }
 
@@ -99,6 +127,7 @@ struct Watch<'a> {
 struct Watched {
     rig: RigFile,
     live: Live,
+    newest: Option<Sample>,
     recorder: Option<Recorder>,
 }
 
@@ -106,7 +135,7 @@ impl Watch<'_> {
     /// Takes in samples until the source ends, fails, or is no longer wanted.
     fn follow(&mut self, stopped: &AtomicBool) -> Result<(), Failure> {
         let mut view = View::new(!self.arguments.json && !self.arguments.quiet, std::io::stdout().is_terminal());
-        let mut shown = Instant::now();
+        let (mut shown, mut published) = (Instant::now(), Instant::now());
         while !stopped.load(Ordering::SeqCst) {
             let samples = match self.stream.next(TICK)? {
                 Batch::Samples(samples) => samples,
@@ -117,7 +146,11 @@ impl Watch<'_> {
             }
             let watched = match &mut self.watched {
                 Some(watched) => watched,
-                None => self.watched.insert(Watched::new(self.arguments, self.stated, self.stream.rig())?),
+                None => {
+                    let said = self.stream.rig();
+                    let known = self.stated.as_ref().or(said.as_ref());
+                    self.watched.insert(Watched::new(self.arguments, known)?)
+                }
             };
             if let Some(recorder) = &mut watched.recorder {
                 recorder.push(&samples)?;
@@ -136,9 +169,14 @@ impl Watch<'_> {
                 shown = Instant::now();
                 view.show(watched.live.estimate(), self.stream.losses())?;
             }
+            if published.elapsed() >= TICK {
+                published = Instant::now();
+                publish(self.server, watched, self.stream.losses(), view.rate_hz());
+            }
         }
         if let Some(watched) = &self.watched {
             view.show(watched.live.estimate(), self.stream.losses())?;
+            publish(self.server, watched, self.stream.losses(), view.rate_hz());
         }
         Ok(())
     }
@@ -153,7 +191,7 @@ impl Watch<'_> {
         if !losses.is_none() {
             terminal.note(&format!("lost: {losses}"));
         }
-        let Some(Watched { rig, live, recorder }) = watched else {
+        let Some(Watched { rig, live, recorder, .. }) = watched else {
             ended?;
             return Err(Failure::Input(format!("{}: no sample came", arguments.source)));
         };
@@ -177,6 +215,13 @@ impl Watch<'_> {
         }
         ended?;
         Ok(if summary.certified { Ending::Success } else { Ending::NotCertified })
+    }
+}
+
+/// Shows the newest estimate on the page.
+fn publish(server: Option<&Server>, watched: &Watched, losses: Losses, rate_hz: f64) {
+    if let (Some(server), Some(newest)) = (server, &watched.newest) {
+        server.show(newest, watched.live.estimate(), losses, rate_hz);
     }
 }
 
@@ -210,15 +255,15 @@ fn options(rig: &RigFile) -> ReconstructOptions {
 }
 
 impl Watched {
-    /// A rig that was stated, or that the source says, or an ordinary one.
-    fn new(arguments: &Arguments, stated: Option<RigFile>, said: Option<RigFile>) -> Result<Self, Failure> {
-        let rig = stated.or(said).unwrap_or_default();
+    /// By a rig that was stated or that the source says, or by an ordinary one.
+    fn new(arguments: &Arguments, known: Option<&RigFile>) -> Result<Self, Failure> {
+        let rig = known.copied().unwrap_or_default();
         let record = |path| {
-            let metadata = metadata(&arguments.source, stated.or(said).as_ref());
+            let metadata = metadata(&arguments.source, known);
             Recorder::create(path, Rotation::default(), &metadata)
         };
         let recorder = arguments.log.as_deref().map(record).transpose()?;
-        Ok(Self { live: Live::new(options(&rig)), recorder, rig })
+        Ok(Self { live: Live::new(options(&rig)), newest: None, recorder, rig })
     }
 
     /// Takes a sample in, as the rig has it.
@@ -226,6 +271,7 @@ impl Watched {
         let conventions: &Conventions = &self.rig.conventions;
         for sample in &conventions.apply(&Log { samples: vec![*sample] }).samples {
             self.live.push(sample);
+            self.newest = Some(*sample);
         }
     }
 }

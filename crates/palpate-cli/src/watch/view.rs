@@ -43,10 +43,19 @@ impl View {
         self.is_terminal
     }
 
+    /// Samples a second, by the clock.
+    pub fn rate_hz(&self) -> f64 {
+        self.rate_hz
+    }
+
     /// Takes an estimate into the curve.
     pub fn take(&mut self, estimate: &Estimate) {
         self.samples += 1;
         let newest = estimate.time_s;
+        let elapsed_s = self.since.elapsed().as_secs_f64();
+        if elapsed_s >= 1.0 {
+            (self.rate_hz, self.samples, self.since) = (self.samples as f64 / elapsed_s, 0, Instant::now());
+        }
         if self.psi.back().is_none_or(|(time_s, _)| newest - time_s >= CURVE_S / COLUMNS as f64) {
             self.psi.push_back((newest, estimate.pose.as_ref().map(|pose| pose.psi_rad)));
             if self.psi.len() > COLUMNS {
@@ -59,10 +68,6 @@ impl View {
     pub fn show(&mut self, estimate: &Estimate, losses: Losses) -> Result<(), Failure> {
         if !self.is_shown {
             return Ok(());
-        }
-        let elapsed_s = self.since.elapsed().as_secs_f64();
-        if elapsed_s >= 1.0 {
-            (self.rate_hz, self.samples, self.since) = (self.samples as f64 / elapsed_s, 0, Instant::now());
         }
         if !self.is_terminal {
             return print(&line(estimate));
