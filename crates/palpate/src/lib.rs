@@ -79,6 +79,7 @@ pub mod calibrate;
 pub mod compare;
 mod estimate;
 pub mod information;
+pub mod live;
 pub mod log;
 mod math;
 pub mod mechanics;
