@@ -9,4 +9,5 @@ pub(crate) mod paper;
 pub(crate) mod python_cost;
 pub(crate) mod ray_cost;
 pub(crate) mod rows;
+pub(crate) mod slips;
 pub(crate) mod tables;

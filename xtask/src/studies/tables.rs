@@ -65,6 +65,8 @@ pub const METHODS_LOGS: Place = Place { file: "docs/paper.md", name: "methods-lo
 pub const METHODS_STEPS: Place = Place { file: "docs/paper.md", name: "methods-steps" };
 /// `cargo xtask methods --exact`, places where the equations are ill-conditioned.
 pub const METHODS_CROSSINGS: Place = Place { file: "docs/paper.md", name: "methods-crossings" };
+/// `cargo xtask slips`.
+pub const SLIPS: Place = Place { file: "docs/verdict.md", name: "slips" };
 /// `cargo xtask paper`.
 pub const PAPER: Place = Place { file: "docs/paper.md", name: "paper" };
 /// `cargo xtask bench-peers`, smoothing.
