@@ -285,3 +285,33 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
 fn log_of(path: &Path) -> anyhow::Result<(Log, Truth)> {
     Ok((palpate_io::read_log(path)?.log, palpate_io::read_truth(&palpate_io::truth_dir_of(path))?))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_documented_mistakes_are_named_today() {
+        let page = std::fs::read_to_string(workspace::root().join("docs/verdict.md")).expect("the page is there");
+        let row = |name: &str| -> Vec<&str> {
+            let begin = format!("| {name} | ");
+            let line = page.lines().find_map(|line| line.strip_prefix(&begin)).unwrap_or_else(|| panic!("{name}"));
+            line.trim_end_matches(" |").split(" | ").collect()
+        };
+        for count in row("named, or harmless") {
+            let named: usize = count.split(' ').next().and_then(|named| named.parse().ok()).expect("a number");
+            assert!(named >= 10, "{count}");
+        }
+        // The rest takes long; the tests of the estimator name each mistake once.
+        let (log, truth) =
+            log_of(&workspace::root().join("examples/logs/egg_full_turn_oracle_n0.1mm.csv")).expect("a log");
+        for (number, slip) in SLIPS.iter().enumerate() {
+            let cells = row(slip.name);
+            assert_eq!(cells.len(), LOGS.len() + 1, "{}", slip.name);
+            if number == 0 || !slip.refused.is_empty() {
+                let outcome = slip.outcome(&log, &truth).expect("an outcome");
+                assert!(matches!(outcome, Outcome::Named) && cells[0].starts_with("named"), "{}", slip.name);
+            }
+        }
+    }
+}
