@@ -392,6 +392,11 @@ fn base_points_too_far_apart() {
 
 #[test]
 fn all_missing_columns_are_told_at_once() {
+    // One without a unit is told with the others.
+    expect(
+        &with_line(1, "time,phi1_rad,phi2_grad,pos,s2_mm"),
+        "log.csv, line 1: there are no columns for time, phi2 and s1; they must be named time_s, time_ms, time_us or time_ns (did you mean time?), and phi2_rad or phi2_deg (did you mean phi2_grad?), and s1_m, s1_cm, s1_mm or s1_um (the header has: time, phi1_rad, phi2_grad, pos, s2_mm)",
+    );
     expect(
         &with_line(1, "t [s],phi1_rad,phi_2_rad,pos,s2_mm"),
         "log.csv, line 1: there are no columns for time, phi2 and s1; they must be named time_s, time_ms, time_us or time_ns (did you mean t [s]?), and phi2_rad or phi2_deg (did you mean phi_2_rad?), and s1_m, s1_cm, s1_mm or s1_um (the header has: t [s], phi1_rad, phi_2_rad, pos, s2_mm)",

@@ -2,10 +2,13 @@
 
 mod acting_forces;
 pub(crate) mod bench_live;
+mod exact;
 pub(crate) mod limits;
 pub(crate) mod methods;
 pub(crate) mod monte_carlo;
+pub(crate) mod paper;
 pub(crate) mod python_cost;
 pub(crate) mod ray_cost;
 pub(crate) mod rows;
+pub(crate) mod slips;
 pub(crate) mod tables;

@@ -315,21 +315,39 @@ impl<'a> Table<'a> {
         all: &[Quantity],
     ) -> Result<[Column; N], ReadError> {
         let mut found = [None; N];
+        // Names of a quantity without a unit that is understood.
+        let mut doubtful: Vec<(Quantity, ReadError)> = Vec::new();
         for (column, quantity) in found.iter_mut().zip(quantities) {
-            *column = self.find(quantity, all)?;
+            match self.find(quantity, all) {
+                Err(error)
+                    if matches!(*error.problem, ReadProblem::NoUnit { .. } | ReadProblem::UnknownUnit { .. }) =>
+                {
+                    doubtful.push((quantity, error));
+                }
+                found => *column = found?,
+            }
         }
-        let missing =
-            quantities.iter().zip(&found).filter(|(_, column)| column.is_none()).map(|(quantity, _)| *quantity);
-        let missing: Vec<Quantity> = missing.collect();
+        let missing: Vec<Quantity> = quantities
+            .into_iter()
+            .zip(&found)
+            .filter(|(_, column)| column.is_none())
+            .map(|(quantity, _)| quantity)
+            .collect();
         if let Some(columns) = all_of(found) {
             return Ok(columns);
+        }
+        if let ([_], [(_, error)]) = (missing.as_slice(), doubtful.as_slice()) {
+            return Err(error.clone());
         }
         // What is a known column, or may be one of those, cannot be meant to be another.
         let free = || self.names.iter().filter(|name| stem_of(&plain(name), all).is_none());
         let of = |quantity: &Quantity| MissingColumn {
             quantity: quantity.stem,
             names: quantity.names(quantity.stem),
-            meant: name::meant(quantity.stem, quantity.dimension, free().map(String::as_str)).map(text::quoted),
+            meant: doubtful.iter().find(|(of, _)| of == quantity).map_or_else(
+                || name::meant(quantity.stem, quantity.dimension, free().map(String::as_str)).map(text::quoted),
+                |(_, error)| error.column.clone(),
+            ),
         };
         let problem = ReadProblem::MissingColumns {
             missing: missing.iter().map(of).collect(),
