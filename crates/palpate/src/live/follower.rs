@@ -103,7 +103,9 @@ impl Follower {
 
     fn decided(&mut self, instant: Instant, psi: f64) {
         let misfit = self.shape.settled(&instant, psi).misfit;
-        let counted = if misfit < UNEXPLAINED { misfit } else { UNEXPLAINED };
+        // No number is no explanation.
+        let is_explained = misfit < UNEXPLAINED;
+        let counted = if is_explained { misfit } else { UNEXPLAINED };
         // Without a contact a sample agrees with any shape.
         if instant.weight1 > 0.0 || instant.weight2 > 0.0 {
             self.strain += (counted - self.strain) / MEMORY;
@@ -112,7 +114,7 @@ impl Follower {
             self.piece += 1;
         }
         self.psi_before = psi;
-        if misfit >= UNEXPLAINED {
+        if !is_explained {
             return;
         }
         self.feel(&instant, psi);

@@ -8,7 +8,7 @@ mod request;
 mod viewers;
 
 use std::io::Write;
-use std::net::{IpAddr, Ipv4Addr, SocketAddr, TcpListener, TcpStream};
+use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
@@ -59,10 +59,9 @@ impl Server {
         let listener = TcpListener::bind(address).map_err(failed)?;
         let address = listener.local_addr().map_err(failed)?;
         let token = if address.ip().is_loopback() { None } else { Some(token()?) };
-        let host = match address.ip() {
-            IpAddr::V4(Ipv4Addr::UNSPECIFIED) => SocketAddr::new(Ipv4Addr::LOCALHOST.into(), address.port()),
-            _ => address,
-        };
+        // Of all addresses of this machine one that is always there.
+        let ip = if address.ip().is_unspecified() { Ipv4Addr::LOCALHOST.into() } else { address.ip() };
+        let host = SocketAddr::new(ip, address.port());
         let query = token.as_ref().map_or_else(String::new, |token| format!("?token={token}"));
         let url = format!("http://{host}/{query}");
         let viewers = Arc::new(Viewers::new(title));
