@@ -181,7 +181,7 @@ impl LiveData {
     #[pyo3(signature = (*, rig=None))]
     fn new(py: Python<'_>, rig: Option<RigGiven>) -> PyResult<Self> {
         let rig = rig.map_or_else(|| Ok(RigFile::exact()), |rig| rig.read(py))?;
-        Ok(Self::of(rig))
+        Ok(Self::of(&rig))
     }
 
     /// Take a sample in.
@@ -249,8 +249,8 @@ impl LiveData {
 }
 
 impl LiveData {
-    fn of(rig: RigFile) -> Self {
-        Self { live: Mutex::new(Live::new(options(&rig))), rig }
+    fn of(rig: &RigFile) -> Self {
+        Self { live: Mutex::new(Live::new(options(rig))), rig: *rig }
     }
 
     /// A sample that panicked has left nothing that the next one needs.
@@ -338,7 +338,7 @@ impl WatchData {
         let mut live = self.live.lock().unwrap_or_else(PoisonError::into_inner);
         if live.is_none() {
             let rig = self.stated.or(self.stream.rig()).unwrap_or_default();
-            *live = Some(Py::new(py, LiveData::of(rig))?);
+            *live = Some(Py::new(py, LiveData::of(&rig))?);
         }
         live.as_ref().map(|live| live.clone_ref(py)).ok_or_else(|| errors::input("there is no estimator".to_owned()))
     }
