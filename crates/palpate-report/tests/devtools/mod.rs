@@ -117,9 +117,17 @@ impl Browser {
     /// Opens an address and waits until the page there has loaded.
     pub fn go(&mut self, url: &str) {
         let before = self.events.len();
-        self.call("Page.navigate", json!({ "url": url }));
+        let loader = self.call("Page.navigate", json!({ "url": url }))["loaderId"].clone();
         let deadline = Instant::now() + PATIENCE;
-        while !self.events[before..].iter().any(|(method, _)| method == "Page.loadEventFired") {
+        // The page before may tell that it has loaded only now.
+        let is_there = |(method, params): &(String, Value)| {
+            method == "Page.frameNavigated" && params["frame"]["loaderId"] == loader
+        };
+        let has_loaded = |events: &[(String, Value)]| {
+            let from = events.iter().position(is_there).unwrap_or(events.len());
+            events[from..].iter().any(|(method, _)| method == "Page.loadEventFired")
+        };
+        while !has_loaded(&self.events[before..]) {
             assert!(self.next(deadline).is_some(), "the page did not load");
         }
     }
