@@ -192,6 +192,22 @@ fn not_text() {
 }
 
 #[test]
+fn dates_are_no_seconds() {
+    for stamp in ["2026-01-31T12:00:00.5Z", "12:00:01", "31.01.2026 12:00:00"] {
+        let said = format!(
+            "\"{stamp}\" is a date or a time of day; write the seconds since the start, such as 12.5, under the name time_s"
+        );
+        expect(
+            &with_line(3, &format!("{stamp},1.04,1.21,29.7,31.8")),
+            &format!("log.csv, line 3, column time_s: {said}"),
+        );
+        // At once, and not only after the column has a unit.
+        let log = with_line(2, &format!("{stamp},1.04,1.21,29.7,31.8")).replace("time_s", "timestamp");
+        expect(&log, &format!("log.csv, line 1, column timestamp: {said}"));
+    }
+}
+
+#[test]
 fn cells() {
     expect(
         &with_line(3, "0.05,1.04,1.21,abc,31.8"),
