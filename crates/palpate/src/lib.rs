@@ -85,6 +85,7 @@ pub mod mechanics;
 #[cfg(feature = "serde")]
 pub mod number_or_null;
 pub mod palms;
+pub mod pivot;
 pub mod plan;
 pub mod reconstruct;
 pub mod sensor;
