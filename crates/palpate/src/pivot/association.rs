@@ -60,7 +60,9 @@ impl Known<'_> {
     fn neg_log_predictive(&self, problem: &Problem, theta_rad: Vec<f64>) -> f64 {
         let state = State { theta_rad, ..self.state.clone() };
         let linear = problem.linearised(&state);
-        let Some(solved) = self.factor.l().solve_lower_triangular(&linear.rows.transpose()) else { return f64::INFINITY };
+        let Some(solved) = self.factor.l().solve_lower_triangular(&linear.rows.transpose()) else {
+            return f64::INFINITY;
+        };
         let samples = linear.left.len();
         let predicted = DMatrix::identity(samples, samples) + solved.tr_mul(&solved);
         let left: &DVector<f64> = &linear.left;

@@ -37,8 +37,12 @@ pub struct PivotTolerances {
 
 impl PivotTolerances {
     /// Those of a rig that nobody measured with care: half a millimetre, 1 %, half a degree.
-    pub const UNCALIBRATED: Self =
-        Self { zero_sd_m: 0.5e-3, scale_sd: 0.01, tilt_sd_rad: 0.5 * std::f64::consts::PI / 180.0, height_sd_m: 0.5e-3 };
+    pub const UNCALIBRATED: Self = Self {
+        zero_sd_m: 0.5e-3,
+        scale_sd: 0.01,
+        tilt_sd_rad: 0.5 * std::f64::consts::PI / 180.0,
+        height_sd_m: 0.5e-3,
+    };
 
     /// Of the constants that a log may tell: zero, scale and tilt.
     pub(super) fn told(&self) -> [f64; TOLD] {

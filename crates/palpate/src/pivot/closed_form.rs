@@ -2,12 +2,12 @@
 //!
 //! dθ = −dr/d,
 //!
-//! with r the height of the pivot over the pad and d the offset of the contact. Where d = 0 both vanish. There r = r₀ − d²/(2κ) + γ d³
+//! with r the height of the pivot over the pad and d the offset of the contact. Where d = 0 both vanish. There r = r₀ − d²/(2κ) + …
 //! with κ = d' = r − v at the crossing, so that the readings around it, which need not be in the order of time, give κ, and
-//! dθ = dd/κ − 3γ d dd. Whether θ goes on or turns back needs no guess: d changes its sign where θ goes on, and returns with the same sign
+//! dθ = dd/κ + …. Whether θ goes on or turns back needs no guess: d changes its sign where θ goes on, and returns with the same sign
 //! where it turns.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Matrix4, Vector3, Vector4};
 
 /// Samples on either side that smooth an offset.
 const HALF_WIDTH: usize = 3;
@@ -18,14 +18,12 @@ const CROSSING_SDS: f64 = 8.0;
 /// … and at least as far as this share of the object's size: what is further is a quadrature with an error of a few per cent.
 const LEAST_CROSSING: f64 = 0.03;
 
-/// A parabola and a third-order term leave so much of r, as a share of the reach of the crossing, where the object bends more.
-const MISSED: f64 = 0.02;
-
 /// The parabola is taken from readings as far as so many times that.
 const PARABOLA_REACH: f64 = 2.5;
 
-/// A parabola that misses its readings by more than this many standard deviations, root mean square, is none: crossings run into each other.
-const PARABOLA_SDS: f64 = 2.0;
+/// Where the arm moves along the pad by at least this share of what the parabola says the object turned by, times its height, the object may
+/// roll: crossings that run into each other are no parabola.
+const ROLLING_SHARE: f64 = 0.5;
 
 /// There the turn is that of rolling, dθ = du/r with u the foot of the pivot, times a factor that readings up to so many samples away tell …
 const ROLLING_REACH: usize = 8;
@@ -48,8 +46,9 @@ pub(super) struct Stretch<'a> {
 }
 
 impl Stretch<'_> {
-    /// Contact angles relative to the first sample, radians. Crossings are taken `width` times as wide as stated above.
-    pub fn angles(&self, width: f64) -> Vec<f64> {
+    /// Contact angles relative to the first sample, radians. Crossings are taken `width` times as wide as stated above, and may be rolled
+    /// through.
+    pub fn angles(&self, width: f64, may_roll: bool) -> Vec<f64> {
         let count = self.r_m.len();
         let smooth = smoothed(self.d_m);
         let near_m = width * (CROSSING_SDS * self.sd_m[1]).max(LEAST_CROSSING * self.size_m);
@@ -71,7 +70,11 @@ impl Stretch<'_> {
             }
             let reach_m = PARABOLA_REACH * near_m;
             let parabola = Parabola::new(self.r_m, &smooth, start, end, reach_m, self.size_m);
-            if parabola.misses_m <= PARABOLA_SDS * self.sd_m[0] + MISSED * near_m {
+            let turned: f64 = (start + 1..=end)
+                .map(|sample| (parabola.turn(smooth[sample]) - parabola.turn(smooth[sample - 1])).abs())
+                .sum();
+            let rolled: f64 = (start + 1..=end).map(|sample| self.rolling(sample).abs()).sum();
+            if !may_roll || rolled < ROLLING_SHARE * turned {
                 for sample in start + 1..=end {
                     theta[sample] = theta[start] + parabola.turn(smooth[sample]) - parabola.turn(smooth[start]);
                 }
@@ -85,15 +88,20 @@ impl Stretch<'_> {
         theta
     }
 
-    /// The turn up to a sample by rolling, as far as the readings around it agree.
+    /// The turn up to a sample if the object rolls.
+    fn rolling(&self, sample: usize) -> f64 {
+        let height_m = self.r_m[sample].abs().max(1e-3 * self.size_m);
+        (self.along_m[sample] - self.along_m[sample - 1]) / height_m
+    }
+
+    /// The same by as much of it as the readings around it agree with.
     fn rolled(&self, d_m: &[f64], sample: usize) -> f64 {
         let from = sample.saturating_sub(ROLLING_REACH);
         let to = (sample + ROLLING_REACH).min(d_m.len() - 1);
-        let rolling = |index: usize| (self.along_m[index] - self.along_m[index - 1]) / self.r_m[index];
         // r by rolling, up to a constant, against r as measured: the factor by least squares.
         let mut predicted = vec![0.0];
         for index in from + 1..=to {
-            let fall = -0.5 * (d_m[index] + d_m[index - 1]) * rolling(index);
+            let fall = -0.5 * (d_m[index] + d_m[index - 1]) * self.rolling(index);
             predicted.push(predicted[index - from - 1] + fall);
         }
         let count = predicted.len() as f64;
@@ -105,7 +113,7 @@ impl Stretch<'_> {
         }
         let variance = self.sd_m[0].powi(2).max(1e-12 * self.size_m.powi(2));
         let held = variance / (ROLLING_SD * ROLLING_SD);
-        rolling(sample) * (product + held) / (square + held)
+        self.rolling(sample) * (product + held) / (square + held)
     }
 }
 
@@ -113,14 +121,13 @@ impl Stretch<'_> {
 struct Parabola {
     twice: f64,
     thrice: f64,
-    /// Root mean square of what it leaves of the heights, metres.
-    misses_m: f64,
+    fourth: f64,
 }
 
 impl Parabola {
     /// The turn of the object as a function of d, up to a constant.
     fn turn(&self, d: f64) -> f64 {
-        -(self.twice * d + 0.5 * self.thrice * d * d)
+        -d * (self.twice + d * (self.thrice / 2.0 + d * self.fourth / 3.0))
     }
 
     /// From the readings between two samples and those on either side with |d| within reach.
@@ -134,18 +141,19 @@ impl Parabola {
         while to + 1 < r_m.len() && d_m[to + 1].abs() < reach_m {
             to += 1;
         }
-        let (mut normal, mut right) = (Matrix3::zeros(), Vector3::zeros());
+        let (mut normal, mut right) = (Matrix4::zeros(), Vector4::zeros());
         for sample in from..=to {
             let x = d_m[sample] / reach_m;
-            let row = Vector3::new(1.0, x * x, x * x * x);
+            let row = Vector4::new(1.0, x * x, x * x * x, x * x * x * x);
             normal += row * row.transpose();
             right += row * (r_m[sample] - r_m[start]);
         }
         // Held a little, so that a side without readings bends nothing: r = … − d²/(2κ) with |κ| about the object's size.
         let count = (to - from + 1) as f64;
         normal[(2, 2)] += 1e-3 * count;
+        normal[(3, 3)] += 1e-3 * count;
         normal[(1, 1)] += 1e-9 * count;
-        let fit = normal.cholesky().map_or_else(Vector3::zeros, |factor| factor.solve(&right));
+        let fit = normal.cholesky().map_or_else(Vector4::zeros, |factor| factor.solve(&right));
         // −1/κ = 2 β; no steeper than an object can be whose curvature hardly differs from its height.
         let steepest = 50.0 / size_m;
         let twice = (2.0 * fit[1] / (reach_m * reach_m)).clamp(-steepest, steepest);
@@ -153,12 +161,8 @@ impl Parabola {
         // At the ends the bend may take half of the slope, no more.
         let most = 0.5 * twice.abs() / reach_m;
         let thrice = thrice.clamp(-most, most);
-        let left = |sample: usize| {
-            let x = d_m[sample] / reach_m;
-            r_m[sample] - r_m[start] - fit[0] - fit[1] * x * x - fit[2] * x * x * x
-        };
-        let misses_m = ((from..=to).map(|sample| left(sample).powi(2)).sum::<f64>() / count).sqrt();
-        Self { twice, thrice, misses_m }
+        let fourth = (4.0 * fit[3] / reach_m.powi(4)).clamp(-most / reach_m, most / reach_m);
+        Self { twice, thrice, fourth }
     }
 }
 
@@ -191,9 +195,13 @@ mod tests {
         SupportFunction::new(0.03, vec![[0.003, 0.002], [0.002, -0.001], [0.0004, 0.0006]])
     }
 
-    fn angles(r_m: &[f64], d_m: &[f64], d_sd_m: f64) -> Vec<f64> {
-        let along_m = vec![0.0; r_m.len()];
-        Stretch { r_m, d_m, along_m: &along_m, sd_m: [0.2 * d_sd_m, d_sd_m], size_m: 0.03 }.angles(1.0)
+    /// Of an object that rolls.
+    fn angles(r_m: &[f64], d_m: &[f64], theta: &[f64], d_sd_m: f64) -> Vec<f64> {
+        let mut along_m = vec![0.0];
+        for index in 1..theta.len() {
+            along_m.push(along_m[index - 1] + r_m[index] * (theta[index] - theta[index - 1]));
+        }
+        Stretch { r_m, d_m, along_m: &along_m, sd_m: [0.2 * d_sd_m, d_sd_m], size_m: 0.03 }.angles(1.0, true)
     }
 
     fn measured(shape: &SupportFunction, theta: &[f64]) -> (Vec<f64>, Vec<f64>) {
@@ -206,7 +214,7 @@ mod tests {
         let theta: Vec<f64> = (0..400).map(|i| 0.3 + 0.015 * f64::from(i)).collect();
         let (r, d) = measured(&shape, &theta);
         assert!(d.windows(2).filter(|pair| pair[0] * pair[1] < 0.0).count() >= 2, "it passes over the contact");
-        let found = angles(&r, &d, 0.0);
+        let found = angles(&r, &d, &theta, 0.0);
         for (found, theta) in found.iter().zip(&theta) {
             assert!((found - (theta - 0.3)).abs() < 0.03, "{found} {theta}");
         }
@@ -216,20 +224,30 @@ mod tests {
     fn the_quadrature_is_exact_to_second_order_away_from_crossings() {
         let shape = pebble();
         let error = |steps: usize| {
-            let theta: Vec<f64> = (0..=steps).map(|i| 1.2 + 0.5 * i as f64 / steps as f64).collect();
+            let theta: Vec<f64> = (0..=steps).map(|i| 0.4 + 0.5 * i as f64 / steps as f64).collect();
             let (r, d) = measured(&shape, &theta);
             assert!(d.iter().all(|d| d.abs() > LEAST_CROSSING * 0.03), "{d:?}");
-            (angles(&r, &d, 0.0)[steps] - 0.5).abs()
+            (angles(&r, &d, &theta, 0.0)[steps] - 0.5).abs()
         };
         let (coarse, fine) = (error(20), error(40));
         assert!(fine < 1e-4 && coarse / fine > 3.5 && coarse / fine < 4.5, "{coarse} {fine}");
     }
 
     #[test]
+    fn a_crossing_without_rolling_is_found_from_the_parabola() {
+        // The arm stands still along the pad: the object slides through d = 0.
+        let shape = SupportFunction::new(0.03, vec![[0.003, 0.0], [0.001, 0.0]]);
+        let theta: Vec<f64> = (0..100).map(|i| -0.5 + 0.01 * f64::from(i)).collect();
+        let (r, d) = measured(&shape, &theta);
+        let found = Stretch { r_m: &r, d_m: &d, along_m: &[0.0; 100], sd_m: [0.0; 2], size_m: 0.03 }.angles(1.0, true);
+        assert!(found.iter().zip(&theta).all(|(found, theta)| (found - theta - 0.5).abs() < 5e-3), "{found:?}");
+    }
+
+    #[test]
     fn at_a_crossing_it_goes_on_or_turns_back_as_the_object_does() {
         let shape = pebble();
         // A crossing of d = 0, found by bisection.
-        let (mut low, mut high) = (0.3, 3.5);
+        let (mut low, mut high) = (0.3, 1.7);
         assert!(shape.at(low).d * shape.at(high).d < 0.0);
         for _ in 0..60 {
             let middle = 0.5 * (low + high);
@@ -240,7 +258,7 @@ mod tests {
         let back: Vec<f64> = (0..80).map(|i| zero - 0.01 * f64::from(i32::abs(i - 40))).collect();
         for path in [on, back] {
             let (r, d) = measured(&shape, &path);
-            let found = angles(&r, &d, 1e-4);
+            let found = angles(&r, &d, &path, 1e-4);
             let (turned, true_turn) = (found[79], path[79] - path[0]);
             assert!((turned - true_turn).abs() < 0.03, "{turned} for {true_turn}");
         }

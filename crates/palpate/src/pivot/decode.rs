@@ -5,16 +5,14 @@
 use std::f64::consts::TAU;
 use std::ops::Range;
 
+use crate::pivot::motion_prior::LEAP_NATS;
 use crate::pivot::smoother::{Noise, State, across, contact};
 
 /// Angles of the grid: half a degree.
 const GRID: usize = 720;
 
-/// A step costs one nat per so many radians …
+/// A step costs one nat per so many radians, up to what a leap costs.
 const STEP_RAD: f64 = 0.05;
-
-/// … and a leap this much, however long.
-const LEAP_NATS: f64 = 12.0;
 
 /// No reading costs more than this: a gross error tells nothing.
 const MOST_NATS: f64 = 40.0;
@@ -148,10 +146,8 @@ mod tests {
     fn a_gross_error_does_not_move_its_neighbours() {
         let coefficients = vec![0.03, 0.003, 0.002, 0.0004, 0.002, -0.001, 0.0006];
         let noise = Noise { r_m: 2e-5, d_m: 1e-4 };
-        let mut measured: Vec<[f64; 2]> = (0..60)
-            .map(|i| contact(&coefficients, 1.0 + 0.02 * f64::from(i)))
-            .map(|[r, d, _]| [r, d])
-            .collect();
+        let mut measured: Vec<[f64; 2]> =
+            (0..60).map(|i| contact(&coefficients, 1.0 + 0.02 * f64::from(i))).map(|[r, d, _]| [r, d]).collect();
         measured[30][1] += 5e-3;
         let state = State { coefficients, told: [0.0; 3], theta_rad: Vec::new() };
         let found = decoded(&state, &measured, &[0..60], noise, |_, _| 0.0);

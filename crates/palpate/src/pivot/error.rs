@@ -13,7 +13,9 @@ pub enum PivotSimulateError {
         smallest_m: f64,
     },
     /// The pivot is not inside the object.
-    #[error("the pivot is not inside the object: the support function about it is as small as {least_m} m; move the pivot inside")]
+    #[error(
+        "the pivot is not inside the object: the support function about it is as small as {least_m} m; move the pivot inside"
+    )]
     PivotOutside {
         /// Smallest support function, metres.
         least_m: f64,
@@ -50,7 +52,9 @@ pub enum PivotReconstructError {
         what: String,
     },
     /// The log says so little that no shape comes out.
-    #[error("the log does not determine any shape: height of the pivot and offset of the contact hardly change; drag the pivot further, so that the object turns")]
+    #[error(
+        "the log does not determine any shape: height of the pivot and offset of the contact hardly change; drag the pivot further, so that the object turns"
+    )]
     NotSolvable,
     /// An option or a number of the rig out of its range.
     #[error("{0}")]

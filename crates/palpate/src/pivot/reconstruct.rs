@@ -14,30 +14,39 @@ use crate::pivot::error::PivotReconstructError;
 use crate::pivot::error_bars::ErrorBars;
 use crate::pivot::evidence::{self, Fit, Stated, choose_order};
 use crate::pivot::log::PivotLog;
+use crate::pivot::motion_prior::{MotionPrior, tips_over};
 use crate::pivot::posterior::PivotPosterior;
 use crate::pivot::result::{PivotPose, PivotReconstruction};
 use crate::pivot::rig::PivotRig;
 use crate::pivot::rivals::{Rivals, Whole};
 use crate::pivot::search::{Arrangement, SEARCH_ORDER, Segments, search_noise};
-use crate::pivot::segments::segments;
+use crate::pivot::segments::{LIFTED_SAMPLES, segments};
 use crate::pivot::smoother::{Noise, Problem, State};
 use crate::pivot::thinning::Thinning;
-use crate::pivot::verdict::{Findings, MODEL_ALLOWANCE};
+use crate::pivot::verdict::{Findings, MODEL_ALLOWANCE, PivotDoubt};
 use crate::reconstruct::OutlinePoint;
 use crate::shape::SupportFunction;
 
 /// Fewest samples with a contact that can be solved.
 const FEWEST_SAMPLES: usize = 30;
 
-/// The crossings of d = 0 are taken so many times as wide, in turn, until a result is certified: where neighbouring crossings run into each
-/// other, or noise is larger than it looks, another width succeeds.
-const CROSSING_WIDTHS: [f64; 3] = [1.0, 2.0, 0.5];
+/// The crossings of d = 0 are taken so many times as wide, and rolled through or not, in turn, until the readings are explained.
+const CROSSINGS: [(f64, bool); 4] = [(1.0, true), (1.0, false), (2.0, true), (0.5, false)];
 
 /// Contact angles are decoded anew at most so many times.
 const MOST_DECODINGS: usize = 3;
 
 /// A reading that is missed by so many standard deviations may be on the wrong branch: angles are decoded anew.
 const ASTRAY_SDS: f64 = 5.0;
+
+/// A fit that leaves more than this, χ² per degree of freedom, is not certified: its rivals are not looked for.
+const EXPLAINED_CHI2: f64 = 1.6;
+
+/// Rivals that turn out better are examined in their turn, so many times.
+const MOST_BETTER_RIVALS: usize = 3;
+
+/// A contact angle with a larger standard deviation, radians, may seem to leap.
+const TOLD_RAD: f64 = 0.05;
 
 /// Smallest change of height or offset over all samples that is a motion, as a share of the size.
 const LEAST_MOTION: f64 = 1e-3;
@@ -68,7 +77,10 @@ impl PivotOptions {
 ///
 /// # Errors
 /// When the log has too few contacts, impossible values, or tells nothing; or an option is out of range.
-pub fn reconstruct_strokes(log: &PivotLog, options: &PivotOptions) -> Result<PivotReconstruction, PivotReconstructError> {
+pub fn reconstruct_strokes(
+    log: &PivotLog,
+    options: &PivotOptions,
+) -> Result<PivotReconstruction, PivotReconstructError> {
     reconstruct_with_posterior(log, options).map(|(reconstruction, _)| reconstruction)
 }
 
@@ -83,13 +95,22 @@ pub fn reconstruct_with_posterior(
     check(log, options)?;
     let prepared = Prepared::new(log, options)?;
     let mut best: Option<(PivotReconstruction, PivotPosterior, f64)> = None;
-    for width in CROSSING_WIDTHS {
-        let Some(found) = prepared.solved(width) else { continue };
-        let certified = found.0.is_certified();
-        if best.as_ref().is_none_or(|best| found.2 > best.2) || certified {
+    for crossings in CROSSINGS {
+        let Some(found) = prepared.solved(crossings) else { continue };
+        // Only a misfit is mended by another start.
+        let explained = !found.0.doubts.iter().any(|doubt| {
+            matches!(
+                doubt,
+                PivotDoubt::Misfit { .. }
+                    | PivotDoubt::NotConvex
+                    | PivotDoubt::Leaps { .. }
+                    | PivotDoubt::UncertainMotion { .. }
+            )
+        });
+        if explained || best.as_ref().is_none_or(|best| found.2 > best.2) {
             best = Some(found);
         }
-        if certified {
+        if explained {
             break;
         }
     }
@@ -163,21 +184,9 @@ impl<'a> Prepared<'a> {
         self.ranges.iter().flat_map(Clone::clone).collect()
     }
 
-    /// The best result with crossings so wide, and its evidence.
-    fn solved(&self, width: f64) -> Option<(PivotReconstruction, PivotPosterior, f64)> {
-        let mut relative_rad = vec![0.0; self.readings.len()];
-        let along_m: Vec<f64> = self.readings.iter().map(|reading| reading.along_m).collect();
-        for range in &self.ranges {
-            let stretch = Stretch {
-                r_m: &self.r_m[range.clone()],
-                d_m: &self.d_m[range.clone()],
-                along_m: &along_m[range.clone()],
-                sd_m: [self.scatter.r_m, self.scatter.d_m],
-                size_m: self.size_m,
-            };
-            let angles = stretch.angles(width);
-            relative_rad[range.clone()].copy_from_slice(&angles);
-        }
+    /// The best result with crossings so wide, rolled through or not, and its evidence.
+    fn solved(&self, (width, may_roll): (f64, bool)) -> Option<(PivotReconstruction, PivotPosterior, f64)> {
+        let [relative_rad, other_rad] = [may_roll, !may_roll].map(|may_roll| self.relative(width, may_roll));
         let told = self.options.rig.tolerances.told();
         let open: Vec<(usize, f64)> = told.into_iter().enumerate().filter(|(_, sd)| *sd > 0.0).collect();
         let noise = self.reference();
@@ -192,12 +201,12 @@ impl<'a> Prepared<'a> {
         };
         let used = self.used();
         let readings: Vec<Reading> = used.iter().map(|&index| self.readings[index]).collect();
-        let relative_rad: Vec<f64> = used.iter().map(|&index| relative_rad[index]).collect();
         let thinning = Thinning::new(&self.ranges_of_used());
         let segments = Segments {
             readings: &thinning.of(&readings),
             ranges: &thinning.ranges,
             relative_rad: &thinning.of(&relative_rad),
+            begins_at_rest: &self.begins_at_rest(),
         };
         let arrangements = segments.arrangements(&search);
         let whole_state = |arrangement: &Arrangement| {
@@ -206,28 +215,44 @@ impl<'a> Prepared<'a> {
         };
         let start = whole_state(arrangements.first()?)?;
         let problem = Problem { readings: &readings, noise, ..search.clone() };
-        let choose = |start: State| match self.options.harmonics {
-            Some(order) => evidence::fit(Problem { order, ..problem.clone() }, start, self.stated()),
-            None => choose_order(&problem, start, self.stated()),
+        let prior = MotionPrior {
+            ranges: self.ranges_of_used(),
+            begins_at_rest: self.begins_at_rest(),
+            relative_rad: [relative_rad.clone(), other_rad],
+            tips_over: {
+                let all = tips_over(&self.r_m, &self.d_m, self.size_m);
+                used.iter().map(|&index| all[index]).collect()
+            },
+        };
+        let choose = |start: State| {
+            let mut fit = match self.options.harmonics {
+                Some(order) => evidence::fit(Problem { order, ..problem.clone() }, start, self.stated()),
+                None => choose_order(&problem, start, self.stated()),
+            }?;
+            fit.log_evidence -= prior.cost(&fit.optimum.state.theta_rad);
+            Some(fit)
         };
         let mut fit = choose(start)?;
         for _ in 0..MOST_DECODINGS {
-            let Some(start) = self.mended(&readings, &fit) else { break };
-            match choose(start) {
-                Some(next) if next.log_evidence > fit.log_evidence + 1.0 => fit = next,
-                _ => break,
+            let state = &fit.optimum.state;
+            let continuous = prior.without_leaps(&state.theta_rad);
+            let continuous = continuous.map(|theta_rad| State { theta_rad, ..state.clone() });
+            let starts = [continuous, self.mended(&readings, &fit)];
+            let tried = starts.into_iter().flatten().filter_map(choose);
+            let Some(next) = tried.max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence)) else { break };
+            if next.log_evidence <= fit.log_evidence + 1.0 {
+                break;
             }
+            fit = next;
         }
-        let rivals = Rivals { search: &search, readings: &readings, thinning: &thinning };
-        let whole = |fit: &Fit| Problem {
-            noise: fit.noise,
-            order: fit.order,
-            spread_m: fit.spread_m,
-            ..problem.clone()
-        };
+        let rivals = Rivals { search: &search, readings: &readings, thinning: &thinning, prior: &prior };
+        let whole =
+            |fit: &Fit| Problem { noise: fit.noise, order: fit.order, spread_m: fit.spread_m, ..problem.clone() };
         // Rivals that turn out better take its place, and are examined in their turn.
         let mut alternatives = Vec::new();
-        for _ in 0..=self.ranges.len().min(6) {
+        // What is not explained is not certified, whatever its rivals.
+        let rounds = if self.chi2_per_dof(&whole(&fit), &fit) > EXPLAINED_CHI2 { 0 } else { MOST_BETTER_RIVALS };
+        for _ in 0..rounds {
             let beam = arrangements.iter().skip(1).filter_map(whole_state);
             let found = rivals.of(&Whole { problem: &whole(&fit), fit: &fit }, beam);
             match found.first().filter(|rival| rival.log_evidence > fit.log_evidence) {
@@ -245,10 +270,41 @@ impl<'a> Prepared<'a> {
                 }
             }
         }
-        let (mut reconstruction, posterior) = self.assembled(&whole(&fit), &fit, 1 + alternatives.len())?;
-        let others = alternatives.iter().take(4).filter_map(|other| self.assembled(&whole(&fit), other, 1 + alternatives.len()));
+        let (mut reconstruction, posterior) = self.assembled(&whole(&fit), &fit, &prior, 1 + alternatives.len())?;
+        let others = alternatives
+            .iter()
+            .take(4)
+            .filter_map(|other| self.assembled(&whole(&fit), other, &prior, 1 + alternatives.len()));
         reconstruction.others = others.map(|(other, _)| other).collect();
         Some((reconstruction, posterior, fit.log_evidence))
+    }
+
+    fn degrees_of_freedom(&self, problem: &Problem) -> f64 {
+        (problem.readings.len() as f64 - problem.unknowns() as f64).max(1.0)
+    }
+
+    /// What a fit leaves over what the noise explains, per degree of freedom.
+    fn chi2_per_dof(&self, problem: &Problem, fit: &Fit) -> f64 {
+        let reference = self.reference();
+        let (r_ratio, d_ratio) = (fit.noise.r_m / reference.r_m, fit.noise.d_m / reference.d_m);
+        let squares = fit.optimum.linear.residuals.iter().map(|[r, d]| (r * r_ratio).powi(2) + (d * d_ratio).powi(2));
+        squares.sum::<f64>() / self.degrees_of_freedom(problem)
+    }
+
+    /// Contact angles of the readings that are used by the closed form.
+    fn relative(&self, width: f64, may_roll: bool) -> Vec<f64> {
+        let along_m: Vec<f64> = self.readings.iter().map(|reading| reading.along_m).collect();
+        let angles = |range: &Range<usize>| {
+            let stretch = Stretch {
+                r_m: &self.r_m[range.clone()],
+                d_m: &self.d_m[range.clone()],
+                along_m: &along_m[range.clone()],
+                sd_m: [self.scatter.r_m, self.scatter.d_m],
+                size_m: self.size_m,
+            };
+            stretch.angles(width, may_roll)
+        };
+        self.ranges.iter().flat_map(angles).collect()
     }
 
     /// The state with all angles decoded anew; `None` where no reading asks for it.
@@ -257,9 +313,10 @@ impl<'a> Prepared<'a> {
         let noise = Noise { r_m: fit.noise.r_m.max(reference.r_m), d_m: fit.noise.d_m.max(reference.d_m) };
         let state = &fit.optimum.state;
         let linear = &fit.optimum.linear;
-        let astray = linear.residuals.iter().any(|[r, d]| {
-            (r * fit.noise.r_m / reference.r_m).hypot(d * fit.noise.d_m / reference.d_m) > ASTRAY_SDS
-        });
+        let astray = linear
+            .residuals
+            .iter()
+            .any(|[r, d]| (r * fit.noise.r_m / reference.r_m).hypot(d * fit.noise.d_m / reference.d_m) > ASTRAY_SDS);
         if !astray {
             return None;
         }
@@ -277,6 +334,21 @@ impl<'a> Prepared<'a> {
         Some(State { theta_rad: decoded(state, &measured, &ranges, noise, variance), ..state.clone() })
     }
 
+    /// Whether the object hung free before a sample. The pad may miss single readings: a lifted object has none for a while.
+    fn is_lifted_before(&self, sample: usize) -> bool {
+        let lifted = sample.saturating_sub(LIFTED_SAMPLES)..sample;
+        lifted.len() == LIFTED_SAMPLES && self.log.samples[lifted].iter().all(|sample| sample.s_m.is_none())
+    }
+
+    /// Whether each segment begins after the object was lifted; the first one does.
+    fn begins_at_rest(&self) -> Vec<bool> {
+        let first = self.samples.first().copied();
+        self.ranges
+            .iter()
+            .map(|range| Some(self.samples[range.start]) == first || self.is_lifted_before(self.samples[range.start]))
+            .collect()
+    }
+
     /// The segments among the readings that are used.
     fn ranges_of_used(&self) -> Vec<Range<usize>> {
         let mut begin = 0;
@@ -288,7 +360,13 @@ impl<'a> Prepared<'a> {
     }
 
     /// The result of one fit.
-    fn assembled(&self, problem: &Problem, fit: &Fit, alternatives: usize) -> Option<(PivotReconstruction, PivotPosterior)> {
+    fn assembled(
+        &self,
+        problem: &Problem,
+        fit: &Fit,
+        prior: &MotionPrior,
+        alternatives: usize,
+    ) -> Option<(PivotReconstruction, PivotPosterior)> {
         let rig = &self.options.rig;
         let state = &fit.optimum.state;
         let linear = &fit.optimum.linear;
@@ -332,18 +410,18 @@ impl<'a> Prepared<'a> {
         let rms = |squares: f64, count: usize| (squares / count.max(1) as f64).sqrt();
         let theta_sd_rad = rms(bars.theta_sd_rad.iter().map(|sd| sd * sd).sum(), bars.theta_sd_rad.len());
         let r_sd_m = rms(felt.iter().map(|&node| outline[node].r_sd_m.powi(2)).sum(), felt.len());
-        let reference = self.reference();
-        let chi2: f64 = linear
-            .residuals
-            .iter()
-            .map(|[r, d]| (r * fit.noise.r_m / reference.r_m).powi(2) + (d * fit.noise.d_m / reference.d_m).powi(2))
-            .sum();
-        let dof = (linear.residuals.len() as f64 - problem.unknowns() as f64).max(1.0);
+        let dof = self.degrees_of_freedom(problem);
         let coverage = felt.len() as f64 / NODES as f64;
         let concave_sds = felt_before
             .iter()
-            .map(|&theta| -crate::pivot::smoother::contact(&state.coefficients, theta)[2] / bars.v_sd_m(theta).max(1e-12 * self.size_m))
+            .map(|&theta| {
+                -crate::pivot::smoother::contact(&state.coefficients, theta)[2]
+                    / bars.v_sd_m(theta).max(1e-12 * self.size_m)
+            })
             .fold(0.0, f64::max);
+        // Where readings hardly tell an angle it may seem to leap.
+        let is_told = |index: usize| bars.theta_sd_rad[index].max(bars.theta_sd_rad[index - 1]) < TOLD_RAD;
+        let leaps = prior.leaps(&state.theta_rad).filter(|&index| is_told(index)).count();
         let stated = rig.calibration.told();
         let rig_off_sds = problem
             .open
@@ -353,7 +431,7 @@ impl<'a> Prepared<'a> {
         let findings = Findings {
             size_m: shape.mean_radius_m(),
             least_r_m: felt.iter().map(|&node| outline[node].r_m).fold(f64::INFINITY, f64::min),
-            chi2_per_dof: chi2 / dof,
+            chi2_per_dof: self.chi2_per_dof(problem, fit),
             dof,
             noise_stated: self.stated().d_m.is_some(),
             coverage,
@@ -362,6 +440,7 @@ impl<'a> Prepared<'a> {
             largest_theta_sd_rad: bars.theta_sd_rad.iter().copied().fold(0.0, f64::max),
             concave_sds,
             alternatives,
+            leaps,
             rig_off_sds,
             left_out: 1.0 - linear.residuals.len() as f64 / self.readings.len() as f64,
         };
@@ -443,12 +522,7 @@ impl<'a> Prepared<'a> {
         let mut first = Vec::new();
         for range in &self.ranges {
             let sample = self.samples[range.start];
-            let Some(before) = sample.checked_sub(1) else { continue };
-            // The pad missed single readings now and then: a lifted object has none for a while.
-            let lifted = before.saturating_sub(2)..sample;
-            if lifted.len() < 3 || self.log.samples[lifted].iter().any(|sample| sample.s_m.is_some()) {
-                continue;
-            }
+            let Some(before) = sample.checked_sub(1).filter(|_| self.is_lifted_before(sample)) else { continue };
             let height = |index: usize| {
                 let sample = &self.log.samples[index];
                 self.options.rig.pad.along_and_above(sample.pivot_x_m, sample.pivot_y_m)[1]
@@ -479,9 +553,12 @@ fn check(log: &PivotLog, options: &PivotOptions) -> Result<(), PivotReconstructE
         return bad("the number of harmonics must be between 2 and 48");
     }
     let (constants, tolerances, pad) = (&rig.calibration, &rig.tolerances, &rig.pad);
-    let numbers = [constants.zero_m, constants.scale, constants.tilt_rad, constants.height_m, pad.base_x_m, pad.base_y_m];
+    let numbers =
+        [constants.zero_m, constants.scale, constants.tilt_rad, constants.height_m, pad.base_x_m, pad.base_y_m];
     if numbers.iter().any(|value| !value.is_finite()) || !(pad.tilt_rad.abs() < FRAC_PI_2) || constants.scale <= -0.9 {
-        return bad("pose and constants of the pad must be finite, its tilt between -90 and 90 degrees, its scale positive");
+        return bad(
+            "pose and constants of the pad must be finite, its tilt between -90 and 90 degrees, its scale positive",
+        );
     }
     let sds = tolerances.told().into_iter().chain([tolerances.height_sd_m]);
     if !sds.into_iter().all(|sd| sd >= 0.0 && sd.is_finite()) {

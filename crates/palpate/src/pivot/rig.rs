@@ -37,7 +37,6 @@ impl PadPose {
 /// What is known of the rig before a log is read.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default))]
-#[non_exhaustive]
 pub struct PivotRig {
     /// Where the pad lies.
     pub pad: PadPose,

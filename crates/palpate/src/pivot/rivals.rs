@@ -7,6 +7,7 @@ use crate::math::angle::wrapped;
 use crate::pivot::association::Known;
 use crate::pivot::calibration::Reading;
 use crate::pivot::evidence::{Fit, log_evidence};
+use crate::pivot::motion_prior::MotionPrior;
 use crate::pivot::search::{same, search_noise};
 use crate::pivot::smoother::{Problem, State};
 use crate::pivot::thinning::Thinning;
@@ -37,6 +38,8 @@ pub(super) struct Rivals<'a> {
     /// All readings that are used, and some of them.
     pub readings: &'a [Reading],
     pub thinning: &'a Thinning,
+    /// The prior of the motion, with the segments among the readings.
+    pub prior: &'a MotionPrior,
 }
 
 /// The arrangement that is questioned.
@@ -64,7 +67,8 @@ impl Rivals<'_> {
             Some((optimum.state, evidence))
         };
         let Some((present, evidence)) = thinned(state) else { return Vec::new() };
-        let moved: Vec<State> = self.groups(whole).iter().flat_map(|group| self.moved(&search, &present, group)).collect();
+        let moved: Vec<State> =
+            self.groups(whole).iter().flat_map(|group| self.moved(&search, &present, group)).collect();
         let mut found: Vec<Fit> = Vec::new();
         let mut seen: Vec<State> = vec![present.clone()];
         let mut starts: Vec<State> = others.collect();
@@ -81,7 +85,8 @@ impl Rivals<'_> {
         for start in starts {
             let Some(rival) = self.solved(whole, start) else { continue };
             let clearly_worse = rival.log_evidence < whole.fit.log_evidence - RIVAL_NATS;
-            let known = std::iter::once(whole.fit).chain(&found).any(|fit| same(&fit.optimum.state, &rival.optimum.state));
+            let known =
+                std::iter::once(whole.fit).chain(&found).any(|fit| same(&fit.optimum.state, &rival.optimum.state));
             if !clearly_worse && !known {
                 found.push(rival);
             }
@@ -93,7 +98,7 @@ impl Rivals<'_> {
     /// The optimum from a start, under the noise and prior of the arrangement that is questioned.
     fn solved(&self, whole: &Whole, start: State) -> Option<Fit> {
         let optimum = whole.problem.solve(start)?;
-        let log_evidence = log_evidence(whole.problem, &optimum)?;
+        let log_evidence = log_evidence(whole.problem, &optimum)? - self.prior.cost(&optimum.state.theta_rad);
         Some(Fit { optimum, log_evidence, ..whole.fit.clone() })
     }
 
@@ -107,9 +112,12 @@ impl Rivals<'_> {
             for place in range.clone() {
                 if is_weak(self.thinning.kept[place]) {
                     parts.push(std::mem::take(&mut part));
-                } else {
-                    part.push(place);
+                    continue;
                 }
+                if place > range.start && self.leaps_between(whole, place - 1, place) {
+                    parts.push(std::mem::take(&mut part));
+                }
+                part.push(place);
             }
             parts.push(part);
         }
@@ -147,7 +155,16 @@ impl Rivals<'_> {
         groups.retain(|group| !group.is_empty() && group.len() < parts.len());
         groups.sort();
         groups.dedup();
-        groups.into_iter().map(|group| group.into_iter().flat_map(|part| parts[part].iter().copied()).collect()).collect()
+        groups
+            .into_iter()
+            .map(|group| group.into_iter().flat_map(|part| parts[part].iter().copied()).collect())
+            .collect()
+    }
+
+    /// Whether the contact leaps between two samples that stay.
+    fn leaps_between(&self, whole: &Whole, from: usize, to: usize) -> bool {
+        let theta = &whole.fit.optimum.state.theta_rad;
+        (self.thinning.kept[from] + 1..=self.thinning.kept[to]).any(|index| self.prior.is_break(theta, index))
     }
 
     /// States of the thinned problem with a group of readings turned to where it may lie as well.
@@ -168,7 +185,9 @@ impl Rivals<'_> {
         let Some(best) = placements.first().map(|placement| placement.cost) else { return Vec::new() };
         placements
             .iter()
-            .filter(|placement| wrapped(placement.rotation_rad).abs() > ITSELF_RAD && placement.cost < best + FOLLOWED_NATS)
+            .filter(|placement| {
+                wrapped(placement.rotation_rad).abs() > ITSELF_RAD && placement.cost < best + FOLLOWED_NATS
+            })
             .take(FOLLOWED)
             .map(|placement| {
                 let mut moved = state.clone();

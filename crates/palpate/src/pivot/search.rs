@@ -8,6 +8,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::pivot::association::{Known, Placement};
 use crate::pivot::calibration::{Reading, TOLD};
 use crate::pivot::evidence::log_evidence;
+use crate::pivot::motion_prior::MotionPrior;
 use crate::pivot::smoother::{Noise, Problem, State, contact};
 
 /// Harmonics during the search: enough to lay segments on each other.
@@ -31,6 +32,8 @@ pub(super) struct Segments<'a> {
     pub ranges: &'a [Range<usize>],
     /// Contact angles relative to the first sample of the segment, one per reading.
     pub relative_rad: &'a [f64],
+    /// Whether each segment begins after the object was lifted.
+    pub begins_at_rest: &'a [bool],
 }
 
 /// Some segments, placed: which, and shape and angles.
@@ -142,18 +145,47 @@ impl Segments<'_> {
         let placements = known.placements(added, self.relative_of(segment));
         let Some(best) = placements.first().map(|placement| placement.cost) else { return Vec::new() };
         let worth = |placement: &&Placement| placement.cost < best + DROPPED_NATS;
+        let mut followed: Vec<f64> =
+            placements.iter().filter(worth).take(BRANCHES).map(|placement| placement.rotation_rad).collect();
+        followed.extend(self.same_start(arrangement, segment));
         let mut placed = arrangement.placed.clone();
         placed.push(segment);
         let all = self.readings_of(&placed);
         let problem = Problem { readings: &all, ..problem.clone() };
-        let grow = |placement: &Placement| {
+        let prior = self.prior(&placed);
+        let grow = |rotation_rad: f64| {
             let mut state = arrangement.state.clone();
-            state.theta_rad.extend(self.relative_of(segment).iter().map(|theta| theta + placement.rotation_rad));
+            state.theta_rad.extend(self.relative_of(segment).iter().map(|theta| theta + rotation_rad));
             let optimum = problem.solve(state)?;
-            let log_evidence = log_evidence(&problem, &optimum)?;
+            let log_evidence = log_evidence(&problem, &optimum)? - prior.cost(&optimum.state.theta_rad);
             Some(Arrangement { placed: placed.clone(), state: optimum.state, log_evidence })
         };
-        placements.iter().filter(worth).take(BRANCHES).filter_map(grow).collect()
+        followed.into_iter().filter_map(grow).collect()
+    }
+
+    /// The rotation at which a stroke begins where the first of those that are placed does.
+    fn same_start(&self, arrangement: &Arrangement, segment: usize) -> Option<f64> {
+        let mut begin = 0;
+        for &placed in &arrangement.placed {
+            if self.begins_at_rest[placed] && self.begins_at_rest[segment] {
+                return Some(arrangement.state.theta_rad[begin] - self.relative_of(segment).first()?);
+            }
+            begin += self.ranges[placed].len();
+        }
+        None
+    }
+
+    /// The prior of the motion of some segments in turn.
+    fn prior(&self, placed: &[usize]) -> MotionPrior {
+        let mut begin = 0;
+        let ranges = placed.iter().map(|&segment| {
+            begin += self.ranges[segment].len();
+            begin - self.ranges[segment].len()..begin
+        });
+        // Thinned samples lie further apart than a leap is long.
+        let ranges = ranges.map(|range| range.start..range.start + 1).collect();
+        let begins_at_rest = placed.iter().map(|&segment| self.begins_at_rest[segment]).collect();
+        MotionPrior { ranges, begins_at_rest, relative_rad: [Vec::new(), Vec::new()], tips_over: Vec::new() }
     }
 }
 

@@ -11,6 +11,9 @@ const LEAP_TIMES: f64 = 8.0;
 /// Shortest leap, as a share of the object's size: shorter ones are motions that the closed form follows.
 const SHORTEST_LEAP: f64 = 0.04;
 
+/// Samples without a contact, in a row, that are a lift: the pad may miss fewer.
+pub(super) const LIFTED_SAMPLES: usize = 3;
+
 /// Fewest samples of a segment that is used by itself.
 pub(super) const FEWEST: usize = 8;
 
@@ -22,7 +25,7 @@ pub(super) fn segments(samples: &[usize], r_m: &[f64], d_m: &[f64], size_m: f64)
     let (r_limit, d_limit) = (limit(&r_steps), limit(&d_steps));
     let mut cuts = vec![0];
     for index in 1..samples.len() {
-        let lifted = samples[index] != samples[index - 1] + 1;
+        let lifted = samples[index] > samples[index - 1] + LIFTED_SAMPLES;
         if lifted || r_steps[index - 1] > r_limit || d_steps[index - 1] > d_limit {
             cuts.push(index);
         }
@@ -45,7 +48,9 @@ mod tests {
         let (r, d) = rolling(90);
         let mut samples: Vec<usize> = (0..90).collect();
         assert_eq!(segments(&samples, &r, &d, 0.03), vec![0..90]);
-        samples[40..].iter_mut().for_each(|sample| *sample += 5);
+        samples[40..].iter_mut().for_each(|sample| *sample += LIFTED_SAMPLES - 1);
+        assert_eq!(segments(&samples, &r, &d, 0.03), vec![0..90]);
+        samples[40..].iter_mut().for_each(|sample| *sample += 1);
         assert_eq!(segments(&samples, &r, &d, 0.03), vec![0..40, 40..90]);
         let mut leapt = r.clone();
         leapt[60..].iter_mut().for_each(|r| *r -= 1.1 * SHORTEST_LEAP * 0.03);
@@ -59,7 +64,7 @@ mod tests {
     fn what_is_too_short_is_left_out() {
         let (r, d) = rolling(30);
         let mut samples: Vec<usize> = (0..30).collect();
-        samples[FEWEST - 1..].iter_mut().for_each(|sample| *sample += 1);
+        samples[FEWEST - 1..].iter_mut().for_each(|sample| *sample += LIFTED_SAMPLES);
         assert_eq!(segments(&samples, &r, &d, 0.03), vec![FEWEST - 1..30]);
     }
 }

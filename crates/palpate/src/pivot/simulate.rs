@@ -12,7 +12,7 @@ use crate::pivot::rig::PivotRig;
 use crate::pivot::statics::Pivoted;
 use crate::sensor::{PadContact, Touchpad};
 use crate::shape::SupportFunction;
-use crate::truth::{Truth, TruePose};
+use crate::truth::{TruePose, Truth};
 
 /// Samples of the true support function.
 const TRUTH_SAMPLES: usize = 720;
@@ -125,13 +125,7 @@ impl<'a> Run<'a> {
         let [x, y] = options.center_of_mass_m;
         let tilt = options.rig.pad.tilt_rad + options.rig.calibration.tilt_rad;
         let rest_rad = y.atan2(x) + tilt;
-        let object = Pivoted {
-            shape,
-            rho_m: x.hypot(y),
-            rest_rad,
-            friction: options.friction,
-            cos_tilt: tilt.cos(),
-        };
+        let object = Pivoted { shape, rho_m: x.hypot(y), rest_rad, friction: options.friction, cos_tilt: tilt.cos() };
         let highest = (0..TRUTH_SAMPLES).map(|node| shape.radius_m(angle(node))).fold(0.0, f64::max);
         Self {
             options,
@@ -218,7 +212,8 @@ impl<'a> Run<'a> {
         let contact = PadContact { position_m: (1.0 + errors.scale) * position_m + errors.zero_m, force_n: 1.0 };
         let contacts = if on_pad { std::slice::from_ref(&contact) } else { &[] };
         let reading = self.options.touchpad.read(contacts, &mut self.rng);
-        let [noise_x, noise_y]: [f64; 2] = [0, 1].map(|_| self.options.arm_noise_sd_m * self.rng.sample::<f64, _>(StandardNormal));
+        let [noise_x, noise_y]: [f64; 2] =
+            [0, 1].map(|_| self.options.arm_noise_sd_m * self.rng.sample::<f64, _>(StandardNormal));
         self.log.samples.push(PivotSample {
             time_s: self.time_s,
             pivot_x_m: x_m + noise_x,
@@ -290,9 +285,19 @@ fn check(
     }
     let pad = &options.rig.pad;
     let errors = &options.rig.calibration;
-    let numbers = [options.center_of_mass_m[0], options.center_of_mass_m[1], pad.base_x_m, pad.base_y_m, errors.zero_m, errors.height_m];
-    if !(options.arm_noise_sd_m >= 0.0 && options.arm_noise_sd_m.is_finite()) || numbers.iter().any(|v| !v.is_finite()) {
-        return out("centre of mass, base of the pad, constant errors and noise of the arm must be finite, the noise not negative");
+    let numbers = [
+        options.center_of_mass_m[0],
+        options.center_of_mass_m[1],
+        pad.base_x_m,
+        pad.base_y_m,
+        errors.zero_m,
+        errors.height_m,
+    ];
+    if !(options.arm_noise_sd_m >= 0.0 && options.arm_noise_sd_m.is_finite()) || numbers.iter().any(|v| !v.is_finite())
+    {
+        return out(
+            "centre of mass, base of the pad, constant errors and noise of the arm must be finite, the noise not negative",
+        );
     }
     if !(errors.scale > -0.5 && errors.scale < 1.0) {
         return out("the relative error of the pad's scale must be between -0.5 and 1");

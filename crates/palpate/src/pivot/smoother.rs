@@ -124,9 +124,10 @@ impl Linear {
     /// The share of its own residual in each sample's prediction.
     pub fn leverages(&self, factor: &Cholesky<f64, Dyn>) -> Vec<f64> {
         let solved = factor.l().solve_lower_triangular(&self.rows.transpose());
-        solved.map_or_else(|| vec![1.0; self.rows.nrows()], |solved| {
-            solved.column_iter().map(|column| column.norm_squared().min(1.0)).collect()
-        })
+        solved.map_or_else(
+            || vec![1.0; self.rows.nrows()],
+            |solved| solved.column_iter().map(|column| column.norm_squared().min(1.0)).collect(),
+        )
     }
 }
 
@@ -138,7 +139,10 @@ impl Problem<'_> {
 
     /// Prior standard deviations of all unknowns.
     pub fn prior_sds(&self) -> Vec<f64> {
-        prior_sds(self.order, self.size_m, self.spread_m).into_iter().chain(self.open.iter().map(|(_, sd)| *sd)).collect()
+        prior_sds(self.order, self.size_m, self.spread_m)
+            .into_iter()
+            .chain(self.open.iter().map(|(_, sd)| *sd))
+            .collect()
     }
 
     /// How far unknowns are from where the prior has them.
@@ -158,8 +162,7 @@ impl Problem<'_> {
             square += ((contact[0] - measured.r_m) / self.noise.r_m).powi(2);
             square += ((contact[1] - measured.d_m) / self.noise.d_m).powi(2);
         }
-        let prior: f64 =
-            self.off_prior(state).iter().zip(self.prior_sds()).map(|(off, sd)| (off / sd).powi(2)).sum();
+        let prior: f64 = self.off_prior(state).iter().zip(self.prior_sds()).map(|(off, sd)| (off / sd).powi(2)).sum();
         0.5 * (square + prior)
     }
 

@@ -24,7 +24,7 @@ pub(super) const MOST_R_SD: f64 = 0.02;
 pub(super) const MOST_THETA_SD_RAD: f64 = 0.03;
 
 /// Largest standard deviation of the contact angle at any sample, radians: P stands over a contact whose radius of curvature is its height.
-pub(super) const MOST_BLIND_RAD: f64 = 0.3;
+pub(super) const MOST_BLIND_RAD: f64 = 0.6;
 
 /// The felt boundary is not convex where its radius of curvature is below 0 by so many standard deviations.
 pub(super) const CONCAVE_SDS: f64 = 5.0;
@@ -68,6 +68,11 @@ pub enum PivotDoubt {
         /// How many in all, this one among them.
         alternatives: usize,
     },
+    /// The contact leaps within segments, where nothing says how far.
+    Leaps {
+        /// How often.
+        leaps: usize,
+    },
     /// The boundary is not known well enough.
     WideErrorBars {
         /// Standard deviation of r over the felt boundary, root mean square, metres.
@@ -106,7 +111,13 @@ impl fmt::Display for PivotDoubt {
                 write!(f, "only {:.0} % of the boundary was felt", 100.0 * coverage)
             }
             Self::Ambiguous { alternatives } => {
-                write!(f, "{alternatives} arrangements of the segments fit equally well: it is not told which side each of them felt")
+                write!(
+                    f,
+                    "{alternatives} arrangements of the segments fit equally well: it is not told which side each of them felt"
+                )
+            }
+            Self::Leaps { leaps } => {
+                write!(f, "the object leaps {leaps} times from one sample to the next, and nothing says how far")
             }
             Self::WideErrorBars { r_sd_m } => {
                 write!(f, "the felt boundary is known to {:.3} mm only", 1e3 * r_sd_m)
@@ -139,6 +150,7 @@ impl PivotDoubt {
             Self::NotConvex => "Check zero and scale of the pad; a hollow side is bridged and cannot be felt.",
             Self::LittleFelt { .. } => "Drag further, in both directions, or press harder so that the object rolls.",
             Self::Ambiguous { .. } => "Make strokes longer, so that they feel boundary in common.",
+            Self::Leaps { .. } => "Drag more slowly, or sample faster.",
             Self::WideErrorBars { .. } => "Make more strokes over the same boundary.",
             Self::UncertainMotion { .. } => "Hold the object at another place, further from the middle.",
             Self::RigOff { .. } => "Measure the rig again, or state what is known of it.",
@@ -162,6 +174,7 @@ pub(super) struct Findings {
     /// How far the radius of curvature is below 0 on the felt boundary, in standard deviations.
     pub concave_sds: f64,
     pub alternatives: usize,
+    pub leaps: usize,
     pub rig_off_sds: f64,
     pub left_out: f64,
 }
@@ -186,6 +199,9 @@ impl Findings {
         }
         if self.alternatives > 1 {
             doubts.push(PivotDoubt::Ambiguous { alternatives: self.alternatives });
+        }
+        if self.leaps > 0 {
+            doubts.push(PivotDoubt::Leaps { leaps: self.leaps });
         }
         if !(self.r_sd_m <= MOST_R_SD * self.size_m) {
             doubts.push(PivotDoubt::WideErrorBars { r_sd_m: self.r_sd_m });
@@ -222,6 +238,7 @@ mod tests {
         largest_theta_sd_rad: 0.02,
         concave_sds: 0.0,
         alternatives: 1,
+        leaps: 0,
         rig_off_sds: 0.0,
         left_out: 0.0,
     };
@@ -230,15 +247,22 @@ mod tests {
     #[test]
     fn every_limit_decides() {
         assert!(GOOD.doubts().is_empty());
-        let chi2 = |dof: f64, noise_stated: bool, chi2_per_dof: f64| Findings { dof, noise_stated, chi2_per_dof, ..GOOD };
+        let chi2 =
+            |dof: f64, noise_stated: bool, chi2_per_dof: f64| Findings { dof, noise_stated, chi2_per_dof, ..GOOD };
         let few = CHI2_SDS * 0.2_f64.sqrt();
-        let pairs: [(Findings, Findings); 12] = [
+        let pairs: [(Findings, Findings); 13] = [
             (chi2(900.0, true, 1.0 + 0.99 * CHI2_SDS * (2.0_f64 / 900.0).sqrt()), chi2(900.0, true, 1.3)),
             (chi2(1e6, true, 0.99 + CHI2_EXCESS_STATED), chi2(1e6, true, 1.01 + CHI2_EXCESS_STATED)),
             (chi2(1e6, false, 0.99 + CHI2_EXCESS_ESTIMATED), chi2(1e6, false, 1.01 + CHI2_EXCESS_ESTIMATED)),
             (chi2(10.0, false, 0.99 + few), chi2(10.0, false, 1.01 + few)),
-            (Findings { coverage: 1.01 * LEAST_COVERAGE, ..GOOD }, Findings { coverage: 0.99 * LEAST_COVERAGE, ..GOOD }),
-            (Findings { r_sd_m: 0.99 * MOST_R_SD * 0.03, ..GOOD }, Findings { r_sd_m: 1.01 * MOST_R_SD * 0.03, ..GOOD }),
+            (
+                Findings { coverage: 1.01 * LEAST_COVERAGE, ..GOOD },
+                Findings { coverage: 0.99 * LEAST_COVERAGE, ..GOOD },
+            ),
+            (
+                Findings { r_sd_m: 0.99 * MOST_R_SD * 0.03, ..GOOD },
+                Findings { r_sd_m: 1.01 * MOST_R_SD * 0.03, ..GOOD },
+            ),
             (
                 Findings { theta_sd_rad: 0.99 * MOST_THETA_SD_RAD, ..GOOD },
                 Findings { theta_sd_rad: 1.01 * MOST_THETA_SD_RAD, ..GOOD },
@@ -247,10 +271,17 @@ mod tests {
                 Findings { largest_theta_sd_rad: 0.99 * MOST_BLIND_RAD, ..GOOD },
                 Findings { largest_theta_sd_rad: 1.01 * MOST_BLIND_RAD, ..GOOD },
             ),
-            (Findings { concave_sds: 0.99 * CONCAVE_SDS, ..GOOD }, Findings { concave_sds: 1.01 * CONCAVE_SDS, ..GOOD }),
-            (Findings { rig_off_sds: 0.99 * RIG_OFF_SDS, ..GOOD }, Findings { rig_off_sds: 1.01 * RIG_OFF_SDS, ..GOOD }),
+            (
+                Findings { concave_sds: 0.99 * CONCAVE_SDS, ..GOOD },
+                Findings { concave_sds: 1.01 * CONCAVE_SDS, ..GOOD },
+            ),
+            (
+                Findings { rig_off_sds: 0.99 * RIG_OFF_SDS, ..GOOD },
+                Findings { rig_off_sds: 1.01 * RIG_OFF_SDS, ..GOOD },
+            ),
             (Findings { left_out: 0.99 * MOST_LEFT_OUT, ..GOOD }, Findings { left_out: 1.01 * MOST_LEFT_OUT, ..GOOD }),
             (GOOD, Findings { alternatives: 2, ..GOOD }),
+            (GOOD, Findings { leaps: 1, ..GOOD }),
         ];
         for (within, beyond) in pairs {
             assert_eq!(within.doubts(), [], "{within:?}");
