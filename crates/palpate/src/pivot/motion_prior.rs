@@ -9,7 +9,8 @@ use crate::math::angle::wrapped;
 /// was not felt.
 pub(super) const LEAP_NATS: f64 = 25.0;
 
-/// A step from one sample of a segment to the next that differs from that of the closed form by more than this, radians, is a leap …
+/// A step from one sample of a segment to the next that is longer than this, radians, and differs from that of the closed form by as much,
+/// is a leap …
 const LEAP_RAD: f64 = 0.15;
 
 /// … and where the object tips over by more than this share of it, which the quadrature may be off by over one step.
@@ -78,6 +79,9 @@ impl MotionPrior {
     /// Whether the step that ends at a sample, of the same segment as the one before it, is none that the closed form makes.
     pub fn is_break(&self, theta_rad: &[f64], index: usize) -> bool {
         let step = |angles: &[f64]| angles[index] - angles[index - 1];
+        if step(theta_rad).abs() <= LEAP_RAD {
+            return false;
+        }
         let differs = |expected: f64| (step(theta_rad) - expected).abs() > LEAP_RAD + LEAP_SHARE * expected.abs();
         self.relative_rad.iter().all(|relative| differs(step(relative)))
     }
@@ -149,6 +153,10 @@ mod tests {
         let mut leapt = calm;
         leapt[2] += 0.02 * least;
         assert_eq!(prior().cost(&leapt), LEAP_NATS);
+        // A step that the closed form makes and the motion does not is none.
+        let mut calmer = calm;
+        calmer[3] = calm[2] - 0.99 * LEAP_RAD;
+        assert_eq!(prior().cost(&calmer), 0.0);
         let mut elsewhere = calm;
         elsewhere[6] = 1.01 * SAME_START_RAD;
         assert_eq!(prior().cost(&elsewhere), OTHER_START_NATS);

@@ -150,11 +150,10 @@ impl PivotDoubt {
             Self::NotConvex => "Check zero and scale of the pad; a hollow side is bridged and cannot be felt.",
             Self::LittleFelt { .. } => "Drag further, in both directions, or press harder so that the object rolls.",
             Self::Ambiguous { .. } => "Make strokes longer, so that they feel boundary in common.",
-            Self::Leaps { .. } => "Drag more slowly, or sample faster.",
             Self::WideErrorBars { .. } => "Make more strokes over the same boundary.",
             Self::UncertainMotion { .. } => "Hold the object at another place, further from the middle.",
             Self::RigOff { .. } => "Measure the rig again, or state what is known of it.",
-            Self::LeftOut { .. } => "Drag more slowly, or sample faster.",
+            Self::Leaps { .. } | Self::LeftOut { .. } => "Drag more slowly, or sample faster.",
         }
     }
 }
