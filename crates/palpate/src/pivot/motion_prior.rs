@@ -139,7 +139,7 @@ mod tests {
         MotionPrior {
             ranges: vec![0..4, 4..6, 6..8],
             begins_at_rest: vec![true; 3],
-            relative_rad,
+            relative_rad: [relative_rad.clone(), relative_rad],
             tips_over: vec![false; 8],
         }
     }
