@@ -260,7 +260,7 @@ fn a_circle_about_its_pivot_is_never_certified() {
     let simulation = simulate_strokes(&circle, &strokes(), &options(PivotRig::default(), 1.0)).expect("it runs");
     match reconstruct_strokes(&simulation.log, &PivotOptions::default()) {
         Ok(found) => {
-            assert!(found.doubts.iter().any(|doubt| matches!(doubt, PivotDoubt::UncertainMotion { .. })), "{found:?}")
+            assert!(found.doubts.iter().any(|doubt| matches!(doubt, PivotDoubt::UncertainMotion { .. })), "{found:?}");
         }
         Err(error) => assert_eq!(error, PivotReconstructError::NotSolvable),
     }
