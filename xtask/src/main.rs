@@ -1,5 +1,5 @@
 //! Development tasks: `cargo xtask test`, `cargo xtask doc`, `cargo xtask guide`, `cargo xtask dist`, `cargo xtask deny`, `cargo xtask monte-carlo`, `cargo xtask limits`,
-//! `cargo xtask compare-rows`, `cargo xtask methods`, `cargo xtask python-cost`, `cargo xtask ray-cost`, `cargo xtask bench-peers`,
+//! `cargo xtask compare-rows`, `cargo xtask methods`, `cargo xtask paper`, `cargo xtask slips`, `cargo xtask python-cost`, `cargo xtask ray-cost`, `cargo xtask bench-peers`,
 //! `cargo xtask fuzz`. Without a task it lists them.
 #![forbid(unsafe_code)]
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "tables and progress go to the terminal")]
@@ -55,6 +55,10 @@ enum Task {
     CompareRows(studies::rows::Arguments),
     /// Compare the paper's method with maximum likelihood on the same logs, and write the table that the documentation quotes.
     Methods(studies::methods::Arguments),
+    /// Make the figures of the paper, and write their errors and pictures into the documentation.
+    Paper(studies::paper::Arguments),
+    /// Make the usual mistakes in right logs, count those that are named, and write the table that the documentation quotes.
+    Slips(studies::slips::Arguments),
     /// Measure the overhead of a reconstruction from Python over one from Rust.
     PythonCost(studies::python_cost::Arguments),
     /// Measure the overhead of a sweep on a Ray cluster over one on the threads of this machine.
@@ -76,6 +80,8 @@ fn main() -> ExitCode {
         Some(Task::Limits(arguments)) => studies::limits::run(&arguments),
         Some(Task::CompareRows(arguments)) => studies::rows::run(&arguments),
         Some(Task::Methods(arguments)) => studies::methods::run(&arguments),
+        Some(Task::Paper(arguments)) => studies::paper::run(&arguments),
+        Some(Task::Slips(arguments)) => studies::slips::run(&arguments),
         Some(Task::PythonCost(arguments)) => studies::python_cost::run(&arguments),
         Some(Task::RayCost(arguments)) => studies::ray_cost::run(&arguments),
         Some(Task::BenchPeers(arguments)) => bench_peers::run(&arguments),

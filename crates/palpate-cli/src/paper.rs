@@ -9,7 +9,7 @@ use palpate::sensor::{Touchpad, VisionSystem};
 use palpate::shape::{NamedShape, SupportFunction};
 use palpate::simulate::{SimulateOptions, Simulation, simulate};
 use palpate::{Reconstruction, Truth};
-use palpate_report::paper::{FIGURE_NAMES, PaperInput, PngError, Trial, figures, paper_page, png};
+use palpate_report::paper::{FIGURE_NAMES, PaperInput, PngError, Trial, errors_csv, figures, paper_page, png};
 use rayon::prelude::*;
 
 use crate::terminal::{Ending, Failure, Terminal};
@@ -34,14 +34,17 @@ const MIN_TOUCHES: u32 = 2;
 /// Noise of the camera on each marker, metres.
 const CAMERA_SD_M: f64 = 1e-4;
 
-/// The logs that the figures are made from.
-const LOG_FILES: [&str; 3] = ["palms.csv", "fingers.csv", "experiment.csv"];
+/// The logs that the figures are made from; the truth of each lies beside it.
+const LOGS: [&str; 4] = ["palms", "exact", "fingers", "experiment"];
+/// The errors of both methods on all logs.
+const ERRORS_FILE: &str = "errors.csv";
 const PAGE_FILE: &str = "index.html";
 
 const AFTER_HELP: &str = "\
-DIR receives index.html (open it first), each figure as SVG and PNG, and the logs that they were made from.
+DIR receives index.html (open it first), each figure as SVG and PNG, the logs that they were made from with the truth beside each, and
+the errors of both methods, errors.csv.
 
-M. Moll and M. A. Erdmann, Reconstructing Shape from Motion Using Tactile Sensors, IROS 2001: figures 1, 2 and 4 to 8, with two palms and
+M. Moll and M. A. Erdmann, Reconstructing Shape from Motion Using Tactile Sensors, IROS 2001: figures 1 to 8, with two palms and
 with two fingers, by the differential equations of the paper and by maximum likelihood, side by side, and a table of the errors of both.
 
 Example:
@@ -62,28 +65,35 @@ pub struct Arguments {
 /// Simulates, reconstructs, draws, and says where the page is.
 pub fn run(arguments: &Arguments) -> Result<Ending, Failure> {
     let terminal = Terminal::new(arguments.quiet);
+    let log_files = LOGS.map(|name| format!("{name}.csv"));
+    let truth_folders = LOGS.map(|name| format!("{name}.truth"));
     let names: Vec<String> = FIGURE_NAMES
         .iter()
         .flat_map(|name| [format!("{name}.svg"), format!("{name}.png")])
-        .chain(LOG_FILES.into_iter().chain([PAGE_FILE]).map(str::to_owned))
+        .chain(log_files)
+        .chain([ERRORS_FILE, PAGE_FILE].map(str::to_owned))
         .collect();
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
-    palpate_io::check_figures_target(&arguments.out, &names)?;
+    palpate_io::check_figures_target(&arguments.out, &names, &truth_folders.each_ref().map(String::as_str))?;
 
     let progress = terminal.progress();
     let done = |stage, fraction| progress.update(Progress { stage, fraction });
     done("two palms", 0.0);
-    let palms = Made::new(palms()?)?;
-    done("two fingers", 0.3);
+    let palms = Made::new(self::palms(NOISE_SD_M)?)?;
+    done("exact readings", 0.2);
+    let exact = Made::new(self::palms(0.0)?)?;
+    done("two fingers", 0.4);
     let fingers = Made::new(fingers()?)?;
     done("the experiment", 0.6);
     let vision = vision();
     let experiment = Made::new(experiment(&vision)?)?;
     done("drawing", 0.9);
+    let made = [&palms, &exact, &fingers, &experiment];
     let input = PaperInput {
-        palms: palms.trial("two palms"),
-        fingers: fingers.trial("two fingers"),
-        experiment: experiment.trial("experiment"),
+        palms: palms.trial("two palms", LOGS[0]),
+        exact: exact.trial("two palms, exact", LOGS[1]),
+        fingers: fingers.trial("two fingers", LOGS[2]),
+        experiment: experiment.trial("experiment", LOGS[3]),
         vision: &vision,
         min_touches: MIN_TOUCHES,
         simulation_sd_m: NOISE_SD_M,
@@ -91,14 +101,16 @@ pub fn run(arguments: &Arguments) -> Result<Ending, Failure> {
     };
     let figures = figures(&input);
     let pictures: Vec<Vec<u8>> = figures.par_iter().map(|figure| png(&figure.svg)).collect::<Result<_, PngError>>()?;
-    let page = paper_page(&input, &figures);
-    let logs = [&palms, &fingers, &experiment].map(|made| palpate_io::log_csv(&made.run.simulation.log));
+    let tables = [errors_csv(&input), paper_page(&input, &figures)];
+    let logs = made.map(|made| palpate_io::log_csv(&made.run.simulation.log));
     drop(progress);
 
     let drawn = figures.iter().zip(&pictures).flat_map(|(figure, picture)| [figure.svg.as_bytes(), picture]);
-    let contents = drawn.chain(logs.iter().map(String::as_bytes)).chain([page.as_bytes()]);
+    let contents = drawn.chain(logs.iter().chain(&tables).map(String::as_bytes));
     let files: Vec<(&str, &[u8])> = names.iter().copied().zip(contents).collect();
-    palpate_io::write_figures(&arguments.out, &files)?;
+    let truths: Vec<(&str, &Truth)> =
+        truth_folders.iter().map(String::as_str).zip(made.map(|made| &made.run.simulation.truth)).collect();
+    palpate_io::write_figures(&arguments.out, &files, &truths)?;
     terminal.say(&format!("{} figures\n  page    {}", figures.len(), arguments.out.join(PAGE_FILE).display()))?;
     Ok(Ending::Success)
 }
@@ -130,9 +142,10 @@ impl Made {
         Ok(Self { run, ode, likelihood })
     }
 
-    fn trial<'a>(&'a self, name: &'a str) -> Trial<'a> {
+    fn trial<'a>(&'a self, name: &'a str, file: &'a str) -> Trial<'a> {
         Trial {
             name,
+            file,
             log: &self.run.simulation.log,
             truth: &self.run.simulation.truth,
             shape: &self.run.shape,
@@ -180,11 +193,11 @@ fn sampled(motion: &PalmMotion, count: usize) -> Vec<(f64, PalmPair)> {
     (0..count).map(|index| step_s * index as f64).map(|time_s| (time_s, motion.at(time_s))).collect()
 }
 
-/// The simulation of figures 6 and 7.
-fn palms() -> Result<Run, Failure> {
+/// The simulation of figures 6 and 7, with this noise of the contact positions, metres.
+fn palms(noise_sd_m: f64) -> Result<Run, Failure> {
     let (moves, start_psi_rad) = round();
     let motion = PalmMotion::schedule(flat([0.0; 2], [0.0; 2]), &moves)?;
-    simulated(&motion, start_psi_rad, 1)
+    simulated(&motion, start_psi_rad, noise_sd_m, 1)
 }
 
 /// The same with two fingers, which need moves of their own.
@@ -201,12 +214,12 @@ fn fingers() -> Result<Run, Failure> {
         squeeze(-75.0, 35.0),
     ];
     let motion = PalmMotion::schedule(flat([HALF_GAP_M, 0.0], [-HALF_GAP_M, 0.0]), &moves)?;
-    simulated(&motion, 2.243_967, 2)
+    simulated(&motion, 2.243_967, NOISE_SD_M, 2)
 }
 
-fn simulated(motion: &PalmMotion, start_psi_rad: f64, seed: u64) -> Result<Run, Failure> {
+fn simulated(motion: &PalmMotion, start_psi_rad: f64, noise_sd_m: f64, seed: u64) -> Result<Run, Failure> {
     let shape = NamedShape::Pebble.shape(RADIUS_M)?;
-    let touchpad = Touchpad { noise_sd_m: NOISE_SD_M, ..Touchpad::ideal() };
+    let touchpad = Touchpad { noise_sd_m, ..Touchpad::ideal() };
     let options = SimulateOptions { touchpad, seed, start_psi_rad, ..SimulateOptions::default() };
     let simulation = simulate(&shape, &sampled(motion, MEASUREMENTS), &options)?;
     Ok(Run { shape, simulation, pad_length_m: 4.0 * RADIUS_M })

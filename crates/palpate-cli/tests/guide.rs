@@ -125,3 +125,26 @@ fn the_tutorial_shows_what_is_printed() {
     }
     assert!(ran > 4 && shown > 4, "{ran} commands, {shown} outputs");
 }
+
+/// Errors in millimetres and degrees as documented; on other processors, rounding may differ.
+#[test]
+fn the_errors_on_the_logs_of_the_paper_are_as_documented() {
+    let dir = folder();
+    let ran = palpate(dir.path(), &["paper", "--quiet", "-o", "out"]);
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    let errors = fs::read_to_string(dir.path().join("out/errors.csv")).expect("there is a table");
+    let page = page("docs/paper.md");
+    for row in errors.lines().skip(1) {
+        let cells: Vec<&str> = row.split(',').collect();
+        let begin = format!("| {} | {} | ", cells[0], cells[1]);
+        let told = page.lines().find_map(|line| line.strip_prefix(&begin)).unwrap_or_else(|| panic!("{begin}"));
+        let units = [1e3, 1e3, 1f64.to_degrees(), 1e3, 1e3];
+        for ((found, told), unit) in cells[2..7].iter().zip(told.split(" | ")).zip(units) {
+            let [found, told] = [found, told].map(|number| number.parse::<f64>().expect("a number"));
+            // Errors of exact readings are those of rounding.
+            let off = (unit * found - told).abs();
+            assert!(off < 0.1 * told.abs() || off < 1e-4, "{row}: {told} in docs/paper.md; cargo xtask paper --write");
+        }
+        assert!(told.ends_with(&format!("| {} |", cells[7])), "{row} in docs/paper.md: {told}");
+    }
+}

@@ -16,7 +16,9 @@ fn every_figure_is_made_from_nothing_and_both_methods_are_as_good_as_they_should
     let out = dir.path().join("out");
     let mut expected: Vec<String> =
         FIGURE_NAMES.iter().flat_map(|name| [format!("{name}.svg"), format!("{name}.png")]).collect();
-    expected.extend(["experiment.csv", "fingers.csv", "index.html", "palms.csv"].map(str::to_owned));
+    const LOGS: [&str; 4] = ["exact", "experiment", "fingers", "palms"];
+    expected.extend(LOGS.iter().flat_map(|log| [format!("{log}.csv"), format!("{log}.truth")]));
+    expected.extend(["errors.csv", "index.html"].map(str::to_owned));
     expected.sort();
     assert_eq!(names(&out), expected);
 
@@ -36,7 +38,7 @@ fn every_figure_is_made_from_nothing_and_both_methods_are_as_good_as_they_should
         .skip(1)
         .map(|row| row.split("<td>").filter_map(|cell| cell.split('<').next()?.parse().ok()).collect())
         .collect();
-    assert_eq!(rows.len(), 6);
+    assert_eq!(rows.len(), 8);
     for pair in rows.chunks(2) {
         let [ode, likelihood] = pair else { panic!("{rows:?}") };
         assert_eq!((ode.len(), likelihood.len()), (5, 5), "{rows:?}");
@@ -44,12 +46,23 @@ fn every_figure_is_made_from_nothing_and_both_methods_are_as_good_as_they_should
         assert!(likelihood[0] < 0.1 * ode[0] && likelihood[2] < 0.5 * ode[2], "{likelihood:?} against {ode:?}");
     }
 
-    assert_eq!(page.matches("<td>yes</td>").count(), 3, "maximum likelihood is certified on all three logs");
+    assert_eq!(page.matches("<td>yes</td>").count(), 4, "maximum likelihood is certified on all logs");
 
-    // Made again in the same place; but nothing foreign is lost.
-    let before = fs::read(out.join("figure-6-palms-ode.png")).expect("there is a picture");
-    assert_eq!(palpate(dir.path(), &["paper", "--quiet", "-o", "out"]).code, Some(0));
-    assert_eq!(fs::read(out.join("figure-6-palms-ode.png")).expect("there is a picture"), before);
+    // The same as CSV.
+    let errors = fs::read_to_string(out.join("errors.csv")).expect("there is a table");
+    assert!(
+        errors.starts_with("log,method,rms_r_m,hausdorff_m,rms_psi_rad,rms_com_m,rms_contact_vector_m,certified\n")
+    );
+    assert_eq!(errors.lines().count(), 9);
+
+    // The truth lies where the program looks for it.
+    for log in LOGS {
+        let read = palpate_io::read_log(&out.join(log).with_extension("csv")).expect("there is a log");
+        let truth = palpate_io::read_truth(&out.join(log).with_extension("truth")).expect("there is its truth");
+        assert_eq!(read.log.samples.len(), truth.motion.len(), "{log}");
+    }
+
+    // Nothing foreign is lost.
     fs::write(out.join("thesis.tex"), "years of work").expect("a file");
     let ran = palpate(dir.path(), &["paper", "-o", "out"]);
     assert_eq!(ran.code, Some(2));

@@ -19,6 +19,8 @@ pub(crate) struct FolderKind<'a> {
     pub(crate) files: &'a [&'a str],
     /// A folder of numbered folders that it may have, and the files of each of those.
     pub(crate) numbered: Option<Numbered>,
+    /// Folders that it may have, and the files of all of them.
+    pub(crate) folders: (&'a [&'a str], &'static [&'static str]),
     /// The file that tells such a folder from others.
     pub(crate) mark: &'static str,
     /// Whether the content of that file does.
@@ -88,6 +90,8 @@ impl FolderKind<'_> {
             }
             remove(&folder, &[]);
         }
+        let (folders, files) = self.folders;
+        folders.iter().for_each(|name| remove(&earlier.join(name), files));
         remove(earlier, self.files);
     }
 
@@ -129,6 +133,15 @@ impl FolderKind<'_> {
         if let Some(numbered) = self.numbered {
             names.retain(|name| name != numbered.name);
             foreign = numbered.foreign(&target.join(numbered.name)).map_err(failed)?;
+        }
+        let (folders, files) = self.folders;
+        for name in folders {
+            let folder = target.join(name);
+            if fs::symlink_metadata(&folder).is_ok_and(|found| found.is_dir()) {
+                names.retain(|other| other != name);
+                let file = foreign_file(&folder, &content(&folder).map_err(failed)?, files);
+                foreign = foreign.or_else(|| file.map(|file| Path::new(name).join(file)));
+            }
         }
         let foreign = foreign.or_else(|| foreign_file(target, &names, self.files)).or_else(|| {
             // All names are ours; so must be the file that tells.

@@ -172,6 +172,14 @@ pub enum ReadProblem {
         /// What an empty cell would mean here; empty where there must be a number.
         empty: &'static str,
     },
+    /// A date or a time of day where a number belongs.
+    #[error(
+        "\"{text}\" is a date or a time of day; write the seconds since the start, such as 12.5, under the name time_s"
+    )]
+    Date {
+        /// The text.
+        text: String,
+    },
     /// A comma in a number of a file whose columns are separated by commas, or marks between thousands.
     #[error(
         "\"{text}\" has a comma in a number; write it with a decimal point and without marks between thousands, or separate the columns by semicolons"

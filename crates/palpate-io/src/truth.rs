@@ -34,8 +34,9 @@ const CLOSING_RAD: f64 = 1e-6;
 
 const TRUTH: FolderKind<'static> = FolderKind {
     kind: "truth",
-    files: &[SHAPE_FILE, MOTION_FILE],
+    files: TRUTH_FILES,
     numbered: None,
+    folders: (&[], &[]),
     mark: SHAPE_FILE,
     is_mark: is_truth_shape,
 };
@@ -150,11 +151,11 @@ fn require(name: &str, rows: usize, needed: usize) -> Result<(), ReadError> {
     if rows >= needed { Ok(()) } else { Err(ReadError::in_file(name, ReadProblem::TooFewRows { rows, needed })) }
 }
 
-/// Writes a truth folder, whole or not at all, in place of an earlier truth folder; folders on the way to it are made.
-///
-/// # Errors
-/// The folder cannot be written, or holds anything but an earlier truth.
-pub fn write_truth(dir: &Path, truth: &Truth) -> Result<(), WriteError> {
+/// Names of the files of a truth folder.
+pub(crate) const TRUTH_FILES: &[&str] = &[SHAPE_FILE, MOTION_FILE];
+
+/// What the files of a truth folder hold, in the order of their names.
+pub(crate) fn truth_csv(truth: &Truth) -> [String; 2] {
     let mut shape = format!("{SHAPE_HEADER}\n");
     for &(theta, r) in &truth.support {
         push_row(&mut shape, [theta, r].map(number));
@@ -163,5 +164,14 @@ pub fn write_truth(dir: &Path, truth: &Truth) -> Result<(), WriteError> {
     for pose in &truth.motion {
         push_row(&mut motion, [pose.time_s, pose.psi_rad, pose.com_x_m, pose.com_y_m].map(number));
     }
+    [shape, motion]
+}
+
+/// Writes a truth folder, whole or not at all, in place of an earlier truth folder; folders on the way to it are made.
+///
+/// # Errors
+/// The folder cannot be written, or holds anything but an earlier truth.
+pub fn write_truth(dir: &Path, truth: &Truth) -> Result<(), WriteError> {
+    let [shape, motion] = truth_csv(truth);
     TRUTH.write(dir, &[(SHAPE_FILE.into(), shape.as_bytes()), (MOTION_FILE.into(), motion.as_bytes())])
 }

@@ -192,6 +192,22 @@ fn not_text() {
 }
 
 #[test]
+fn dates_are_no_seconds() {
+    for stamp in ["2026-01-31T12:00:00.5Z", "12:00:01", "31.01.2026 12:00:00"] {
+        let said = format!(
+            "\"{stamp}\" is a date or a time of day; write the seconds since the start, such as 12.5, under the name time_s"
+        );
+        expect(
+            &with_line(3, &format!("{stamp},1.04,1.21,29.7,31.8")),
+            &format!("log.csv, line 3, column time_s: {said}"),
+        );
+        // At once, and not only after the column has a unit.
+        let log = with_line(2, &format!("{stamp},1.04,1.21,29.7,31.8")).replace("time_s", "timestamp");
+        expect(&log, &format!("log.csv, line 1, column timestamp: {said}"));
+    }
+}
+
+#[test]
 fn cells() {
     expect(
         &with_line(3, "0.05,1.04,1.21,abc,31.8"),
@@ -392,6 +408,11 @@ fn base_points_too_far_apart() {
 
 #[test]
 fn all_missing_columns_are_told_at_once() {
+    // One without a unit is told with the others.
+    expect(
+        &with_line(1, "time,phi1_rad,phi2_grad,pos,s2_mm"),
+        "log.csv, line 1: there are no columns for time, phi2 and s1; they must be named time_s, time_ms, time_us or time_ns (did you mean time?), and phi2_rad or phi2_deg (did you mean phi2_grad?), and s1_m, s1_cm, s1_mm or s1_um (the header has: time, phi1_rad, phi2_grad, pos, s2_mm)",
+    );
     expect(
         &with_line(1, "t [s],phi1_rad,phi_2_rad,pos,s2_mm"),
         "log.csv, line 1: there are no columns for time, phi2 and s1; they must be named time_s, time_ms, time_us or time_ns (did you mean t [s]?), and phi2_rad or phi2_deg (did you mean phi_2_rad?), and s1_m, s1_cm, s1_mm or s1_um (the header has: t [s], phi1_rad, phi_2_rad, pos, s2_mm)",

@@ -1,10 +1,13 @@
 //! Studies: each measures something and writes the table that the documentation quotes.
 
 mod acting_forces;
+mod exact;
 pub(crate) mod limits;
 pub(crate) mod methods;
 pub(crate) mod monte_carlo;
+pub(crate) mod paper;
 pub(crate) mod python_cost;
 pub(crate) mod ray_cost;
 pub(crate) mod rows;
+pub(crate) mod slips;
 pub(crate) mod tables;

@@ -61,6 +61,14 @@ pub const LIMITS: Place = Place { file: "docs/constants.md", name: "limits" };
 pub const METHODS: Place = Place { file: "docs/paper.md", name: "methods" };
 /// `cargo xtask methods --logs`.
 pub const METHODS_LOGS: Place = Place { file: "docs/paper.md", name: "methods-logs" };
+/// `cargo xtask methods --exact`, convergence.
+pub const METHODS_STEPS: Place = Place { file: "docs/paper.md", name: "methods-steps" };
+/// `cargo xtask methods --exact`, places where the equations are ill-conditioned.
+pub const METHODS_CROSSINGS: Place = Place { file: "docs/paper.md", name: "methods-crossings" };
+/// `cargo xtask slips`.
+pub const SLIPS: Place = Place { file: "docs/verdict.md", name: "slips" };
+/// `cargo xtask paper`.
+pub const PAPER: Place = Place { file: "docs/paper.md", name: "paper" };
 /// `cargo xtask bench-peers`, smoothing.
 pub const PEERS_SMOOTHING: Place = Place { file: "docs/performance.md", name: "peers-smoothing" };
 /// `cargo xtask bench-peers`, all but smoothing.
@@ -88,11 +96,16 @@ impl Write {
         Ok(())
     }
 
+    /// The root of the documentation that is written; `None` where nothing is.
+    pub fn root(&self) -> Option<PathBuf> {
+        let root = self.write.as_ref()?;
+        Some(if root.is_empty() { workspace::root() } else { PathBuf::from(root) })
+    }
+
     /// The files with these tables in them; none where nothing is to be written.
     fn replaced(&self, tables: &[Table], command: &str) -> anyhow::Result<BTreeMap<PathBuf, String>> {
         let mut files = BTreeMap::new();
-        let Some(root) = &self.write else { return Ok(files) };
-        let root = if root.is_empty() { workspace::root() } else { PathBuf::from(root) };
+        let Some(root) = self.root() else { return Ok(files) };
         for (place, table) in tables {
             let path = root.join(place.file);
             let text = match files.remove(&path) {
@@ -126,6 +139,25 @@ fn replaced(text: &str, name: &str, table: &str, command: &str) -> anyhow::Resul
     }
     let (before, after) = (&text[..start], &inside[length..]);
     Ok(format!("{before}{begin}{command}) -->\n{}\n{after}", table.trim_end()))
+}
+
+/// The documentation has all rows of this table; numbers may be off by a share of themselves, as another processor rounds otherwise.
+#[cfg(test)]
+pub fn assert_documented(place: Place, table: &str, share: f64) {
+    let page = read(&workspace::root().join(place.file)).expect("the page is there");
+    let begin = format!("<!-- BEGIN table: {} (", place.name);
+    let inside = page.split(&begin).nth(1).and_then(|rest| rest.split(END).next()).expect("the markers are there");
+    let cells = |line: &str| line.split('|').map(|cell| cell.trim().to_owned()).collect::<Vec<_>>();
+    let documented: Vec<Vec<String>> = inside.lines().filter(|line| line.starts_with('|')).map(cells).collect();
+    let is_same = |(found, told): (&String, &String)| match (found.parse::<f64>(), told.parse::<f64>()) {
+        // The last digit is rounded.
+        (Ok(found), Ok(told)) => (found - told).abs() <= share * told.abs() + 1e-5,
+        _ => found == told,
+    };
+    for row in table.lines().filter(|line| line.starts_with('|')).map(cells) {
+        let found = documented.iter().any(|told| told.len() == row.len() && row.iter().zip(told).all(is_same));
+        assert!(found, "{} has no such row in the table {}; make it again: {row:?}", place.file, place.name);
+    }
 }
 
 #[cfg(test)]
@@ -191,7 +223,18 @@ mod tests {
 
     #[test]
     fn the_documentation_has_a_place_for_every_table() {
-        let places = [ACCURACY, MONTE_CARLO, MONTE_CARLO_JUMPS, MONTE_CARLO_SETS, LIMITS, METHODS, METHODS_LOGS];
+        let places = [
+            ACCURACY,
+            MONTE_CARLO,
+            MONTE_CARLO_JUMPS,
+            MONTE_CARLO_SETS,
+            LIMITS,
+            METHODS,
+            METHODS_LOGS,
+            METHODS_STEPS,
+            METHODS_CROSSINGS,
+            PAPER,
+        ];
         let write = Write { write: Some(OsString::new()) };
         write.check(&places).expect("the markers are there");
         write.check(&[PEERS_SMOOTHING, PEERS]).expect("the markers are there");

@@ -288,7 +288,10 @@ impl<'a> Table<'a> {
                 found = Some(Column { quantity, unit, index });
             } else if doubtful.is_none() && quantity.dimension.is_some() {
                 let names = quantity.names(stem);
-                let problem = if suffix.is_empty() {
+                let first = self.cells.get(index).filter(|cell| is_date(cell));
+                let problem = if let Some(date) = first {
+                    ReadProblem::Date { text: text::quoted(date) }
+                } else if suffix.is_empty() {
                     ReadProblem::NoUnit { names }
                 } else {
                     ReadProblem::UnknownUnit { unit: text::quoted(suffix), names }
@@ -315,21 +318,39 @@ impl<'a> Table<'a> {
         all: &[Quantity],
     ) -> Result<[Column; N], ReadError> {
         let mut found = [None; N];
+        // Names of a quantity without a unit that is understood.
+        let mut doubtful: Vec<(Quantity, ReadError)> = Vec::new();
         for (column, quantity) in found.iter_mut().zip(quantities) {
-            *column = self.find(quantity, all)?;
+            match self.find(quantity, all) {
+                Err(error)
+                    if matches!(*error.problem, ReadProblem::NoUnit { .. } | ReadProblem::UnknownUnit { .. }) =>
+                {
+                    doubtful.push((quantity, error));
+                }
+                found => *column = found?,
+            }
         }
-        let missing =
-            quantities.iter().zip(&found).filter(|(_, column)| column.is_none()).map(|(quantity, _)| *quantity);
-        let missing: Vec<Quantity> = missing.collect();
+        let missing: Vec<Quantity> = quantities
+            .into_iter()
+            .zip(&found)
+            .filter(|(_, column)| column.is_none())
+            .map(|(quantity, _)| quantity)
+            .collect();
         if let Some(columns) = all_of(found) {
             return Ok(columns);
+        }
+        if let ([_], [(_, error)]) = (missing.as_slice(), doubtful.as_slice()) {
+            return Err(error.clone());
         }
         // What is a known column, or may be one of those, cannot be meant to be another.
         let free = || self.names.iter().filter(|name| stem_of(&plain(name), all).is_none());
         let of = |quantity: &Quantity| MissingColumn {
             quantity: quantity.stem,
             names: quantity.names(quantity.stem),
-            meant: name::meant(quantity.stem, quantity.dimension, free().map(String::as_str)).map(text::quoted),
+            meant: doubtful.iter().find(|(of, _)| of == quantity).map_or_else(
+                || name::meant(quantity.stem, quantity.dimension, free().map(String::as_str)).map(text::quoted),
+                |(_, error)| error.column.clone(),
+            ),
         };
         let problem = ReadProblem::MissingColumns {
             missing: missing.iter().map(of).collect(),
@@ -505,6 +526,8 @@ impl<'a> Table<'a> {
                 let has_comma = cell.contains(',') && cell.replace(',', "").parse::<f64>().is_ok();
                 let problem = if has_comma {
                     ReadProblem::DecimalComma { text }
+                } else if is_date(cell) {
+                    ReadProblem::Date { text }
                 } else {
                     ReadProblem::NotANumber { text, empty: column.quantity.empty }
                 };
@@ -512,6 +535,18 @@ impl<'a> Table<'a> {
             }
         }
     }
+}
+
+/// Whether a text is a date, a time of day or both, such as 2026-01-31T12:00:00.5Z.
+fn is_date(text: &str) -> bool {
+    let may_be_in_it = |c: char| c.is_ascii_digit() || "-/.:, TZ+".contains(c);
+    // Marks between thousands have three digits after them.
+    let is_day = |mark: &char| {
+        let parts: Vec<&str> = text.split(*mark).collect();
+        parts.len() == 3 && parts[1].len() <= 2
+    };
+    let has_parts = text.contains(':') || ['-', '/', '.'].iter().any(is_day);
+    text.starts_with(|c: char| c.is_ascii_digit()) && text.chars().all(may_be_in_it) && has_parts
 }
 
 /// The quantity with the longest stem that begins `name`, and that stem, so that `s1_sd_mm` is no `s1` in the unit `sd_mm`.

@@ -36,6 +36,7 @@ const RESULT: FolderKind<'static> = FolderKind {
     kind: "result",
     files: &[SHAPE_FILE, MOTION_FILE, SUMMARY_FILE, REPORT_FILE, DIAGNOSTICS_FILE],
     numbered: Some(Numbered { name: ALTERNATIVES_FOLDER, files: &[SHAPE_FILE, MOTION_FILE, SUMMARY_FILE] }),
+    folders: (&[], &[]),
     mark: SUMMARY_FILE,
     is_mark: |path| fs::read(path).is_ok_and(|bytes| serde_json::from_slice::<Summary>(&bytes).is_ok()),
 };

@@ -122,10 +122,20 @@ fn step([low, high]: [f64; 2]) -> f64 {
         }
 }
 
+/// Numbers all of which are closer to 0 are written as powers of ten.
+const SMALL: f64 = 1e-5;
+
 /// A tick's number with the digits that tell it from its neighbours.
 fn number(tick: f64, range: [f64; 2]) -> String {
     let decimals = (-step(range).log10().floor()).clamp(0.0, 9.0) as usize;
-    let text = format!("{tick:.decimals$}");
+    let text = if range.iter().any(|end| end.abs() > SMALL) {
+        format!("{tick:.decimals$}")
+    } else if tick.abs() < 0.5 * step(range) {
+        // 0 but for rounding: ticks are multiples of the step.
+        "0".to_owned()
+    } else {
+        format!("{tick:.1e}").replace(".0e", "e")
+    };
     // No −0.
     if text.trim_start_matches('-').chars().all(|c| c == '0' || c == '.') {
         text.trim_start_matches('-').to_owned()
@@ -143,6 +153,11 @@ mod tests {
         assert_eq!(ticks([0.0, 10.0]), [0.0, 2.0, 4.0, 6.0, 8.0, 10.0]);
         assert_eq!(number(-0.02, [-0.02, 0.03]), "−0.02");
         assert_eq!(number(-0.0, [-1.0, 1.0]), "0.0");
+        let tiny = [-2e-10, 4e-10];
+        assert_eq!(
+            ticks(tiny).into_iter().map(|tick| number(tick, tiny)).collect::<Vec<_>>(),
+            ["−2e−10", "−1e−10", "0", "1e−10", "2e−10", "3e−10", "4e−10"]
+        );
         for range in [[-1e-5, 1e-5], [3.0, 3.1], [-1e6, 1e7], [0.0, 0.0]] {
             let count = ticks(with_air(range)).len();
             assert!((2..=12).contains(&count), "{range:?}: {count}");

@@ -25,6 +25,14 @@ impl Method {
         }
     }
 
+    /// As `palpate reconstruct --method` calls it.
+    pub(super) fn option(self) -> &'static str {
+        match self {
+            Self::Ode => "ode",
+            Self::Likelihood => "likelihood",
+        }
+    }
+
     pub(super) fn color(self) -> &'static str {
         match self {
             Self::Ode => ORANGE,
@@ -38,6 +46,8 @@ impl Method {
 pub struct Trial<'a> {
     /// In a few words, such as "two palms".
     pub name: &'a str,
+    /// Name of its log, without extension.
+    pub file: &'a str,
     /// What the palms felt.
     pub log: &'a Log,
     /// What is true, or what a camera says is.
@@ -50,6 +60,13 @@ pub struct Trial<'a> {
     pub ode: &'a Reconstruction,
     /// By maximum likelihood.
     pub likelihood: &'a Reconstruction,
+}
+
+impl<'a> PaperInput<'a> {
+    /// All trials, in the order of the table of errors.
+    pub(super) fn trials(&self) -> [&Trial<'a>; 4] {
+        [&self.palms, &self.exact, &self.fingers, &self.experiment]
+    }
 }
 
 impl<'a> Trial<'a> {
@@ -66,6 +83,8 @@ impl<'a> Trial<'a> {
 pub struct PaperInput<'a> {
     /// The simulation of figures 6 and 7, palms with a common hinge.
     pub palms: Trial<'a>,
+    /// The same without noise, as the paper had it.
+    pub exact: Trial<'a>,
     /// The same with two fingers.
     pub fingers: Trial<'a>,
     /// The experiment of figure 8.

@@ -1,7 +1,7 @@
 //! The figures of Moll & Erdmann (2001), drawn from data of our own, and the page that ties them together.
 //!
 //! [`figures()`] draws them as SVG, [`png`] makes pictures of them (feature `png`, on unless it is switched off), [`paper_page`] is the
-//! page. What they show is made elsewhere: logs are simulated and reconstructed by whoever calls.
+//! page, [`errors_csv`] the table on it. What they show is made elsewhere: logs are simulated and reconstructed by whoever calls.
 
 mod figures;
 mod input;
@@ -13,6 +13,7 @@ use figures::geometry::Rest;
 
 #[cfg(feature = "png")]
 pub use crate::drawing::png::{PngError, png};
+pub use figures::errors::errors_csv;
 pub use figures::figure::{FIGURE_NAMES, Figure};
 pub use input::{Method, PaperInput, Trial};
 pub use page::paper_page;
@@ -44,6 +45,14 @@ pub fn figures(input: &PaperInput) -> Vec<Figure> {
         false,
     );
     add(
+        "Figure 3. The coordinate frames",
+        "The global frame (X, Y) at the base; that of the object (x, y) at its centre of mass, turned by ψ; and at each contact the normal and \
+         tangent of the palm, opposite to those of the object. Hence θ = φ₁ − ψ − π/2 (equation 1) and θ₂ = θ + φ₂ − π."
+            .to_owned(),
+        figures::geometry::frames(&hinged),
+        false,
+    );
+    add(
         "Figure 4. Sensor values, contact support functions and palm angle",
         "With r₁, r₂ and φ₂ known, the sensor values s₁ and s₂ give d₁ and d₂ (equation 3).".to_owned(),
         figures::geometry::dependencies(&hinged),
@@ -57,8 +66,9 @@ pub fn figures(input: &PaperInput) -> Vec<Figure> {
         figures::geometry::generalized(&hinged),
         false,
     );
-    for trial in [&input.palms, &input.fingers] {
-        for method in Method::BOTH {
+    for (trial, is_noisy) in [(&input.palms, true), (&input.exact, false), (&input.fingers, true)] {
+        // Without noise the frames look the same.
+        for method in Method::BOTH.into_iter().filter(|_| is_noisy) {
             add(
                 &format!("Figure 6. Reconstruction in 27 frames: {}, {}", trial.name, method.name()),
                 format!(
@@ -154,6 +164,7 @@ mod tests {
         };
         let trial = Trial {
             name: "<nothing>",
+            file: "nothing",
             log: &log,
             truth: &truth,
             shape: &shape,
@@ -163,6 +174,7 @@ mod tests {
         };
         let input = PaperInput {
             palms: trial,
+            exact: trial,
             fingers: trial,
             experiment: trial,
             vision: &vision,
@@ -178,5 +190,6 @@ mod tests {
         }
         let page = paper_page(&input, &all);
         assert!(page.contains("&lt;nothing&gt;") && !page.contains("<nothing>") && !page.contains("NaN"));
+        assert!(errors_csv(&input).contains("\nnothing,ode,,,,,"), "{}", errors_csv(&input));
     }
 }

@@ -13,7 +13,7 @@ main{max-width:1500px;margin:0 auto;padding:2rem 1.25rem 4rem}\
 h1{font-size:1.8rem;line-height:1.2;margin:0 0 .5rem}h2{font-size:1.3rem;margin:3rem 0 .75rem}\
 p{max-width:46rem}a{color:inherit}\
 .row{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(100%,34rem),1fr));gap:1.5rem;align-items:start;margin:1.25rem 0}\
-figure{margin:0}figure img{width:100%;height:auto;border:1px solid var(--rule);border-radius:6px;background:#fff}\
+figure{margin:0}figure:only-child{max-width:62rem}figure img{width:100%;height:auto;border:1px solid var(--rule);border-radius:6px;background:#fff}\
 figcaption{font-size:.9rem;color:var(--soft);margin-top:.4rem}figcaption strong{color:var(--ink)}\
 .wide{overflow-x:auto}table{border-collapse:collapse;font-variant-numeric:tabular-nums}\
 th,td{padding:.4rem .8rem;border-bottom:1px solid var(--rule);text-align:right;vertical-align:bottom}\
@@ -28,6 +28,7 @@ pub fn paper_page(input: &PaperInput, figures: &[Figure]) -> String {
         let heading = match figures[index].name {
             "figure-1-arrangements" => Some("The geometry"),
             "figure-6-palms-ode" => Some("Simulation: two palms"),
+            "figure-7-exact-ode" => Some("Simulation without noise"),
             "figure-6-fingers-ode" => Some("Simulation: two fingers"),
             "figure-8-ode" => Some("Experiment"),
             _ => None,
@@ -35,7 +36,7 @@ pub fn paper_page(input: &PaperInput, figures: &[Figure]) -> String {
         if let Some(heading) = heading {
             sections += &format!("<h2>{heading}</h2>\n{}", introduction(figures[index].name, input));
         }
-        let small = |figure: &Figure| !figure.beside && index_of(figure) < 4;
+        let small = |figure: &Figure| !figure.beside && (1..5).contains(&index_of(figure));
         // Small figures stand in rows, and so do a pair by both methods.
         let mut row = vec![&figures[index]];
         while let Some(next) = figures.get(index + row.len())
@@ -64,7 +65,9 @@ pub fn paper_page(input: &PaperInput, figures: &[Figure]) -> String {
          </main>\n</body>\n</html>\n",
         errors::table(input),
         "<p>Shape errors are those of the support function over the boundary that was felt, after the best rotation; the truth of the \
-         experiment is what the camera sees, whose own error is in its orientation and centre of mass. The contact vector error needs no truth: a method may look good in it and be wrong.</p>\n",
+         experiment is what the camera sees, whose own error is in its orientation and centre of mass. The contact vector error needs no truth: a method may look good in it and be wrong. \
+         The table is there as <a href=\"errors.csv\">errors.csv</a>, in SI units, and beside each log <code>NAME.csv</code> its truth, \
+         <code>NAME.truth</code>, which <code>palpate reconstruct NAME.csv</code> compares its result with.</p>\n",
         escape(input.version),
     )
 }
@@ -80,6 +83,11 @@ fn introduction(name: &str, input: &PaperInput) -> String {
             "<p>{} measurements with {noise:.2} mm of noise while the palms, nearly flat at first, squeeze and rotate, and open one at a time: \
              an open-loop motion, chosen so that this object does not jump. Its log is <a href=\"palms.csv\">palms.csv</a>.</p>\n",
             input.palms.log.samples.len()
+        ),
+        "figure-7-exact-ode" => format!(
+            "<p>The first simulation with exact readings, as in the paper: what is left is due to {} samples alone. The log is \
+             <a href=\"exact.csv\">exact.csv</a>.</p>\n",
+            input.exact.log.samples.len()
         ),
         "figure-6-fingers-ode" => format!(
             "<p>The same object on two fingers whose base points lie {:.0} mm apart. The log is <a href=\"fingers.csv\">fingers.csv</a>.</p>\n",

@@ -10,7 +10,7 @@ use super::refine::calibrated::LEFT;
 use super::refine::job::Job;
 use super::result::friction::{FrictionEstimate, friction};
 use super::result::reconstruction::Reconstruction;
-use super::search::schedule::{self, Found, Readings};
+use super::search::schedule::{self, Found, Readings, Stage};
 use super::search::segments::segments;
 use super::selection::Explored;
 use super::start::{Start, starting_coefficients, way_of};
@@ -36,7 +36,7 @@ enum Extent<'a> {
     /// The first way alone, and the first arrangements that it finds.
     Brief,
     /// All of it, while this says so ([`Reconstructor::run_while`]).
-    While(&'a dyn Fn(bool) -> bool),
+    While(&'a dyn Fn(Stage, bool) -> bool),
 }
 
 /// Reconstructs logs, with what is known besides them. What is not said is left to the log.
@@ -141,15 +141,15 @@ impl<'a> Reconstructor<'a> {
     /// When the log cannot be solved at all, an option is out of its range, or the start does not go with the log (see
     /// [`ReconstructError`]). A doubtful answer is not an error: it comes back as a [`Reconstruction`] that is not certified.
     pub fn run(&self, log: &Log) -> Result<Reconstruction, ReconstructError> {
-        self.run_while(log, &|_| true)
+        self.run_while(log, &|_, _| true)
     }
 
-    /// The same; where an equal trust in balance and contacts leads nowhere, `goes_on` is told whether the log is explained, and asked whether
-    /// others are worth trying.
+    /// The same; where a stage of the search leads nowhere, `goes_on` is told which and whether the log is explained, and asked whether others are
+    /// worth trying.
     pub(super) fn run_while(
         &self,
         log: &Log,
-        goes_on: &dyn Fn(bool) -> bool,
+        goes_on: &dyn Fn(Stage, bool) -> bool,
     ) -> Result<Reconstruction, ReconstructError> {
         check_log(log, &self.options)?;
         if look_exchanged(log) {
@@ -217,9 +217,9 @@ impl<'a> Reconstructor<'a> {
         let mut judged = 0;
         let explained_one = Cell::new(false);
         let brief = matches!(extent, Extent::Brief);
-        let goes_on = || match extent {
+        let goes_on = |stage: Stage| match extent {
             Extent::Brief => false,
-            Extent::While(goes_on) => goes_on(explained_one.get()),
+            Extent::While(goes_on) => goes_on(stage, explained_one.get()),
         };
         schedule::search(
             &Readings { brief, goes_on: &goes_on, ..job.readings() },
@@ -249,6 +249,9 @@ impl<'a> Reconstructor<'a> {
                 let explained = best.as_ref().is_some_and(|candidate| candidate.result.verdict.is_explained());
                 explained_one.set(explained);
                 if !has_rolled && !explained && !brief {
+                    if !goes_on(Stage::FirstArrangement) {
+                        return true;
+                    }
                     has_rolled = true;
                     by_forces.replace(job.explained_by_rolling());
                     if by_forces.borrow().as_ref().is_some_and(explains_forces) {

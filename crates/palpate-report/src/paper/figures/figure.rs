@@ -16,15 +16,18 @@ pub struct Figure {
 }
 
 /// Names of all figures, in the order in which they are drawn.
-pub const FIGURE_NAMES: [&str; 14] = [
+pub const FIGURE_NAMES: [&str; 17] = [
     "figure-1-arrangements",
     "figure-2-contact-support",
+    "figure-3-frames",
     "figure-4-dependencies",
     "figure-5-generalized-contact-support",
     "figure-6-palms-ode",
     "figure-6-palms-likelihood",
     "figure-7-palms-ode",
     "figure-7-palms-likelihood",
+    "figure-7-exact-ode",
+    "figure-7-exact-likelihood",
     "figure-6-fingers-ode",
     "figure-6-fingers-likelihood",
     "figure-7-fingers-ode",

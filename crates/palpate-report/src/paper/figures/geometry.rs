@@ -1,4 +1,6 @@
-//! Figures 1, 2, 4 and 5: the arrangements, and the geometry of contact, from computed values.
+//! Figures 1 to 5: the arrangements, and the geometry of contact, from computed values.
+
+use std::f64::consts::TAU;
 
 use palpate::palms::{GeneralizedContactSupport, Palm, PalmPair};
 use palpate::shape::SupportFunction;
@@ -157,6 +159,68 @@ pub(in crate::paper) fn contact_support(shape: &SupportFunction) -> String {
     sheet.dot(center, 5.5, area(GREEN));
     sheet.text([center[0] - 12.0, center[1] + 22.0], "O", plain(16.0).italic().colored(GREEN));
     sheet.finish("Figure 2: the contact support function")
+}
+
+/// Figure 3: the global frame, that of the object, and those of palms and object at the contacts.
+pub(in crate::paper) fn frames(rest: &Rest) -> String {
+    let mut sheet = Sheet::new(640.0, 520.0);
+    let view = rest.draw(&mut sheet, [60.0, 20.0], [520.0, 440.0]);
+    let toward = |[x, y]: Point, pixels: f64, angle: f64| {
+        let (sin, cos) = angle.sin_cos();
+        [x + view.metres(pixels) * cos, y + view.metres(pixels) * sin]
+    };
+    let label = |sheet: &mut Sheet, at: Point, name: &str, color: &'static str| {
+        let [x, y] = view.at(at);
+        sheet.text([x, y + 5.0], name, plain(16.0).italic().colored(color));
+    };
+    let arrow = |sheet: &mut Sheet, from: Point, angle: f64, pixels: f64, color: &'static str| {
+        sheet.arrow(view.at(from), view.at(toward(from, pixels, angle)), line(color, 2.0));
+    };
+    let named = |sheet: &mut Sheet, from: Point, angle: f64, pixels: f64, name: &str, color: &'static str| {
+        arrow(sheet, from, angle, pixels, color);
+        label(sheet, toward(from, pixels + 14.0, angle), name, color);
+    };
+    // An arc, its name at a share of it.
+    let turn =
+        |sheet: &mut Sheet, center: Point, [from, to]: [f64; 2], pixels: f64, (name, share): (&str, f64), color| {
+            sheet.path(arc(center, view.metres(pixels), from, to).map(|point| view.at(point)), false, line(color, 1.6));
+            label(sheet, toward(center, pixels + 14.0, from + share * (to - from)), name, color);
+        };
+    let (hinge, center) = (rest.palms.base1_m, rest.pose().offset_m);
+    let (phi1, phi12) = (rest.palms.phi1_rad, rest.palms.phi12_rad());
+    named(&mut sheet, hinge, 0.0, 96.0, "X", INK);
+    arrow(&mut sheet, hinge, 0.25 * TAU, 84.0, INK);
+    label(&mut sheet, [hinge[0] + view.metres(14.0), hinge[1] + view.metres(80.0)], "Y", INK);
+    turn(&mut sheet, hinge, [0.0, phi1], 62.0, ("φ₁", 0.5), BLUE);
+    turn(&mut sheet, hinge, [phi1, phi12], 36.0, ("φ₂", 0.7), BLUE);
+    // From the object's x axis to the normal of palm 1 that points out of the object: θ = φ₁ − ψ − π/2 (eq. 1).
+    let psi = rest.psi_rad.rem_euclid(TAU);
+    let theta = rest.palms.contact_angles(psi).0.rem_euclid(TAU);
+    sheet.segment(view.at(center), view.at(toward(center, 76.0, 0.0)), THIN.dashed());
+    let foot = rest.shape.at(theta).r;
+    sheet.segment(view.at(center), view.at(toward(center, foot / view.metres(1.0), psi + theta)), THIN.dashed());
+    named(&mut sheet, center, psi, 62.0, "x", GREEN);
+    named(&mut sheet, center, psi + 0.25 * TAU, 62.0, "y", GREEN);
+    turn(&mut sheet, center, [0.0, psi], 40.0, ("ψ", 0.5), GREEN);
+    turn(&mut sheet, center, [psi, psi + theta], 24.0, ("θ", 0.5), ORANGE);
+    sheet.dot(view.at(center), 5.5, area(GREEN));
+    let (one, two) = rest.contacts();
+    for (palm, contact, of_palm, of_object) in
+        [(Palm::One, one, ["n̄₁", "t̄₁"], ["n(θ)", "t(θ)"]), (Palm::Two, two, ["n̄₂", "t̄₂"], ["n(θ₂)", "t(θ₂)"])]
+    {
+        let [normal, tangent] = [rest.palms.normal(palm), rest.palms.tangent(palm)].map(|[x, y]| y.atan2(x));
+        let outside = normal + 0.5 * TAU;
+        named(&mut sheet, contact, normal, 58.0, of_palm[0], RED);
+        named(&mut sheet, contact, outside, 44.0, of_object[0], ORANGE);
+        for (angle, pixels, name, color) in
+            [(tangent, 58.0, of_palm[1], RED), (tangent + 0.5 * TAU, 44.0, of_object[1], ORANGE)]
+        {
+            arrow(&mut sheet, contact, angle, pixels, color);
+            label(&mut sheet, toward(toward(contact, pixels - 6.0, angle), 20.0, outside), name, color);
+        }
+        sheet.dot(view.at(contact), 5.5, area(RED));
+    }
+    sheet.finish("Figure 3: the coordinate frames")
 }
 
 /// Figure 4: how sensor values, contact support functions and palm angle are related (eq. 3).

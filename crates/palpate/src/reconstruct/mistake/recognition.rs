@@ -1,5 +1,6 @@
 //! Mistakes recognised by undoing them: each of the commonest is undone in a part of the log, and the first without which that is certified
-//! is named. What is cheap comes first: the readings alone, then palms that would hold nothing, then a brief search.
+//! is named. What is cheap comes first: the readings alone, then palms that would hold nothing, then a brief search. The commonest are tried as soon as
+//! the first way of the search has not explained the log as it is written: all that comes after it takes ten times as long as they do.
 
 use std::borrow::Cow;
 use std::cell::OnceCell;
@@ -10,6 +11,7 @@ use crate::log::{Log, Sample};
 use crate::reconstruct::options::error::ReconstructError;
 use crate::reconstruct::reconstructor::Reconstructor;
 use crate::reconstruct::result::reconstruction::Reconstruction;
+use crate::reconstruct::search::schedule::Stage;
 use crate::reconstruct::start::Start;
 use crate::reconstruct::verdict::doubt::{Doubt, Verdict};
 use crate::sensor::{Rig, Tolerances};
@@ -85,15 +87,21 @@ impl Reconstructor<'_> {
             // Whatever such readings come to, nobody's palms are as long or as short.
             return self.run_without(&Recognised::by_readings(mistake), log, None);
         }
-        let named = OnceCell::new();
-        let recognised = || named.get_or_init(|| self.recognised(log, None)).clone();
-        let as_written = self.run_while(log, &|is_explained| is_explained || recognised().is_none());
+        let (at_once, later) = (OnceCell::new(), OnceCell::new());
+        let at_once = || at_once.get_or_init(|| self.recognised_at_once(log)).clone();
+        let recognised = || at_once().or_else(|| later.get_or_init(|| self.recognised_later(log, None)).clone());
+        // What takes long, or is no reason to give up, comes last.
+        let as_written = self.run_while(log, &|stage, is_explained| match stage {
+            Stage::FirstWay => is_explained || at_once().is_none(),
+            Stage::FirstArrangement => at_once().is_none() && Mistake::coarse_digits(log).is_none(),
+            Stage::EqualTrust => is_explained || recognised().is_none(),
+        });
         let recognised = match &as_written {
             Ok(found) if !found.verdict.may_be_a_mistake() => None,
-            Ok(found) => match named.get() {
-                Some(recognised) => recognised.clone().or_else(|| zero_off(found)),
-                None => self.recognised(log, Some(found)),
-            },
+            Ok(found) => at_once().or_else(|| match later.get() {
+                Some(named) => named.clone().or_else(|| zero_off(found)),
+                None => self.recognised_later(log, Some(found)),
+            }),
             Err(ReconstructError::NoStart { .. } | ReconstructError::NotSolvable) => recognised(),
             Err(_) => None,
         };
@@ -153,14 +161,13 @@ impl Reconstructor<'_> {
         undone.map_or(Cow::Borrowed(log), Cow::Owned)
     }
 
-    /// The mistake without which a log that is not explained would be, or but for a zero of its rig, as `found`; `None` where nothing speaks
-    /// for one.
-    fn recognised(&self, log: &Log, found: Option<&Reconstruction>) -> Option<Recognised> {
+    /// The mistake without which a log would be explained, of those that are soon tried: what the readings show, names and signs, a rig that is taken as
+    /// exact, and pads read from their far ends where the readings look so. `None` where nothing speaks for one.
+    fn recognised_at_once(&self, log: &Log) -> Option<Recognised> {
         if let Some(mistake) = Mistake::by_readings(log) {
             return Some(Recognised::by_readings(mistake));
         }
-        let every = (log.samples.len() / SAMPLES).max(1);
-        let few = Log { samples: log.samples.iter().step_by(every).copied().collect() };
+        let few = thinned(log);
         let stated = self.known_rig();
         let tolerant = self.with_ordinary_rig();
         let without = |mistake: Mistake, log: &Log| {
@@ -172,47 +179,24 @@ impl Reconstructor<'_> {
             if hold(&undone) { without(mistake, &undone) } else { None }
         };
         let as_ordinary = || if tolerant.known_rig() == stated { None } else { without(Mistake::RigNotExact, &few) };
+        let [likely, _] = Reading::of_pads(&few);
         as_ordinary()
             .or_else(|| FIXED.into_iter().find_map(mended))
-            .or_else(|| found.and_then(zero_off))
-            .or_else(|| Mistake::coarse_digits(log).map(Recognised::by_readings))
-            .or_else(|| tolerant.with_zeros_found(&few))
+            .or_else(|| likely.iter().find_map(|reading| tolerant.explained_by(reading, &few)))
+    }
+
+    /// The same of all others, or but for a zero of its rig, as `found`.
+    fn recognised_later(&self, log: &Log, found: Option<&Reconstruction>) -> Option<Recognised> {
+        let few = thinned(log);
+        let tolerant = self.with_ordinary_rig();
+        let by_zeros = || Reading::of_pads(&few)[1].iter().find_map(|reading| tolerant.explained_by(reading, &few));
+        found.and_then(zero_off).or_else(|| Mistake::coarse_digits(log).map(Recognised::by_readings)).or_else(by_zeros)
     }
 
     /// The same with no constant of the rig known better than in an ordinary one.
     fn with_ordinary_rig(&self) -> Self {
         let Rig { calibration, tolerances, .. } = self.known_rig();
         self.clone().rig(Rig::new(calibration, at_least_ordinary(&tolerances)))
-    }
-
-    /// Pads read from the far end or with a zero elsewhere, where a log is explained so.
-    fn with_zeros_found(&self, few: &Log) -> Option<Recognised> {
-        if !hold(few) {
-            return None;
-        }
-        let [from_base, from_tip] = [false, true].map(|is_far| [0, 1].map(|palm| Trend::of(few, palm, is_far)));
-        // The contacts are about as far out on both palms, on the whole.
-        let around = |middle_m: f64, [pad1, pad2]: &[Trend; 2]| {
-            let half_m = 0.5 * (pad1.mean_m - pad2.mean_m);
-            [middle_m + half_m, middle_m - half_m]
-        };
-        let [zero_m, end_m] = [&from_base, &from_tip].map(|[pad1, pad2]| 0.5 * (pad1.at_base_m + pad2.at_base_m));
-        let both_ends = END_STEPS
-            .map(|steps| Reading { is_far: [true; 2], place_m: around(end_m + steps * ZERO_STEP_M, &from_tip) });
-        let one_end = [
-            Reading { is_far: [true, false], place_m: [from_tip[0].mean_m + from_base[1].mean_m, 0.0] },
-            Reading { is_far: [false, true], place_m: [0.0, from_base[0].mean_m + from_tip[1].mean_m] },
-        ];
-        let mut zeros_m = ZERO_STEPS.map(|steps| steps * ZERO_STEP_M);
-        zeros_m.sort_by(|a, b| (a - zero_m).abs().total_cmp(&(b - zero_m).abs()));
-        let zeros = zeros_m.map(|zero_m| Reading { is_far: [false; 2], place_m: around(zero_m, &from_base) });
-        let (first, last) = if from_tip.iter().all(|pad| pad.runs_backwards) {
-            (both_ends.as_slice(), [].as_slice())
-        } else {
-            ([].as_slice(), both_ends.as_slice())
-        };
-        let all = first.iter().chain(&one_end).chain(&zeros).chain(last);
-        all.into_iter().find_map(|reading| self.explained_by(reading, few))
     }
 
     /// How the pads are read where this reading of them, or one nearby, explains a log.
@@ -283,6 +267,41 @@ struct Reading {
     is_far: [bool; 2],
     /// Where that end is, or by what the zero is off, metres.
     place_m: [f64; 2],
+}
+
+impl Reading {
+    /// Readings of the pads from the far end, or with a zero elsewhere: those that a log speaks for, and all others. None where its palms hold nothing.
+    fn of_pads(few: &Log) -> [Vec<Self>; 2] {
+        if !hold(few) {
+            return [vec![], vec![]];
+        }
+        let [from_base, from_tip] = [false, true].map(|is_far| [0, 1].map(|palm| Trend::of(few, palm, is_far)));
+        // The contacts are about as far out on both palms, on the whole.
+        let around = |middle_m: f64, [pad1, pad2]: &[Trend; 2]| {
+            let half_m = 0.5 * (pad1.mean_m - pad2.mean_m);
+            [middle_m + half_m, middle_m - half_m]
+        };
+        let [zero_m, end_m] = [&from_base, &from_tip].map(|[pad1, pad2]| 0.5 * (pad1.at_base_m + pad2.at_base_m));
+        let mut both_ends: Vec<Self> = END_STEPS
+            .map(|steps| Self { is_far: [true; 2], place_m: around(end_m + steps * ZERO_STEP_M, &from_tip) })
+            .into();
+        let one_end = [
+            Self { is_far: [true, false], place_m: [from_tip[0].mean_m + from_base[1].mean_m, 0.0] },
+            Self { is_far: [false, true], place_m: [0.0, from_base[0].mean_m + from_tip[1].mean_m] },
+        ];
+        let mut zeros_m = ZERO_STEPS.map(|steps| steps * ZERO_STEP_M);
+        zeros_m.sort_by(|a, b| (a - zero_m).abs().total_cmp(&(b - zero_m).abs()));
+        let zeros = zeros_m.map(|zero_m| Self { is_far: [false; 2], place_m: around(zero_m, &from_base) });
+        let runs_backwards = from_tip.iter().all(|pad| pad.runs_backwards);
+        let likely = if runs_backwards { std::mem::take(&mut both_ends) } else { vec![] };
+        [likely, one_end.into_iter().chain(zeros).chain(both_ends).collect()]
+    }
+}
+
+/// A part of a log, thinned to no fewer than [`SAMPLES`] where it has as many.
+fn thinned(log: &Log) -> Log {
+    let every = (log.samples.len() / SAMPLES).max(1);
+    Log { samples: log.samples.iter().step_by(every).copied().collect() }
 }
 
 /// How the readings of a pad go with the opening of the palms.

@@ -69,7 +69,7 @@ impl<'a> Job<'a> {
         let sd = prior_sd(&self.options.rig.tolerances);
         let tolerances_m = LEFT.map(|left| self.tolerance_m(&sd, left));
         let Self { calibration, ref measurements, scatter_m, prior, .. } = *self;
-        Readings { calibration, measurements, scatter_m, tolerances_m, prior, brief: false, goes_on: &|| true }
+        Readings { calibration, measurements, scatter_m, tolerances_m, prior, brief: false, goes_on: &|_| true }
     }
 
     /// Standard deviation of a contact position for a search that knows the constants of the rig to these standard deviations, of which a share is

@@ -12,6 +12,7 @@ use crate::reconstruct::search::segments::segments;
 use crate::reconstruct::search::windows::{Window, spans, windows};
 use crate::sensor::Calibration;
 use std::borrow::Cow;
+use std::cell::Cell;
 use std::ops::Range;
 
 /// Thinned instants that the search works on, about: its cost is proportional to their number.
@@ -62,8 +63,19 @@ pub(crate) struct Readings<'a> {
     pub prior: Prior,
     /// Whether only the first way is gone, that of most logs: few harmonics, and an equal trust in balance and contacts.
     pub brief: bool,
-    /// Asked when that trust has led nowhere, with any number of harmonics: whether others are tried.
-    pub goes_on: &'a dyn Fn() -> bool,
+    /// Asked when one of these has led nowhere: whether others are tried.
+    pub goes_on: &'a dyn Fn(Stage) -> bool,
+}
+
+/// What has led nowhere when a search is asked whether it goes on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Stage {
+    /// The first way, that of most logs: few harmonics, and an equal trust in balance and contacts.
+    FirstWay,
+    /// The first arrangement that was judged, under balance without friction.
+    FirstArrangement,
+    /// An equal trust in balance and contacts, with any number of harmonics.
+    EqualTrust,
 }
 
 /// Arrangements found.
@@ -114,7 +126,12 @@ pub(crate) fn search(
         let tell = |share: f64| tell((number as f64 + share) / ways.len() as f64);
         let mut partial: Vec<(usize, Found)> = Vec::new();
         let mut any_explained = false;
-        let enough = arrange(&problem, brief, &calibrate, &tell, &mut |arranged| match arranged {
+        let ended = Cell::new(false);
+        let more_harmonics = || {
+            ended.set(brief || (number == 0 && !goes_on(Stage::FirstWay)));
+            !ended.get()
+        };
+        let enough = arrange(&problem, &more_harmonics, &calibrate, &tell, &mut |arranged| match arranged {
             Arrangement::Whole(found) => {
                 any_explained = true;
                 accept(found)
@@ -124,7 +141,7 @@ pub(crate) fn search(
                 false
             }
         });
-        if enough || brief {
+        if enough || ended.get() {
             return;
         }
         // The shape of a part may tell where the object is in all others, though no window beside it was explained.
@@ -134,7 +151,7 @@ pub(crate) fn search(
             return;
         }
         // Where arrangements with an exact balance explain the log, those without it are no better.
-        if (any_explained && balance > 0) || (number == 0 && !goes_on()) {
+        if (any_explained && balance > 0) || (number == 0 && !goes_on(Stage::EqualTrust)) {
             return;
         }
     }
@@ -143,13 +160,13 @@ pub(crate) fn search(
 /// The same by contact alone, whatever the forces are: for objects that roll and slide with friction. Passes arrangements of the whole log to
 /// `accept` until that returns true.
 pub(crate) fn search_by_contact(readings: &Readings, calibrate: &Calibrate, accept: &mut dyn FnMut(Found) -> bool) {
-    let Readings { calibration, measurements, scatter_m, tolerances_m, prior, brief, .. } = *readings;
+    let Readings { calibration, measurements, scatter_m, tolerances_m, prior, .. } = *readings;
     let windows = windows(measurements, &segments(measurements, scatter_m), scatter_m, SAMPLES);
     let tolerance =
         Tolerance { scatter_m: tolerances_m[0], size_m: prior.size_m, balance: BALANCES[0] }.of_contact_alone();
     let problem = Problem { calibration, measurements: Cow::Borrowed(measurements), windows, tolerance, prior };
     let mut partial: Vec<(usize, Found)> = Vec::new();
-    let enough = arrange(&problem, brief, calibrate, &|_| (), &mut |arranged| match arranged {
+    let enough = arrange(&problem, &|| false, calibrate, &|_| (), &mut |arranged| match arranged {
         Arrangement::Whole(found) => accept(found),
         Arrangement::Partial(explained, found) => {
             partial.push((explained, found));
@@ -170,10 +187,11 @@ enum Arrangement {
     Partial(usize, Found),
 }
 
-/// Passes arrangements to `consider` until that returns true, or none is left to try.
+/// Passes arrangements to `consider` until that returns true, or none is left to try. Whether more than the few harmonics of most objects are tried, and
+/// seeds that no noise explains, `more_harmonics` is asked when those have led nowhere.
 fn arrange(
     problem: &Problem,
-    brief: bool,
+    more_harmonics: &dyn Fn() -> bool,
     calibrate: &Calibrate,
     tell: &dyn Fn(f64),
     consider: &mut dyn FnMut(Arrangement) -> bool,
@@ -219,7 +237,7 @@ fn arrange(
         }
         seeds.push(seed);
     }
-    if brief {
+    if !more_harmonics() {
         return false;
     }
     if grow_in_turn(&mut deferred, &MISFIT_LIMITS[1..2], &mut budget, SEEDS - grown, &|_| (), &mut submit) {

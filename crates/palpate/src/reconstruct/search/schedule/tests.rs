@@ -5,10 +5,11 @@ use crate::reconstruct::refine::job::Job;
 use crate::sensor::Touchpad;
 use crate::shape::NamedShape;
 use crate::simulate::{SimulateOptions, simulate};
-use std::cell::Cell;
+use std::cell::{Cell, RefCell};
 
-/// Arrangements that a search finds in a log of a stone while none of them is accepted, and how often another explanation is asked for.
-fn rejected(spend: bool) -> (usize, usize) {
+/// Arrangements that a search finds in a log of a stone while none of them is accepted, and how often another explanation is asked for. The search goes
+/// on where `goes_on` says so.
+fn rejected(spend: bool, goes_on: &dyn Fn(Stage) -> bool) -> (usize, usize) {
     let shape = NamedShape::Stone.shape(0.03).expect("a positive size");
     let motion = PalmMotion::random(3, 10.0, 0.6).and_then(|motion| motion.sample(10.0)).expect("possible");
     let touchpad = Touchpad { noise_sd_m: 1e-4, ..Touchpad::ideal() };
@@ -21,7 +22,7 @@ fn rejected(spend: bool) -> (usize, usize) {
     }
     let (arrangements, asked) = (Cell::new(0), Cell::new(0));
     search(
-        &job.readings(),
+        &Readings { goes_on, ..job.readings() },
         &|_, _| None,
         &|_| (),
         &mut || {
@@ -44,8 +45,26 @@ fn other_trusts_in_the_calibration_come_before_others_in_the_balance_and_equal_o
 
 #[test]
 fn once_the_work_is_spent_one_arrangement_is_judged_and_no_other_trust_in_the_balance_is_tried() {
-    let (arrangements, asked) = rejected(false);
+    let (arrangements, asked) = rejected(false, &|_| true);
     assert!(arrangements > 3 && asked <= 1, "{arrangements} {asked}");
-    let (arrangements, asked) = rejected(true);
+    let (arrangements, asked) = rejected(true, &|_| true);
     assert!(arrangements <= 1 && asked == 1, "{arrangements} {asked}");
+}
+
+#[test]
+fn a_search_asks_after_the_first_way_and_after_an_equal_trust_and_ends_where_it_is_told() {
+    let asked = RefCell::new(Vec::new());
+    let until = |last: Stage| {
+        asked.borrow_mut().clear();
+        rejected(false, &|stage| {
+            asked.borrow_mut().push(stage);
+            stage != last
+        })
+    };
+    let (soon, _) = until(Stage::FirstWay);
+    assert_eq!(*asked.borrow(), [Stage::FirstWay]);
+    let (later, otherwise) = until(Stage::EqualTrust);
+    assert_eq!((asked.borrow().as_slice(), otherwise), ([Stage::FirstWay, Stage::EqualTrust].as_slice(), 0));
+    let (all, _) = rejected(false, &|_| true);
+    assert!(soon < later && later < all, "{soon} {later} {all}");
 }
