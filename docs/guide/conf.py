@@ -77,6 +77,7 @@ CHAPTERS = {
         "Python tutorial <python-tutorial>",
         "how-to-own-sensor",
         "hardware",
+        "live",
         "sweeps",
         "/examples/README",
     ],

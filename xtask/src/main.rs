@@ -1,5 +1,5 @@
 //! Development tasks: `cargo xtask test`, `cargo xtask doc`, `cargo xtask guide`, `cargo xtask dist`, `cargo xtask deny`, `cargo xtask monte-carlo`, `cargo xtask limits`,
-//! `cargo xtask compare-rows`, `cargo xtask methods`, `cargo xtask paper`, `cargo xtask slips`, `cargo xtask python-cost`, `cargo xtask ray-cost`, `cargo xtask bench-peers`,
+//! `cargo xtask compare-rows`, `cargo xtask methods`, `cargo xtask paper`, `cargo xtask slips`, `cargo xtask python-cost`, `cargo xtask ray-cost`, `cargo xtask bench-peers`, `cargo xtask bench-live`,
 //! `cargo xtask fuzz`. Without a task it lists them.
 #![forbid(unsafe_code)]
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "tables and progress go to the terminal")]
@@ -65,6 +65,8 @@ enum Task {
     RayCost(studies::ray_cost::Arguments),
     /// Compare the speed of palpate with other solvers and engines on the same inputs, and write the table that the documentation quotes.
     BenchPeers(bench_peers::Arguments),
+    /// Measure time, memory and delay of the online estimator, and write the tables that the documentation quotes.
+    BenchLive(studies::bench_live::Arguments),
     /// Feed random inputs to the reader of logs and the estimator, and keep those on which they fail.
     Fuzz(fuzz::Arguments),
 }
@@ -85,6 +87,7 @@ fn main() -> ExitCode {
         Some(Task::PythonCost(arguments)) => studies::python_cost::run(&arguments),
         Some(Task::RayCost(arguments)) => studies::ray_cost::run(&arguments),
         Some(Task::BenchPeers(arguments)) => bench_peers::run(&arguments),
+        Some(Task::BenchLive(arguments)) => studies::bench_live::run(&arguments),
         Some(Task::Fuzz(arguments)) => fuzz::run(&arguments),
         None => Arguments::command().print_help().map_err(Into::into),
     };

@@ -40,7 +40,8 @@ const PYTHON: &str = "palpate-py";
 
 /// Integration tests that `--quick` leaves out: they reconstruct many logs, or start the program or a browser again and again. Those
 /// of a name that begins with [`ESTIMATOR`] are left out too.
-const SLOW: [&str; 8] = ["browser", "golden", "guide", "paper", "record", "study", "sweep", "whole_path"];
+const SLOW: [&str; 10] =
+    ["browser", "golden", "guide", "paper", "record", "study", "sweep", "watch", "watch_browser", "whole_path"];
 
 /// The estimator as a whole, on logs of all kinds.
 const ESTIMATOR: &str = "reconstruct_";

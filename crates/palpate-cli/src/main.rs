@@ -23,6 +23,8 @@ mod source;
 mod sweep;
 mod terminal;
 mod values;
+#[cfg(feature = "live")]
+mod watch;
 
 use std::process::ExitCode;
 
@@ -30,6 +32,8 @@ use clap::{Parser, Subcommand};
 
 #[cfg(not(feature = "live"))]
 use crate::absent as record;
+#[cfg(not(feature = "live"))]
+use crate::absent as watch;
 #[cfg(not(feature = "paper"))]
 use crate::absent as paper;
 #[cfg(not(feature = "sweep"))]
@@ -43,6 +47,7 @@ Examples:
   palpate simulate --shape egg -o egg.csv          a log to try things on, with the truth beside it
   palpate reconstruct egg.csv -o egg --truth egg.truth
   palpate record serial:/dev/ttyUSB0 -o trial.csv  what a rig feels, into a log
+  palpate watch serial:/dev/ttyUSB0                what it is that the rig feels, while it feels it
   palpate rig --template > rig.toml                what is known of pads and encoders, for reconstruct --rig
   palpate calibrate day/*.csv -o rig.toml          pads and encoders, calibrated by logs of any objects
   palpate paper                                    the figures of Moll & Erdmann (2001), reproduced
@@ -67,6 +72,7 @@ enum Command {
     Simulate(Box<simulate::Arguments>),
     Reconstruct(reconstruct::Arguments),
     Record(record::Arguments),
+    Watch(watch::Arguments),
     Rig(rig::Arguments),
     Calibrate(calibrate::Arguments),
     Paper(paper::Arguments),
@@ -79,6 +85,7 @@ fn main() -> ExitCode {
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Reconstruct(arguments) => reconstruct::run(&arguments),
         Command::Record(arguments) => record::run(&arguments),
+        Command::Watch(arguments) => watch::run(&arguments),
         Command::Rig(arguments) => rig::run(&arguments),
         Command::Calibrate(arguments) => calibrate::run(&arguments),
         Command::Paper(arguments) => paper::run(&arguments),

@@ -70,8 +70,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<Ending, Failure> {
     let terminal = Terminal::new(arguments.quiet);
     let rig = arguments.rig.as_deref().map(palpate_io::read_rig).transpose()?;
-    let conventions = rig.as_ref().map(|rig| rig.conventions).unwrap_or_default();
-    let source = arguments.source.open(conventions)?;
+    let source = arguments.source.open(rig.as_ref().map(|rig| rig.conventions))?;
     let stated = rig.or(source.rig());
     let rotation = Rotation {
         size_bytes: arguments.rotate_mb.map(|megabytes| (1e6 * megabytes) as u64),
@@ -82,13 +81,12 @@ pub fn run(arguments: &Arguments) -> Result<Ending, Failure> {
     let stop = Arc::clone(&stopped);
     ctrlc::set_handler(move || stop.store(true, Ordering::SeqCst))
         .map_err(|error| Failure::Other(format!("Ctrl-C cannot be caught: {error}")))?;
-    let conventions = stated.map(|rig| rig.conventions).unwrap_or_default();
-    let stream = Stream::start(source, conventions)?;
+    let stream = Stream::start(source, stated.map(|rig| rig.conventions))?;
     record(arguments, recorder, &stream, &stopped, &terminal)
 }
 
 /// What stands in the head of the recording.
-fn metadata(source: &Address, rig: Option<&RigFile>) -> Vec<(String, String)> {
+pub fn metadata(source: &Address, rig: Option<&RigFile>) -> Vec<(String, String)> {
     let mut metadata = vec![
         ("version".to_owned(), env!("CARGO_PKG_VERSION").to_owned()),
         ("source".to_owned(), source.to_string().replace(['\n', '\r', '\0'], " ")),

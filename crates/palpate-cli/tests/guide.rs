@@ -8,12 +8,13 @@ use std::path::{Path, PathBuf};
 use common::{folder, palpate};
 
 /// Pages with commands, from the root of the repository.
-const PAGES: [&str; 9] = [
+const PAGES: [&str; 10] = [
     "README.md",
     "examples/README.md",
     "docs/tutorial.md",
     "docs/how-to-own-sensor.md",
     "docs/hardware.md",
+    "docs/live.md",
     "docs/sweeps.md",
     "docs/formats.md",
     "docs/paper.md",

@@ -56,7 +56,7 @@ pub use csv::columns::{point_of, point_row, pose_of, pose_row};
 pub use folder::write_whole;
 pub use log::log_reader::{
     LogFile, MIN_SAMPLES, fault_of, log_from_columns, name_in_seconds, parse_log, parse_log_as, parse_log_with_rig,
-    read_log, read_log_as, read_log_with_rig, read_palm_course,
+    read_log, read_log_as, read_log_with_rig, read_palm_course, rig_of_comment,
 };
 pub use log::log_writer::{log_csv, log_csv_header, push_log_row, write_log};
 pub use log::row_reader::RowReader;

@@ -5,7 +5,7 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use palpate::Sample;
-use palpate_io::Conventions;
+use palpate_io::{Conventions, RigFile};
 
 use crate::error::SourceError;
 use crate::gate::Gate;
@@ -43,6 +43,7 @@ struct State {
     losses: Losses,
     overflowed: u64,
     first_fault: Option<String>,
+    rig: Option<RigFile>,
     ended: Option<Result<(), SourceError>>,
     abandoned: bool,
 }
@@ -55,15 +56,16 @@ impl Shared {
 }
 
 impl Stream {
-    /// Begins to read. Samples are given as the source writes them; `conventions` say which of them are plausible.
+    /// Begins to read. Samples are given as the source writes them; `conventions` say which of them are plausible: those of the rig of the source
+    /// where none are stated.
     ///
     /// # Errors
     /// The system gives no thread.
-    pub fn start(mut source: Box<dyn Source>, conventions: Conventions) -> Result<Self, SourceError> {
+    pub fn start(mut source: Box<dyn Source>, conventions: Option<Conventions>) -> Result<Self, SourceError> {
         let shared = Arc::new(Shared::default());
         let of_reader = Arc::clone(&shared);
         let read = move || {
-            let ended = read(source.as_mut(), Gate::new(conventions), &of_reader);
+            let ended = read(source.as_mut(), conventions, &of_reader);
             let mut state = of_reader.lock();
             state.ended = Some(ended);
             of_reader.changed.notify_all();
@@ -99,6 +101,11 @@ impl Stream {
         losses
     }
 
+    /// What the source knows of its rig, where nothing was stated: all it ever will when the first sample is there.
+    pub fn rig(&self) -> Option<RigFile> {
+        self.shared.lock().rig
+    }
+
     /// What was wrong with the first line or message that was left out, where the source says so.
     pub fn first_fault(&self) -> Option<String> {
         self.shared.lock().first_fault.clone()
@@ -112,10 +119,20 @@ impl Drop for Stream {
     }
 }
 
-fn read(source: &mut dyn Source, mut gate: Gate, shared: &Shared) -> Result<(), SourceError> {
+fn read(source: &mut dyn Source, stated: Option<Conventions>, shared: &Shared) -> Result<(), SourceError> {
+    let of_rig = |rig: Option<RigFile>| rig.map(|rig| rig.conventions);
+    let mut gate = Gate::new(stated.or(of_rig(source.rig())).unwrap_or_default());
     let has_room = |state: &State| state.queue.len() < QUEUE_SAMPLES;
     loop {
         let arrival = source.next();
+        if stated.is_none() && shared.lock().rig.is_none() {
+            let rig = source.rig();
+            // Known before the first sample.
+            if let Some(conventions) = of_rig(rig) {
+                gate = Gate::new(conventions);
+                shared.lock().rig = rig;
+            }
+        }
         let admitted = match arrival {
             Ok(Arrival::Sample(sample)) => gate.admit(sample),
             _ => None,
@@ -185,7 +202,7 @@ mod tests {
     fn start(count: usize, overflow: Overflow) -> (Stream, Arc<AtomicUsize>) {
         let given = Arc::new(AtomicUsize::new(0));
         let source = Counting { given: Arc::clone(&given), count, overflow };
-        (Stream::start(Box::new(source), Conventions::default()).expect("a thread"), given)
+        (Stream::start(Box::new(source), None).expect("a thread"), given)
     }
 
     fn all(stream: &Stream) -> Vec<f64> {

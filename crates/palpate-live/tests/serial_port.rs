@@ -9,7 +9,6 @@ use std::time::Duration;
 
 use palpate::Sample;
 use palpate::palms::PalmPair;
-use palpate_io::Conventions;
 use palpate_live::protocol::Packet;
 use palpate_live::{Address, Batch, Stream};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
@@ -60,8 +59,7 @@ fn a_port_that_is_closed_and_opened_ten_times_goes_on() {
     let port = dir.path().join("port");
     let mut end = board(&port);
     let address: Address = format!("serial:{}?baud=115200", port.display()).parse().expect("an address");
-    let stream = Stream::start(address.open(Conventions::default()).expect("the port"), Conventions::default())
-        .expect("a thread");
+    let stream = Stream::start(address.open(None).expect("the port"), None).expect("a thread");
     let mut all = Vec::new();
     for round in 0..11 {
         // The board begins anew each time; what it sends before the port is open is lost, and nothing after that.
@@ -91,7 +89,7 @@ fn a_port_that_is_closed_and_opened_ten_times_goes_on() {
 #[test]
 fn a_port_that_is_not_there_is_named() {
     let address: Address = "serial:/dev/no-such-port".parse().expect("an address");
-    let error = address.open(Conventions::default()).map(|_| ()).expect_err("no port").to_string();
+    let error = address.open(None).map(|_| ()).expect_err("no port").to_string();
     assert!(
         error.starts_with("/dev/no-such-port: the port cannot be opened: ") && error.contains("plugged in"),
         "{error}"

@@ -27,6 +27,8 @@ mod _palpate {
     #[pymodule_export]
     use crate::estimate::jump::JumpData;
     #[pymodule_export]
+    use crate::estimate::live::{EstimateData, LiveData, WatchData, watch};
+    #[pymodule_export]
     use crate::estimate::reconstruct::{cramer_rao_bound_m, reconstruct, reconstruct_from};
     #[pymodule_export]
     use crate::estimate::result::ResultData;

@@ -79,12 +79,14 @@ pub mod calibrate;
 pub mod compare;
 mod estimate;
 pub mod information;
+pub mod live;
 pub mod log;
 mod math;
 pub mod mechanics;
 #[cfg(feature = "serde")]
 pub mod number_or_null;
 pub mod palms;
+#[doc(hidden)]
 pub mod pivot;
 pub mod plan;
 pub mod reconstruct;

@@ -1,6 +1,7 @@
 //! Studies: each measures something and writes the table that the documentation quotes.
 
 mod acting_forces;
+pub(crate) mod bench_live;
 mod exact;
 pub(crate) mod limits;
 pub(crate) mod methods;

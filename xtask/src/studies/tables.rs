@@ -74,6 +74,11 @@ pub const PEERS_SMOOTHING: Place = Place { file: "docs/performance.md", name: "p
 /// `cargo xtask bench-peers`, all but smoothing.
 pub const PEERS: Place = Place { file: "docs/performance.md", name: "peers" };
 
+/// `cargo xtask bench-live`, time and memory.
+pub const LIVE_SPEED: Place = Place { file: "docs/live.md", name: "live-speed" };
+/// `cargo xtask bench-live`, against the batch estimator.
+pub const LIVE_DISTANCE: Place = Place { file: "docs/live.md", name: "live-distance" };
+
 /// A table of the documentation, with the lines that belong to it, and where it stands.
 pub type Table = (Place, String);
 

@@ -9,7 +9,7 @@ use palpate::{Log, Sample};
 
 use crate::csv::bytes::read_bytes;
 use crate::csv::name::plain;
-use crate::csv::table::{Column, Quantity, Table};
+use crate::csv::table::{Column, Quantity, Table, metadata};
 use crate::csv::text;
 use crate::csv::unit::{Dimension, Unit};
 use crate::log::plausible::{self, MAX_COORDINATE_M, MAX_REACH_M, unit_of};
@@ -120,14 +120,25 @@ pub fn parse_log_with_rig(name: &str, bytes: &[u8]) -> Result<(LogFile, Option<R
     let (whole, cut) = whole_lines(bytes);
     let table = Table::parse(name, whole, HEADER)?;
     let said = table.metadata.iter().find(|(key, _)| key == comment::KEY);
-    let rig = said
-        .map(|(_, value)| comment::parse_rig_comment(name, value))
-        .transpose()
-        .map_err(|error| ReadError::in_file(name, ReadProblem::RigComment { problem: error.problem.to_string() }))?;
+    let rig = said.map(|(_, value)| in_comment(name, value)).transpose()?;
     let conventions = rig.as_ref().map(|rig| rig.conventions).unwrap_or_default();
     let mut file = by_conventions(name, table, &conventions)?;
     file.notes.extend(cut);
     Ok((file, rig))
+}
+
+/// The rig that a comment line above the header of a log states (`# rig: …`), as [`read_log_with_rig`] reads it; `None` for any other line.
+///
+/// # Errors
+/// The comment says nothing that can be understood.
+pub fn rig_of_comment(name: &str, line: &str) -> Result<Option<RigFile>, ReadError> {
+    let said = line.trim_start().strip_prefix('#').and_then(metadata).filter(|(key, _)| key == comment::KEY);
+    said.map(|(_, value)| in_comment(name, &value)).transpose()
+}
+
+fn in_comment(name: &str, value: &str) -> Result<RigFile, ReadError> {
+    comment::parse_rig_comment(name, value)
+        .map_err(|error| ReadError::in_file(name, ReadProblem::RigComment { problem: error.problem.to_string() }))
 }
 
 /// The first line of a file that is written as the samples come, so that its last line may be cut off; see [`log_csv_header`](crate::log_csv_header).

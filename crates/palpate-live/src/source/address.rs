@@ -173,15 +173,15 @@ impl fmt::Display for Address {
 }
 
 impl Address {
-    /// Opens the source. The conventions are those of its rig; samples are given as the rig has them.
+    /// Opens the source. The conventions are those of its rig, where they are stated; else it may state them itself. Samples are given as the rig has them.
     ///
     /// # Errors
     /// There is no such source, or it cannot be used.
-    pub fn open(&self, conventions: Conventions) -> Result<Box<dyn Source>, SourceError> {
+    pub fn open(&self, conventions: Option<Conventions>) -> Result<Box<dyn Source>, SourceError> {
         Ok(match self {
             Self::StandardInput => Box::new(Text::new("standard input", std::io::stdin(), conventions)),
             Self::File(path) => Box::new(Follow::open(path, conventions)?),
-            Self::Serial { path, baud } => Box::new(Serial::open(path, *baud, conventions)?),
+            Self::Serial { path, baud } => Box::new(Serial::open(path, *baud, conventions.unwrap_or_default())?),
             #[cfg(target_os = "linux")]
             Self::Evdev { pads, units_per_mm, angles } => {
                 Box::new(crate::source::evdev::Evdev::open(pads, *units_per_mm, angles)?)

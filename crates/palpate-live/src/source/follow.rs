@@ -7,7 +7,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use palpate::Sample;
-use palpate_io::Conventions;
+use palpate_io::{Conventions, RigFile};
 
 use crate::error::SourceError;
 use crate::losses::Losses;
@@ -29,7 +29,7 @@ pub(crate) struct Follow {
 }
 
 impl Follow {
-    pub(crate) fn open(path: &Path, conventions: Conventions) -> Result<Self, SourceError> {
+    pub(crate) fn open(path: &Path, conventions: Option<Conventions>) -> Result<Self, SourceError> {
         let name = path.display().to_string();
         let failed = |error| SourceError::io(&name, "it cannot be opened", &error);
         let file = File::open(path).map_err(failed)?;
@@ -70,6 +70,10 @@ impl Source for Follow {
         self.decoder.first_fault()
     }
 
+    fn rig(&self) -> Option<RigFile> {
+        self.decoder.rig()
+    }
+
     fn overflow(&self) -> Overflow {
         Overflow::Waits
     }
@@ -94,7 +98,7 @@ mod tests {
         let dir = tempfile::tempdir().expect("a folder");
         let path = dir.path().join("log.csv");
         let mut file = File::create(&path).expect("a file");
-        let mut source = Follow::open(&path, Conventions::default()).expect("the file");
+        let mut source = Follow::open(&path, None).expect("the file");
         let mut write = |text: &str| file.write_all(text.as_bytes()).expect("a line");
         assert!(times(&mut source).is_empty());
         write("time_s,phi1_deg,phi2_deg,s1_mm,s2_mm\n1,60,74,29,31\n2,60,");
@@ -110,7 +114,7 @@ mod tests {
     fn what_is_no_file_is_refused() {
         let dir = tempfile::tempdir().expect("a folder");
         for path in [dir.path(), &dir.path().join("missing.csv")] {
-            assert!(Follow::open(path, Conventions::default()).is_err());
+            assert!(Follow::open(path, None).is_err());
         }
     }
 }

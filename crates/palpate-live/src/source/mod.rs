@@ -31,7 +31,7 @@ pub trait Source: Send {
         None
     }
 
-    /// What the source knows of its rig when it is opened, if anything.
+    /// What the source knows of its rig so far, if anything: a simulated one when it is opened, a palm log when its first sample is there.
     fn rig(&self) -> Option<RigFile> {
         None
     }

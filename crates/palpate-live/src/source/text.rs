@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::io::{self, Read};
 
 use palpate::Sample;
-use palpate_io::{Conventions, RowReader};
+use palpate_io::{Conventions, RigFile, RowReader};
 
 use crate::error::SourceError;
 use crate::lines::{Line, Lines};
@@ -20,7 +20,9 @@ const READ_BYTES: usize = 64 * 1024;
 #[derive(Clone, Debug)]
 pub(crate) struct CsvDecoder {
     name: String,
-    conventions: Conventions,
+    /// Those that were stated; else the file may state them.
+    conventions: Option<Conventions>,
+    rig: Option<RigFile>,
     lines: Lines,
     line_number: usize,
     rows: Option<RowReader>,
@@ -29,10 +31,11 @@ pub(crate) struct CsvDecoder {
 }
 
 impl CsvDecoder {
-    pub(crate) fn new(name: &str, conventions: Conventions) -> Self {
+    pub(crate) fn new(name: &str, conventions: Option<Conventions>) -> Self {
         Self {
             name: name.to_owned(),
             conventions,
+            rig: None,
             lines: Lines::new(LONGEST_LINE),
             line_number: 0,
             rows: None,
@@ -88,8 +91,14 @@ impl CsvDecoder {
         let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
         let text = String::from_utf8_lossy(bytes);
         let Some(rows) = &self.rows else {
-            if !text.trim().is_empty() && !text.trim_start().starts_with('#') {
-                self.rows = Some(RowReader::new(&self.name, &text, self.line_number, self.conventions)?);
+            if text.trim_start().starts_with('#') {
+                if self.rig.is_none() && self.conventions.is_none() {
+                    self.rig = palpate_io::rig_of_comment(&self.name, &text)?;
+                }
+            } else if !text.trim().is_empty() {
+                let of_rig = self.rig.as_ref().map(|rig| rig.conventions);
+                let conventions = self.conventions.or(of_rig).unwrap_or_default();
+                self.rows = Some(RowReader::new(&self.name, &text, self.line_number, conventions)?);
             }
             return Ok(());
         };
@@ -107,6 +116,11 @@ impl CsvDecoder {
         self.losses
     }
 
+    /// What the lines above the header say of the rig, where nothing was stated.
+    pub(crate) fn rig(&self) -> Option<RigFile> {
+        self.rig
+    }
+
     pub(crate) fn first_fault(&self) -> Option<String> {
         self.first_fault.clone()
     }
@@ -122,7 +136,7 @@ pub(crate) struct Text<R> {
 }
 
 impl<R: Read + Send> Text<R> {
-    pub(crate) fn new(name: &str, input: R, conventions: Conventions) -> Self {
+    pub(crate) fn new(name: &str, input: R, conventions: Option<Conventions>) -> Self {
         let decoder = CsvDecoder::new(name, conventions);
         Self { input, decoder, samples: VecDeque::new(), buffer: vec![0; READ_BYTES], ended: false }
     }
@@ -162,6 +176,10 @@ impl<R: Read + Send> Source for Text<R> {
         self.decoder.first_fault()
     }
 
+    fn rig(&self) -> Option<RigFile> {
+        self.decoder.rig()
+    }
+
     fn overflow(&self) -> Overflow {
         Overflow::Waits
     }
@@ -172,7 +190,7 @@ mod tests {
     use super::*;
 
     fn read(text: &[u8]) -> (Result<Vec<f64>, SourceError>, Losses, Option<String>) {
-        let mut source = Text::new("stdin", text, Conventions::default());
+        let mut source = Text::new("stdin", text, None);
         let mut times = Vec::new();
         let ended = loop {
             match source.next() {

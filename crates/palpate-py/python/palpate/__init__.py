@@ -27,6 +27,8 @@ from palpate._palpate import (
     EnergyLandscape,
     Information,
     Jump,
+    Live,
+    LiveEstimate,
     Log,
     LogContribution,
     OutlineFit,
@@ -46,6 +48,7 @@ from palpate._palpate import (
     Touchpad,
     Truth,
     TruthError,
+    Watch,
     __version__,
     calibrate,
     compare,
@@ -59,6 +62,7 @@ from palpate._palpate import (
     reconstruct_from,
     simulate,
     sweep_jobs,
+    watch,
 )
 from palpate._sweep import SweepResult, sweep
 
@@ -72,6 +76,8 @@ __all__ = [
     "InputError",
     "InternalError",
     "Jump",
+    "Live",
+    "LiveEstimate",
     "Log",
     "LogContribution",
     "MotionError",
@@ -100,6 +106,7 @@ __all__ = [
     "Touchpad",
     "Truth",
     "TruthError",
+    "Watch",
     "WriteError",
     "__version__",
     "calibrate",
@@ -115,4 +122,5 @@ __all__ = [
     "simulate",
     "sweep",
     "sweep_jobs",
+    "watch",
 ]

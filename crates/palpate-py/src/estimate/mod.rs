@@ -7,6 +7,7 @@ pub(crate) mod friction;
 pub(crate) mod inertia;
 pub(crate) mod information;
 pub(crate) mod jump;
+pub(crate) mod live;
 pub(crate) mod reconstruct;
 pub(crate) mod result;
 pub(crate) mod rig_calibration;

@@ -2,6 +2,7 @@
 //!
 //! The pipe (file descriptors 3 and 4) needs no port and no library. A shell places the descriptors, because the standard
 //! library cannot; the browser ends by itself when the pipe closes.
+#![allow(dead_code, reason = "each test file uses its share")]
 
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
@@ -109,13 +110,18 @@ impl Browser {
     /// Opens a file and waits until it has loaded.
     pub fn open(&mut self, page: &Path) -> String {
         let url = format!("file://{}", page.display());
+        self.go(&url);
+        url
+    }
+
+    /// Opens an address and waits until the page there has loaded.
+    pub fn go(&mut self, url: &str) {
         let before = self.events.len();
         self.call("Page.navigate", json!({ "url": url }));
         let deadline = Instant::now() + PATIENCE;
         while !self.events[before..].iter().any(|(method, _)| method == "Page.loadEventFired") {
             assert!(self.next(deadline).is_some(), "the page did not load");
         }
-        url
     }
 
     /// The value of an expression in the page.

@@ -3,6 +3,8 @@
 //! their instants where they move.
 
 use crate::estimate::measurements::{Instant, Measurements};
+use crate::log::{Log, Sample};
+use crate::palms::PalmPair;
 use std::ops::Range;
 
 /// By how much contacts and palms may move over a run, as a share of the size of the object: the square of it, over 24, is what the mean
@@ -105,6 +107,16 @@ impl Measurements {
     pub fn means(&self, runs: &[Range<usize>]) -> Self {
         self.of(runs.iter().filter_map(|run| mean(&self.instants[run.clone()])).collect())
     }
+
+    /// The same, with the mean of the samples behind each.
+    pub fn means_with_samples(&self, runs: &[Range<usize>], log: &Log) -> (Self, Log) {
+        let of_run = |run: &Range<usize>| {
+            let seen = |index: &usize| self.instants[*index].both_seen();
+            let samples: Vec<&Sample> = run.clone().filter(seen).map(|index| &log.samples[index]).collect();
+            mean_sample(&samples)
+        };
+        (self.means(runs), Log { samples: runs.iter().filter_map(of_run).collect() })
+    }
 }
 
 fn mean(instants: &[Instant]) -> Option<Instant> {
@@ -120,6 +132,21 @@ fn mean(instants: &[Instant]) -> Option<Instant> {
         weight2: 1.0,
         balance_weight: 1.0,
         ..middle.turned(phi1 - middle.phi1, phi1 + phi2 - middle.phi1 - middle.phi2)
+    })
+}
+
+fn mean_sample(seen: &[&Sample]) -> Option<Sample> {
+    let middle = **seen.get(seen.len() / 2)?;
+    let mean =
+        |value: &dyn Fn(&Sample) -> f64| seen.iter().map(|sample| value(sample)).sum::<f64>() / seen.len() as f64;
+    let phi1_rad = mean(&|sample| sample.palms.phi1_rad);
+    let phi2_rad = mean(&|sample| sample.palms.phi2_rad);
+    Some(Sample {
+        time_s: mean(&|sample| sample.time_s),
+        palms: PalmPair { phi1_rad, phi2_rad, ..middle.palms },
+        s1_m: Some(mean(&|sample| sample.s1_m.unwrap_or_default())),
+        s2_m: Some(mean(&|sample| sample.s2_m.unwrap_or_default())),
+        ..middle
     })
 }
 
@@ -189,6 +216,24 @@ mod tests {
             thinning.runs(&measurements, &(0..400)).len()
         };
         assert_eq!((instants(noise_m), instants(0.0)), (20, 400));
+    }
+
+    #[test]
+    fn the_samples_behind_the_means_have_the_same_palms_and_contacts() {
+        let motion = PalmMotion::random(3, 20.0, 1.0).and_then(|motion| motion.sample(50.0)).expect("possible");
+        let shape = NamedShape::Egg.shape(0.03).expect("a positive size");
+        let mut log = simulate(&shape, &motion, &SimulateOptions::default()).expect("possible").log;
+        log.samples[4].s1_m = None;
+        let measurements = Measurements::new(&log, None);
+        let runs = [3..6, 4..5, 10..13];
+        let (means, samples) = measurements.means_with_samples(&runs, &log);
+        let again = Measurements::new(&samples, None);
+        assert_eq!((means.len(), again.len()), (2, 2), "a run that saw nothing has no mean");
+        for (mean, again) in means.instants.iter().zip(&again.instants) {
+            assert!((mean.phi1 - again.phi1).abs() < 1e-12 && (mean.phi2 - again.phi2).abs() < 1e-12);
+            assert!((mean.s1 - again.s1).abs() < 1e-12 && (mean.s2 - again.s2).abs() < 1e-12);
+        }
+        assert!((samples.samples[0].time_s - 0.5 * (log.samples[3].time_s + log.samples[5].time_s)).abs() < 1e-12);
     }
 
     #[test]

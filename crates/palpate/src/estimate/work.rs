@@ -30,6 +30,11 @@ impl Work {
         Self { done: Arc::default(), most: trusts as u64 * (OF_SEARCH + OF_SAMPLE * samples as u64) }
     }
 
+    /// The same for a log that is worth no more than this.
+    pub fn at_most(self, most: u64) -> Self {
+        Self { most: self.most.min(most), ..self }
+    }
+
     /// Counts a Gauss-Newton step: the matrix from every sample, and its factor.
     pub fn add_step(&self, samples: usize, unknowns: usize) {
         let (samples, unknowns) = (samples as u64, unknowns as u64);
@@ -79,6 +84,9 @@ mod tests {
         let uncalibrated = Work::for_log(1100, 3);
         (0..2 * steps).for_each(|_| uncalibrated.add_step(1200, 97));
         assert!(!uncalibrated.is_spent());
+        let limited = Work::for_log(1200, 1).at_most(1200 * 97 * 137);
+        limited.add_step(1200, 97);
+        assert!(limited.is_spent());
         let work = spent_on(1200);
         work.add_banded_step(1200, 97);
         assert!(work.is_spent());

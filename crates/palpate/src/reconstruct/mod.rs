@@ -22,13 +22,15 @@ mod mistake;
 mod options;
 mod paper;
 mod reconstructor;
-mod refine;
+pub(crate) mod refine;
 mod result;
 mod search;
 mod selection;
 mod smooth_from;
 mod start;
-mod verdict;
+pub(crate) mod verdict;
+
+pub(crate) use options::check::check_sample;
 
 pub use crate::mechanics::Jump;
 pub use mistake::Mistake;

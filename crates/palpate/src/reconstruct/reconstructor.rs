@@ -61,6 +61,7 @@ enum Extent<'a> {
 pub struct Reconstructor<'a> {
     options: ReconstructOptions,
     start: Start,
+    most_work: Option<u64>,
     progress: Option<&'a (dyn Fn(Progress) + Sync)>,
 }
 
@@ -196,6 +197,11 @@ impl<'a> Reconstructor<'a> {
         self.search(log, Extent::Brief)
     }
 
+    /// The same from nothing, and no further explanation of the log is looked for after so much work.
+    pub(crate) fn run_within(&self, log: &Log, most_work: u64) -> Result<Reconstruction, ReconstructError> {
+        Self { most_work: Some(most_work), start: Start::Nothing, ..self.clone() }.run(log)
+    }
+
     fn tell(&self, stage: &'static str, fraction: f64) {
         if let Some(progress) = self.progress {
             progress(Progress { stage, fraction });
@@ -206,7 +212,11 @@ impl<'a> Reconstructor<'a> {
         if self.integrates() {
             return integral::reconstruct(log, &self.options, &|share| self.tell("integrating", share));
         }
-        let job = Job::new(log, &self.options);
+        let mut job = Job::new(log, &self.options);
+        if let Some(most) = self.most_work {
+            job.measurements.work = job.measurements.work.at_most(most);
+        }
+        let job = job;
         let mut best: Option<Candidate> = None;
         let mut explanations = 0;
         let mut explored = Explored::default();
@@ -350,7 +360,7 @@ impl From<ReconstructOptions> for Reconstructor<'_> {
 
 impl std::fmt::Debug for Reconstructor<'_> {
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Self { options, start, progress } = self;
+        let Self { options, start, most_work: _, progress } = self;
         let told = progress.is_some();
         formatter
             .debug_struct("Reconstructor")

@@ -2,7 +2,7 @@
 
 use super::{FEWEST_SAMPLES, MOST_HARMONICS};
 use crate::estimate::calibration::{constants, prior_sd};
-use crate::log::Log;
+use crate::log::{Log, Sample};
 use crate::reconstruct::options::ReconstructOptions;
 use crate::reconstruct::options::error::ReconstructError;
 use crate::sensor::{Calibration, Rig};
@@ -79,33 +79,40 @@ pub(crate) fn check_start(log: &Log, shape: &SupportFunction, psi_rad: Option<&[
 
 pub(crate) fn check_samples(log: &Log) -> Result<(), ReconstructError> {
     for (index, sample) in log.samples.iter().enumerate() {
-        let palms = &sample.palms;
-        let numbers = [sample.time_s, palms.phi1_rad, palms.phi2_rad]
-            .into_iter()
-            .chain(palms.base1_m)
-            .chain(palms.base2_m)
-            .chain([sample.s1_m, sample.s2_m, sample.s1_sd_m, sample.s2_sd_m].into_iter().flatten())
-            .chain(sample.forces_n().into_iter().flatten());
-        let bad = |what: &str| Err(ReconstructError::BadSample { sample: index + 1, what: what.to_owned() });
-        if numbers.into_iter().any(|value| !value.is_finite() || value.abs() > LARGEST_VALUE) {
-            return bad("a value is not a finite number, or is far too large");
-        }
-        if palms.phi2_rad.sin().abs() < SMALLEST_OPENING {
-            return bad("the palms are parallel");
-        }
-        if [sample.s1_sd_m, sample.s2_sd_m].into_iter().flatten().any(|sd| sd <= 0.0) {
-            return bad("a standard deviation is not positive");
-        }
-        if sample.forces_n().into_iter().flatten().any(|force_n| force_n < 0.0) {
-            return bad("a normal force is negative; a palm only pushes");
-        }
-        if index > 0 && log.samples[index - 1].time_s > sample.time_s {
-            return bad("time runs backwards");
-        }
+        let before = index.checked_sub(1).map(|before| &log.samples[before]);
+        check_sample(before, sample)
+            .map_err(|what| ReconstructError::BadSample { sample: index + 1, what: what.to_owned() })?;
     }
     let seen = log.samples.iter().filter(|sample| sample.s1_m.is_some() && sample.s2_m.is_some()).count();
     if seen < FEWEST_SAMPLES {
         return Err(ReconstructError::TooFewSamples { seen, needed: FEWEST_SAMPLES });
+    }
+    Ok(())
+}
+
+/// What is wrong with a sample, behind another.
+pub(crate) fn check_sample(before: Option<&Sample>, sample: &Sample) -> Result<(), &'static str> {
+    let palms = &sample.palms;
+    let numbers = [sample.time_s, palms.phi1_rad, palms.phi2_rad]
+        .into_iter()
+        .chain(palms.base1_m)
+        .chain(palms.base2_m)
+        .chain([sample.s1_m, sample.s2_m, sample.s1_sd_m, sample.s2_sd_m].into_iter().flatten())
+        .chain(sample.forces_n().into_iter().flatten());
+    if numbers.into_iter().any(|value| !value.is_finite() || value.abs() > LARGEST_VALUE) {
+        return Err("a value is not a finite number, or is far too large");
+    }
+    if palms.phi2_rad.sin().abs() < SMALLEST_OPENING {
+        return Err("the palms are parallel");
+    }
+    if [sample.s1_sd_m, sample.s2_sd_m].into_iter().flatten().any(|sd| sd <= 0.0) {
+        return Err("a standard deviation is not positive");
+    }
+    if sample.forces_n().into_iter().flatten().any(|force_n| force_n < 0.0) {
+        return Err("a normal force is negative; a palm only pushes");
+    }
+    if before.is_some_and(|before| before.time_s > sample.time_s) {
+        return Err("time runs backwards");
     }
     Ok(())
 }

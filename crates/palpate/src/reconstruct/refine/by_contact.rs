@@ -28,7 +28,7 @@ impl Job<'_> {
         search_by_contact(&Readings { brief: true, ..job.readings() }, &calibrate, &mut |found| {
             // The contacts tell all of the rig but where gravity is.
             let calibrated = job.roughly_calibrated(&found, 0);
-            let job = calibrated.map_or_else(|| job.clone(), |(calibration, _)| job.recalibrated(job.raw, calibration));
+            let job = calibrated.map_or_else(|| job.clone(), |rough| job.recalibrated(job.raw, rough.calibration));
             let Some(refined) = job.refined_by_contact(&found) else { return false };
             let (balanced, missed_m) = job.balanced(&refined);
             explained = job.explained_by_inertia(&refined, balanced, missed_m);

@@ -2,39 +2,31 @@
 //! found, tolerantly at first; the log corrected by them is refined like that of a rig without errors, and the constants again with it.
 
 use super::job::{Job, Refined};
-use super::resample::carry_over;
+use super::rough_calibration::RoughCalibration;
 use crate::estimate::calibration::{CONSTANTS, CalibrationPosterior, prior_sd};
 use crate::estimate::measurements::Measurements;
-use crate::estimate::model::layout::Layout;
-use crate::estimate::model::noise::Noise;
-use crate::estimate::solver::gauss_newton::{Estimate, Fit, Smoother, StoppingCriteria};
-use crate::log::Log;
+use crate::estimate::solver::gauss_newton::Fit;
 use crate::reconstruct::options::ReconstructOptions;
 use crate::reconstruct::options::error::ReconstructError;
 use crate::reconstruct::search::problem::Corrected;
 use crate::reconstruct::search::schedule::{Found, Readings, TRUSTS};
 use crate::reconstruct::search::segments::segments;
 use crate::reconstruct::selection::Explored;
-use crate::sensor::Calibration;
 use crate::sensor::calibration::palm_rates_rad_per_s;
 
 /// What errors of the rig leave in the contact positions once a shape has adapted to them, as a share of the errors. It depends on how they add
 /// up: the search allows for one after the other until something explains the log.
 pub(crate) const LEFT: [f64; TRUSTS] = [0.25, 0.5, 0.125];
 
-/// Rounds of the rough estimate: the noise that it allows falls from that of the search to that of the sensors.
-const ROUNDS: usize = 8;
-const SHARPER: f64 = 0.5;
-
-/// Effort of the smoother in each of them.
-const EFFORT: StoppingCriteria = StoppingCriteria { iterations: 15, tolerance: 1e-5 };
+/// Rounds in which constants and the rest take turns: most settle in two.
+pub(super) const ROUNDS: usize = 8;
 
 /// Refinements with better constants at most; each costs as much as that of a calibrated log.
 const REFINEMENTS: usize = 4;
 
 /// Change of the constants along any direction, in standard deviations, that leaves motion and number of harmonics; and one that is none.
 const SAME_SDS: f64 = 1.0;
-const SETTLED_SDS: f64 = 0.1;
+pub(super) const SETTLED_SDS: f64 = 0.1;
 
 /// Trusts in the calibration of the rig that a search tries: where no constant is open, they are all the same.
 pub(super) fn trusts(options: &ReconstructOptions) -> usize {
@@ -55,7 +47,7 @@ pub(crate) struct Solved<'a> {
 
 impl<'a> Job<'a> {
     /// Whether constants of the rig are open.
-    fn is_open(&self) -> bool {
+    pub(super) fn is_open(&self) -> bool {
         is_open(self.options)
     }
 
@@ -91,7 +83,7 @@ impl<'a> Job<'a> {
 
     /// The readings as a part of the log corrects them, where such a share of what is not known is left in the contacts.
     pub fn corrected(&self, found: &Found, left: f64) -> Option<Corrected> {
-        let (calibration, posterior) = self.roughly_calibrated(found, 0)?;
+        let RoughCalibration { calibration, posterior, .. } = self.roughly_calibrated(found, 0)?;
         let tolerance_m = self.tolerance_m(&posterior.sd(1.0), left);
         let measurements = self.recalibrated(self.raw, calibration).measurements;
         Some(Corrected { calibration, measurements, tolerance_m })
@@ -112,7 +104,7 @@ impl<'a> Job<'a> {
             let as_likely = as_likely.into_iter().map(same_rig).collect();
             return Ok(Some(Solved { as_likely, ..same_rig(refined) }));
         }
-        let (calibration, _) = self.roughly_calibrated(found, arrangement).ok_or(ReconstructError::NotSolvable)?;
+        let calibration = self.calibration_of(found, arrangement).ok_or(ReconstructError::NotSolvable)?;
         let mut job = Self::calibrated(self.raw, self.options, calibration, self.measurements.work.clone());
         let Some(mut refined) = job.refine(found, arrangement, explored)? else { return Ok(None) };
         for _ in 0..REFINEMENTS {
@@ -160,46 +152,13 @@ impl<'a> Job<'a> {
         Some(self.posterior_of(measurements, fine)?.borne_out_by(measurements, fine))
     }
 
-    fn posterior_of(&self, measurements: &Measurements, fit: &Fit) -> Option<CalibrationPosterior> {
+    pub(super) fn posterior_of(&self, measurements: &Measurements, fit: &Fit) -> Option<CalibrationPosterior> {
         CalibrationPosterior::new(&self.log, measurements, fit, &self.options.rig, &self.calibration)
     }
 
     /// The same job with the constants at their optimum.
-    fn improved(&self, posterior: &CalibrationPosterior) -> Self {
+    pub(super) fn improved(&self, posterior: &CalibrationPosterior) -> Self {
         let calibration = posterior.improved(&self.calibration, &self.options.rig.tolerances);
         self.recalibrated(self.raw, calibration)
-    }
-
-    /// The constants that an arrangement of the search suggests, and how well it tells them; `None` where none is open, or it tells nothing.
-    pub(super) fn roughly_calibrated(
-        &self,
-        found: &Found,
-        arrangement: usize,
-    ) -> Option<(Calibration, CalibrationPosterior)> {
-        if !self.is_open() {
-            return None;
-        }
-        let start = found.estimates.get(arrangement)?;
-        let order = Layout::of_coefficients(&start.coefficients).order;
-        let is_arranged = |index: usize| found.ranges.iter().any(|range| range.contains(&index));
-        let indices = || (0..self.raw.samples.len()).filter(|&index| is_arranged(index));
-        let raw = Log { samples: indices().map(|index| self.raw.samples[index]).collect() };
-        let arranged = self.measurements.of(indices().map(|index| self.measurements.instants[index]).collect());
-        let psi = carry_over(&found.thin, &start.psi, &start.coefficients, &arranged, &found.ranges);
-        let mut estimate = Estimate { psi, ..start.clone() };
-        let mut job = self.recalibrated(&raw, found.calibration);
-        let mut noise_m = found.tolerance_m;
-        let mut last = None;
-        for _ in 0..ROUNDS {
-            let noise = Noise { sensor_m: noise_m, balance_m: noise_m };
-            let smoother = Smoother::new(&job.measurements, order, noise, self.prior);
-            estimate = smoother.run(estimate.coefficients, estimate.psi, EFFORT);
-            let fit = Fit { estimate: estimate.clone(), order, noise, prior: self.prior, log_evidence: 0.0 };
-            let posterior = job.posterior_of(&job.measurements, &fit)?;
-            job = self.recalibrated(&raw, job.improved(&posterior).calibration);
-            last = Some((job.calibration, posterior));
-            noise_m = (SHARPER * noise_m).max(self.typical_m);
-        }
-        last
     }
 }

@@ -207,7 +207,7 @@ impl<'a> Job<'a> {
     }
 
     /// The same with another calibration than the rig's, after some work.
-    pub(super) fn calibrated(
+    pub(crate) fn calibrated(
         raw: &'a Log,
         options: &'a ReconstructOptions,
         calibration: Calibration,
@@ -240,7 +240,7 @@ impl<'a> Job<'a> {
     }
 
     /// The same with the balance left out.
-    pub(super) fn without_balance(mut self) -> Self {
+    pub(crate) fn without_balance(mut self) -> Self {
         self.measurements.instants.iter_mut().for_each(|instant| instant.balance_weight = 0.0);
         self.balance_counts = false;
         self
@@ -534,7 +534,7 @@ impl<'a> Job<'a> {
     }
 
     /// The same for all samples.
-    pub(super) fn variance_components_of_all(&self) -> VarianceComponents {
+    pub(crate) fn variance_components_of_all(&self) -> VarianceComponents {
         VarianceComponents { sensor: self.stated_m.is_none(), ..self.variance_components() }
     }
 

@@ -7,4 +7,5 @@ pub(crate) mod calibrated;
 pub(crate) mod job;
 pub(crate) mod resample;
 pub(crate) mod restarts;
+mod rough_calibration;
 pub(crate) mod symmetric;

@@ -39,6 +39,9 @@ const MISFIT_LIMITS: [f64; 3] = [1.0, 2.0, f64::INFINITY];
 /// Spans that are searched for a seed, those with the longest contact paths: more cost time, fewer may all contain a hidden jump.
 const SPANS: usize = 16;
 
+/// Misfit of a seed, as [`EXPLAINED`], below which errors of the rig may be all that is wrong with it: with three times the error that is allowed for.
+const NEARLY_EXPLAINED: f64 = 10.0 * EXPLAINED;
+
 /// Seeds that are grown to the end before the search gives up: more cost time, fewer may all be wrong.
 const SEEDS: usize = 6;
 
@@ -179,6 +182,15 @@ pub(crate) fn search_by_contact(readings: &Readings, calibrate: &Calibrate, acce
     }
 }
 
+/// A seed that is explained, as it is or once its readings are corrected by what it tells of the rig; `None` where it is not.
+fn begun<'a>(seed: &Seed, problem: &Problem<'a>, calibrate: &Calibrate) -> Option<BeamSearch<'a>> {
+    if seed.misfit < EXPLAINED {
+        return Some(seed.beam_search(problem, calibrate));
+    }
+    let nearly = (seed.misfit < NEARLY_EXPLAINED).then(|| seed.calibrated(problem, calibrate)).flatten();
+    nearly.filter(|beam_search| beam_search.normalized_misfit() <= MISFIT_LIMITS[0])
+}
+
 /// What became of a seed.
 enum Arrangement {
     /// All of the log is explained.
@@ -224,8 +236,10 @@ fn arrange(
         }
         tell(FEW_HARMONICS_DONE * number as f64 / SPANS as f64);
         let Some(seed) = Seed::with_few_harmonics(problem, span) else { continue };
-        if seed.misfit < EXPLAINED && grown < SEEDS && !budget.is_spent() {
-            let mut beam_search = seed.beam_search(problem, calibrate);
+        if grown < SEEDS
+            && !budget.is_spent()
+            && let Some(mut beam_search) = begun(&seed, problem, calibrate)
+        {
             if beam_search.grow(&mut budget, MISFIT_LIMITS[0]) {
                 grown += 1;
                 if submit(beam_search) {

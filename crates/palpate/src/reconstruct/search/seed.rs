@@ -53,14 +53,17 @@ impl Seed {
 
     /// A beam search that begins with this seed, its readings corrected by what the seed tells of the rig.
     pub fn beam_search<'a>(&self, problem: &Problem<'a>, calibrate: &Calibrate) -> BeamSearch<'a> {
-        let Some(corrected) = calibrate(&self.found(problem)) else {
-            return BeamSearch::new(problem.clone(), (self.span.clone(), &self.candidates, self.order));
-        };
-        let problem = problem.corrected(corrected);
+        self.calibrated(problem, calibrate)
+            .unwrap_or_else(|| BeamSearch::new(problem.clone(), (self.span.clone(), &self.candidates, self.order)))
+    }
+
+    /// The same; `None` where it tells nothing of the rig.
+    pub fn calibrated<'a>(&self, problem: &Problem<'a>, calibrate: &Calibrate) -> Option<BeamSearch<'a>> {
+        let problem = problem.corrected(calibrate(&self.found(problem))?);
         let thin = joined(&problem.measurements, &problem.windows[self.span.clone()]);
         let again = refined(&thin, &self.candidates, self.order, problem.tolerance, problem.prior);
         let candidates = again.map_or_else(|| self.candidates.clone(), |(_, candidates)| candidates);
-        BeamSearch::new(problem, (self.span.clone(), &candidates, self.order))
+        Some(BeamSearch::new(problem, (self.span.clone(), &candidates, self.order)))
     }
 
     /// The arrangement of its windows alone.

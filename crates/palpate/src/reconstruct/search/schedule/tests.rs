@@ -52,6 +52,39 @@ fn once_the_work_is_spent_one_arrangement_is_judged_and_no_other_trust_in_the_ba
 }
 
 #[test]
+fn a_seed_that_errors_of_the_rig_may_spoil_is_calibrated_before_it_is_given_up() {
+    let shape = NamedShape::Stone.shape(0.03).expect("a positive size");
+    let motion = PalmMotion::random(3, 10.0, 0.6).and_then(|motion| motion.sample(10.0)).expect("possible");
+    let log = simulate(&shape, &motion, &SimulateOptions::default()).expect("possible").log;
+    let options = ReconstructOptions::default();
+    let job = Job::new(&log, &options);
+    let Readings { calibration, measurements, scatter_m, tolerances_m, prior, .. } = job.readings();
+    let windows = windows(measurements, &segments(measurements, scatter_m), scatter_m, SAMPLES);
+    let tolerance = Tolerance { scatter_m: tolerances_m[0], size_m: prior.size_m, balance: BALANCES[0] };
+    let problem = Problem { calibration, measurements: Cow::Borrowed(measurements), windows, tolerance, prior };
+    let span = spans(&problem.windows).into_iter().next().expect("a window");
+    let seed = Seed::with_few_harmonics(&problem, span).expect("a candidate");
+    let asked = Cell::new(0);
+    let calibrate = |_: &Found| {
+        asked.set(asked.get() + 1);
+        Some(Corrected { calibration, measurements: measurements.clone(), tolerance_m: tolerance.scatter_m })
+    };
+    // The readings are those of an exact rig, so that they explain it once it is calibrated.
+    let with_misfit = |misfit: f64| {
+        let Seed { span, candidates, order, .. } = &seed;
+        let seed = Seed { span: span.clone(), candidates: candidates.clone(), order: *order, misfit };
+        begun(&seed, &problem, &calibrate).is_some()
+    };
+    assert!(with_misfit(0.9 * EXPLAINED) && with_misfit(0.99 * NEARLY_EXPLAINED));
+    assert_eq!(asked.get(), 2);
+    assert!(!with_misfit(1.01 * NEARLY_EXPLAINED));
+    assert_eq!(asked.get(), 2);
+    // A rig of which nothing is open cannot be what is wrong.
+    let nearly = Seed { misfit: 1.01 * EXPLAINED, ..seed };
+    assert!(begun(&nearly, &problem, &|_| None).is_none());
+}
+
+#[test]
 fn a_search_asks_after_the_first_way_and_after_an_equal_trust_and_ends_where_it_is_told() {
     let asked = RefCell::new(Vec::new());
     let until = |last: Stage| {

@@ -1,0 +1,157 @@
+//! The page of `palpate watch --serve` in a real browser: the object moves, the past can be looked at, nothing goes wrong on its console, and nothing but
+//! the page itself is fetched. Skipped without Chromium as the report's test is (`crates/palpate-report/tests/browser.rs`), with the same variables.
+#![cfg(unix)]
+#![allow(clippy::print_stderr, reason = "who is without a browser must know")]
+
+mod common;
+#[path = "../../palpate-report/tests/devtools/mod.rs"]
+mod devtools;
+
+use std::fs;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::TcpStream;
+use std::path::PathBuf;
+use std::process::{Child, Stdio};
+use std::time::Instant;
+
+use common::{command, folder};
+use devtools::{Browser, PATIENCE};
+
+/// A stone that is turned round in real time, ten times as fast.
+const PLAN: &str = "shape = 'pebble'\nmotion = 'turn'\nduration_s = 40\nrate_hz = 30\nspeed = 10\n";
+
+/// A watch that is ended with the test.
+struct Watch(Child);
+
+impl Watch {
+    /// Starts one, and gives the address of its page.
+    fn start(dir: &std::path::Path) -> (Self, String) {
+        let arguments = ["watch", "sim:plan.toml", "--serve", "127.0.0.1:0"];
+        let child = command(dir, &arguments).stdout(Stdio::null()).stderr(Stdio::piped()).spawn();
+        let mut child = child.expect("the program starts");
+        let mut line = String::new();
+        BufReader::new(child.stderr.take().expect("a pipe")).read_line(&mut line).expect("a line");
+        let url = line.trim().strip_prefix("note: the page is at ").unwrap_or_else(|| panic!("{line}")).to_owned();
+        (Self(child), url)
+    }
+}
+
+impl Drop for Watch {
+    fn drop(&mut self) {
+        // It may have ended.
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+fn until(browser: &mut Browser, expression: &str) {
+    let deadline = Instant::now() + PATIENCE;
+    while browser.evaluate(expression) != true {
+        assert!(Instant::now() < deadline, "{expression}");
+        std::thread::sleep(std::time::Duration::from_millis(50));
+    }
+}
+
+fn picture(browser: &mut Browser, name: &str) {
+    if let Some(folder) = std::env::var_os("PALPATE_SCREENSHOTS") {
+        browser.screenshot(&PathBuf::from(folder).join(name));
+    }
+}
+
+#[test]
+fn the_page_shows_what_is_felt_and_looks_back() {
+    let Some(chromium) = devtools::find_chromium() else {
+        let required = std::env::var("PALPATE_REQUIRE_CHROMIUM").is_ok_and(|value| value == "1");
+        assert!(!required, "PALPATE_REQUIRE_CHROMIUM=1, but there is no Chromium (set PALPATE_CHROMIUM)");
+        eprintln!("skipped: no Chromium found (set PALPATE_CHROMIUM to test the page)");
+        return;
+    };
+    let dir = folder();
+    fs::write(dir.path().join("plan.toml"), PLAN).expect("a plan");
+    let (watch, url) = Watch::start(dir.path());
+
+    // Viewers that take nothing do not hold it up.
+    let address = url.trim_start_matches("http://").trim_end_matches('/').to_owned();
+    let stalled: Vec<TcpStream> = (0..20)
+        .map(|_| {
+            let mut stream = TcpStream::connect(&address).expect("a connection");
+            let request = format!("GET /events HTTP/1.1\r\nHost: {address}\r\n\r\n");
+            stream.write_all(request.as_bytes()).expect("a request");
+            stream
+        })
+        .collect();
+    let half_open = TcpStream::connect(&address).expect("a connection");
+
+    let mut browser = Browser::start(&chromium, &dir.path().join("profile"));
+    browser.window(1280, 900, "light");
+    browser.go(&url);
+    until(&mut browser, "document.getElementById('object').getAttribute('visibility') === 'visible'");
+    let turn = "document.getElementById('object').getAttribute('transform')";
+    let there = browser.evaluate(turn);
+    until(&mut browser, &format!("{turn} !== {there}"));
+    until(&mut browser, "document.querySelector('#object .felt').getAttribute('d').length > 500");
+    picture(&mut browser, "watch-light.png");
+
+    // Paused it stays, and the slider goes back.
+    browser.click("#pause");
+    let paused = browser.evaluate(turn);
+    let frames = browser.evaluate("frames.length").as_u64().expect("frames");
+    until(&mut browser, &format!("frames.length > {} || ended", frames + 5));
+    assert_eq!(browser.evaluate(turn), paused, "it moves though it is paused");
+    browser.evaluate(
+        "(() => { const e = document.getElementById('time'); e.value = 1; e.dispatchEvent(new Event('input')); })()",
+    );
+    until(&mut browser, "document.getElementById('shown').textContent === frames[1].t.toFixed(1) + ' s'");
+    browser.click("#pause");
+    until(&mut browser, "document.getElementById('verdict').className === 'certified'");
+    until(&mut browser, "ended && document.getElementById('status').textContent === 'ended: certified'");
+    assert!(
+        browser.evaluate("document.getElementById('felt').textContent").as_str().is_some_and(|felt| felt.len() > 10)
+    );
+
+    // Phone and dark, nothing wider than the window.
+    for (width, height, scheme) in [(390, 844, "dark"), (320, 640, "light"), (1280, 900, "dark")] {
+        browser.window(width, height, scheme);
+        let widest = browser.evaluate("document.documentElement.scrollWidth").as_u64().expect("a width");
+        assert!(widest <= u64::from(width), "{widest} pixels in a window of {width}");
+        picture(&mut browser, &format!("watch-{width}-{scheme}.png"));
+    }
+    browser.click("#theme");
+    assert_eq!(browser.evaluate("document.documentElement.dataset.theme"), "light");
+    browser.save_downloads_in(dir.path());
+    for (button, name, beginning) in
+        [("#save-svg", "palpate.svg", "<svg"), ("#save-json", "palpate.json", "{\"shown\":{")]
+    {
+        browser.click(button);
+        let deadline = Instant::now() + PATIENCE;
+        let mut saved = String::new();
+        while !saved.starts_with(beginning) {
+            assert!(Instant::now() < deadline, "{name}: {saved:.100}");
+            std::thread::sleep(std::time::Duration::from_millis(50));
+            saved = fs::read_to_string(dir.path().join(name)).unwrap_or_default();
+        }
+        assert!(!saved.contains("var(") && !saved.contains("NaN"), "{name}");
+    }
+
+    // Who comes late sees the same, reopened after the end as well.
+    browser.go(&url);
+    until(&mut browser, "ended && frames.length > 10 && outline !== null");
+    assert_eq!(browser.complaints(), Vec::<String>::new(), "the console complains");
+    let asked = browser.requests();
+    assert!(asked.iter().all(|asked| asked.starts_with(&url) || asked.starts_with("blob:")), "{asked:?}");
+    drop((stalled, half_open, watch));
+}
+
+#[test]
+fn a_page_that_cannot_be_served_ends_in_one_message() {
+    let dir = folder();
+    fs::write(dir.path().join("plan.toml"), PLAN).expect("a plan");
+    let taken = std::net::TcpListener::bind("127.0.0.1:0").expect("a port");
+    let address = taken.local_addr().expect("an address").to_string();
+    let child = command(dir.path(), &["watch", "sim:plan.toml", "--serve", &address]).stderr(Stdio::piped()).spawn();
+    let mut child = child.expect("the program starts");
+    assert_eq!(child.wait().expect("an end").code(), Some(1));
+    let mut text = String::new();
+    child.stderr.take().expect("a pipe").read_to_string(&mut text).expect("text");
+    assert!(text.starts_with(&format!("error: --serve {address}: ")), "{text}");
+}

@@ -1,0 +1,75 @@
+//! The samples that are kept of a stream of any length: all of them up to a limit, then every second, every fourth and so on.
+
+use crate::log::{Log, Sample};
+
+/// Samples that are kept at most: eleven minutes at 100 Hz, and ten megabytes.
+const MOST_KEPT: usize = 65_536;
+
+/// Every n-th sample of a stream, from the first, where n is 1 until there are too many.
+#[derive(Clone, Debug)]
+pub(super) struct Kept {
+    log: Log,
+    every: u64,
+    seen: u64,
+}
+
+impl Kept {
+    pub fn new() -> Self {
+        Self { log: Log::default(), every: 1, seen: 0 }
+    }
+
+    pub fn push(&mut self, sample: &Sample) {
+        if self.seen.is_multiple_of(self.every) {
+            if self.log.samples.len() == MOST_KEPT {
+                let mut index = 0_usize;
+                self.log.samples.retain(|_| {
+                    index += 1;
+                    index % 2 == 1
+                });
+                self.every *= 2;
+            }
+            if self.seen.is_multiple_of(self.every) {
+                self.log.samples.push(*sample);
+            }
+        }
+        self.seen += 1;
+    }
+
+    /// What is kept.
+    pub fn log(&self) -> &Log {
+        &self.log
+    }
+
+    /// One in so many samples is kept.
+    pub fn every(&self) -> u64 {
+        self.every
+    }
+
+    /// Samples that were seen.
+    pub fn seen(&self) -> u64 {
+        self.seen
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::palms::PalmPair;
+
+    #[test]
+    fn of_a_stream_of_any_length_evenly_spread_samples_are_kept() {
+        let mut kept = Kept::new();
+        for index in 0..MOST_KEPT + 1 {
+            assert_eq!(kept.every(), 1, "all of them up to the limit");
+            kept.push(&Sample::new(index as f64, PalmPair::hinged(1.0, 1.2), 0.03, 0.03));
+        }
+        for index in MOST_KEPT + 1..5 * MOST_KEPT {
+            kept.push(&Sample::new(index as f64, PalmPair::hinged(1.0, 1.2), 0.03, 0.03));
+            assert!(kept.log().samples.len() <= MOST_KEPT);
+        }
+        assert_eq!((kept.every(), kept.seen()), (8, 5 * MOST_KEPT as u64));
+        let times: Vec<f64> = kept.log().samples.iter().map(|sample| sample.time_s).collect();
+        assert!(times.iter().enumerate().all(|(index, time_s)| *time_s == 8.0 * index as f64));
+        assert_eq!(times.len(), 5 * MOST_KEPT / 8);
+    }
+}

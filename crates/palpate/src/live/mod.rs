@@ -1,0 +1,198 @@
+//! Shape, pose and centre of mass while the samples come (`docs/theory.md`, online).
+//!
+//! [`Live`] takes one sample at a time and says what is known after it. Two things work together:
+//!
+//! * **A filter.** The shape is a Gaussian that each sample sharpens by a Gauss-Newton step of the batch estimator with that Gaussian in place of
+//!   the prior; the pose of the newest samples is followed by a few hypotheses.
+//! * **Searches.** Now and then the batch estimator is run over the samples so far, in the background. It finds the first shape, corrects a wrong
+//!   one, and certifies it. When a search begins and when its result is taken over is settled by the number of samples, so that the same samples
+//!   give the same estimates, to the bit.
+//!
+//! [`Live::finish`] gives what [`reconstruct`](crate::reconstruct()) gives for the same samples.
+
+mod estimate;
+mod follower;
+mod kept;
+mod optimum;
+mod poses;
+mod searches;
+mod shape_belief;
+
+use std::collections::VecDeque;
+
+pub use estimate::{Estimate, Stage};
+pub use follower::OUTLINE_EVERY;
+
+use crate::log::{Log, Sample};
+use crate::reconstruct::{ReconstructError, ReconstructOptions, Reconstruction, Reconstructor, check_sample};
+use follower::Follower;
+use kept::Kept;
+use searches::Searches;
+
+/// Samples of the time of a search that are followed again with its result, for each new one: as many as are far from a thousandth of a second of
+/// work.
+const CATCH_UP: usize = 16;
+
+/// An online estimator.
+///
+/// ```
+/// use palpate::live::Live;
+/// # use palpate::{plan::{PalmLimits, plan_turn}, shape::NamedShape, simulate::{SimulateOptions, simulate}};
+/// # let egg = NamedShape::Egg.shape(0.03)?;
+/// # let plan = plan_turn(&egg, &PalmLimits::default(), 40.0)?;
+/// # let options = SimulateOptions { start_psi_rad: plan.start_psi_rad, ..SimulateOptions::default() };
+/// # let samples = simulate(&egg, &plan.motion.sample(10.0)?, &options)?.log.samples;
+/// let mut live = Live::default();
+/// for sample in samples {
+///     let estimate = live.push(&sample);
+///     if let Some(pose) = &estimate.pose {
+///         println!("{:.2} s: {:.1}°, {:.0} % felt", estimate.time_s, pose.psi_rad.to_degrees(), 100.0 * estimate.coverage);
+///     }
+/// }
+/// assert!(live.estimate().is_certified(), "{}", live.estimate().reason());
+/// let found = live.finish()?; // what `reconstruct` gives for these samples
+/// assert!(found.is_certified());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub struct Live {
+    options: ReconstructOptions,
+    kept: Kept,
+    searches: Searches,
+    follower: Option<Follower>,
+    /// From the result of the last search, until it has caught up with the samples that came meanwhile.
+    successor: Option<Follower>,
+    /// Samples since the search that is running began, and those that the successor has not seen.
+    since_begun: VecDeque<Sample>,
+    behind: VecDeque<Sample>,
+    newest: Option<Sample>,
+    estimate: Estimate,
+}
+
+impl Default for Live {
+    /// With readings taken as they are.
+    fn default() -> Self {
+        Self::new(ReconstructOptions::default())
+    }
+}
+
+impl Live {
+    /// With the options of the batch estimator.
+    pub fn new(options: ReconstructOptions) -> Self {
+        Self {
+            searches: Searches::new(options.clone()),
+            options,
+            kept: Kept::new(),
+            follower: None,
+            successor: None,
+            since_begun: VecDeque::new(),
+            behind: VecDeque::new(),
+            newest: None,
+            estimate: Estimate::default(),
+        }
+    }
+
+    /// Takes a sample in, as the rig wrote it, and says what is known after it. One that no palm log can have (a value that is no number, parallel palms, a
+    /// time before that of the last) is counted in [`Estimate::refused`], and nothing else.
+    pub fn push(&mut self, sample: &Sample) -> &Estimate {
+        if check_sample(self.newest.as_ref(), sample).is_err() {
+            self.estimate.refused += 1;
+            return &self.estimate;
+        }
+        self.newest = Some(*sample);
+        self.kept.push(sample);
+        self.estimate.samples = self.kept.seen();
+        self.estimate.time_s = sample.time_s;
+        self.since_begun.push_back(*sample);
+        self.behind.push_back(*sample);
+        self.take_over();
+        self.begin();
+        self.catch_up();
+        if let Some(follower) = &mut self.follower {
+            let newest = follower.push(sample);
+            follower.tell(&newest, &mut self.estimate);
+        }
+        &self.estimate
+    }
+
+    /// What is known after the last sample.
+    pub fn estimate(&self) -> &Estimate {
+        &self.estimate
+    }
+
+    /// The samples that are kept, from the first: what [`finish`](Self::finish) reconstructs.
+    pub fn log(&self) -> &Log {
+        self.kept.log()
+    }
+
+    /// One in so many samples is kept: 1 up to 65 536 samples, then 2, 4 and so on.
+    pub fn kept_every(&self) -> u64 {
+        self.kept.every()
+    }
+
+    /// What the batch estimator finds for the samples that are kept: byte for byte what [`reconstruct`](crate::reconstruct()) gives with these options.
+    ///
+    /// # Errors
+    /// As [`Reconstructor::run`].
+    pub fn finish(self) -> Result<Reconstruction, ReconstructError> {
+        Reconstructor::from(self.options).run(self.kept.log())
+    }
+
+    /// The result of a search that ends here.
+    fn take_over(&mut self) {
+        let Some(ended) = self.searches.ended(self.estimate.samples) else { return };
+        self.estimate.searched = self.searches.begun_at();
+        let successor = ended.and_then(|optimum| Follower::new(*optimum).ok_or(ReconstructError::NotSolvable));
+        match successor {
+            Ok(successor) => {
+                self.successor = Some(successor);
+                self.behind = std::mem::take(&mut self.since_begun);
+                self.estimate.failure = None;
+            }
+            // What was known before is worth no less.
+            Err(failure) => self.estimate.failure = Some(failure),
+        }
+    }
+
+    fn begin(&mut self) {
+        if self.searches.is_due(self.estimate.samples) {
+            self.since_begun.clear();
+            self.searches.begin(self.estimate.samples, self.kept.log().clone());
+            self.estimate.stage = self.estimate.stage.max(Stage::Searching);
+        }
+    }
+
+    /// Lets the successor follow a few of the samples that it has not seen; when the newest is the only one left, it takes over.
+    fn catch_up(&mut self) {
+        let Some(successor) = &mut self.successor else {
+            self.behind.clear();
+            return;
+        };
+        for _ in 0..CATCH_UP {
+            if self.behind.len() <= 1 {
+                break;
+            }
+            if let Some(sample) = self.behind.pop_front() {
+                successor.push(&sample);
+            }
+        }
+        if self.behind.len() <= 1 {
+            self.behind.clear();
+            self.follower = self.successor.take();
+            self.renew();
+        }
+    }
+
+    /// What the last search says, now that the filter goes on from it.
+    fn renew(&mut self) {
+        let Some(follower) = &self.follower else { return };
+        let optimum = follower.optimum();
+        let estimate = &mut self.estimate;
+        estimate.outline.clear();
+        estimate.verdict = Some(optimum.found.verdict.clone());
+        estimate.alternatives = optimum.found.alternatives;
+        estimate.sensor_sd_m = optimum.noise.sensor_m;
+        estimate.symmetry = optimum.found.symmetry;
+        estimate.calibration = optimum.found.calibration.clone();
+        estimate.friction = optimum.found.friction;
+    }
+}
