@@ -136,7 +136,7 @@ mod tests {
             })
             .collect();
         let state = State { coefficients, told: [0.0; 3], theta_rad: Vec::new() };
-        let found = decoded(&state, &measured, &[0..200], noise, |_, _| 0.0);
+        let found = decoded(&state, &measured, std::slice::from_ref(&(0..200)), noise, |_, _| 0.0);
         for (found, theta) in found.iter().zip(&theta) {
             assert!(crate::math::angle::wrapped(found - theta).abs() < 0.02, "{found} {theta}");
         }
@@ -150,7 +150,7 @@ mod tests {
             (0..60).map(|i| contact(&coefficients, 1.0 + 0.02 * f64::from(i))).map(|[r, d, _]| [r, d]).collect();
         measured[30][1] += 5e-3;
         let state = State { coefficients, told: [0.0; 3], theta_rad: Vec::new() };
-        let found = decoded(&state, &measured, &[0..60], noise, |_, _| 0.0);
+        let found = decoded(&state, &measured, std::slice::from_ref(&(0..60)), noise, |_, _| 0.0);
         for index in (0..60).filter(|index| *index != 30) {
             assert!((found[index] - 1.0 - 0.02 * index as f64).abs() < 0.02);
         }
