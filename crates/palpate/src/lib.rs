@@ -86,6 +86,8 @@ pub mod mechanics;
 #[cfg(feature = "serde")]
 pub mod number_or_null;
 pub mod palms;
+#[doc(hidden)]
+pub mod pivot;
 pub mod plan;
 pub mod reconstruct;
 pub mod sensor;

@@ -3,8 +3,8 @@
 //! A reconstruction knows neither the orientation of the object at its first sample nor, when balance is in doubt, its
 //! centre of mass; both are taken out by the best fit before errors are measured, and only there.
 
-mod alignment;
-mod hausdorff;
+pub(crate) mod alignment;
+pub(crate) mod hausdorff;
 
 use std::f64::consts::TAU;
 
@@ -106,7 +106,7 @@ pub fn true_support(truth: &Truth) -> Result<SupportFunction, ShapeError> {
 }
 
 /// The constant closest to some angles, and the RMS of what is left, both radians; multiples of `period` do not count.
-fn mean_angle(angles: &[f64], period: f64) -> (f64, f64) {
+pub(crate) fn mean_angle(angles: &[f64], period: f64) -> (f64, f64) {
     let times = TAU / period;
     let mut mean = mean_direction(angles.iter().map(|angle| times * angle)) / times;
     let count = angles.len() as f64;

@@ -1,0 +1,71 @@
+//! The pivoting grasp (Moll & Erdmann 2001, figure 9): an arm holds the object at a pivot P, about which it turns freely, and drags it over
+//! one pad. "We think it would be interesting to determine whether this system is observable as well."
+//!
+//! In the frame of the object with its origin at P, the height of P over the pad is r(θ) and the offset of the contact from the foot of P
+//! is d(θ) = −r'(θ). Both are measured, so
+//!
+//! dθ/dt = −(dr/dt)/d,
+//!
+//! and θ follows by one quadrature, without statics, friction or an unknown constant, between the instants at which d = 0.
+//! [`reconstruct_strokes`] finds the shape about P and the motion; the centre of mass is not in these equations
+//! ([`CenterOfMassEstimate`] says what adds it), and [`observability`](fn@observability) says what else is not.
+//!
+//! **Under construction**, and not in the reference for that reason. Of 95 random objects under five strokes (0.1 mm of noise of the pad, 0.02 mm of the arm),
+//! 93 came out right and 79 of these certified, one was certified *wrongly* (r 2.6 mm off), and one log takes 0.3 s: the certificate cannot be trusted yet.
+//! There is no reader, no command and no report.
+//!
+//! ```
+//! use palpate::pivot::{PivotOptions, PivotSimulateOptions, Stroke, reconstruct_strokes, simulate_strokes};
+//! use palpate::shape::NamedShape;
+//!
+//! let egg = NamedShape::Egg.shape(0.030)?.translated(0.004, 0.003); // held 5 mm from its centre of mass
+//! let strokes: Vec<Stroke> =
+//!     [0.65, 0.35, 0.7, 0.3].map(|to_m| Stroke { along_m: vec![0.5, to_m], press: 3.0 }).to_vec();
+//! let felt = simulate_strokes(&egg, &strokes, &PivotSimulateOptions::default())?;
+//! let found = reconstruct_strokes(&felt.log, &PivotOptions::default())?;
+//! assert!(found.is_certified(), "{:?}", found.doubts);
+//! assert!((found.shape.mean_radius_m() - 0.030).abs() < 1e-6);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+#![allow(clippy::neg_cmp_op_on_partial_ord, reason = "what is not a number is beyond every limit")]
+
+mod association;
+mod calibration;
+mod center_of_mass;
+mod closed_form;
+mod compare;
+mod decode;
+mod error;
+mod error_bars;
+mod evidence;
+mod log;
+mod motion_prior;
+mod observability;
+mod plan;
+mod posterior;
+mod reconstruct;
+mod result;
+mod rig;
+mod rivals;
+mod search;
+mod segments;
+mod simulate;
+mod smoother;
+mod statics;
+mod thinning;
+mod verdict;
+
+pub use calibration::{PivotCalibration, PivotTolerances};
+pub use center_of_mass::swing_distances_m;
+pub use compare::{PivotTruthError, compare_strokes};
+pub use error::{PivotReconstructError, PivotSimulateError};
+pub use log::{PivotLog, PivotSample};
+pub use observability::{Observability, observability};
+pub use plan::{PlannedStrokes, StrokeLimits, plan_strokes};
+pub use posterior::PivotPosterior;
+pub use reconstruct::{PivotOptions, reconstruct_strokes, reconstruct_with_posterior};
+pub use result::{CenterOfMassEstimate, PivotPose, PivotReconstruction};
+pub use rig::{PadPose, PivotRig};
+pub use simulate::{PivotSimulateOptions, PivotSimulation, Stroke, simulate_strokes};
+pub use verdict::PivotDoubt;

@@ -1,0 +1,197 @@
+//! What is believed of the motion before the readings are seen, in nats: within a segment the contact moves on without leaps, and strokes
+//! that begin after the object was lifted begin at its resting angle.
+
+use std::ops::Range;
+
+use crate::math::angle::wrapped;
+
+/// A leap within a segment costs so much: it is rare, and no reading contradicts one, as a shape may have a loop of the curve (r, d) that
+/// was not felt.
+pub(super) const LEAP_NATS: f64 = 25.0;
+
+/// A step from one sample of a segment to the next that is longer than this, radians, and differs from that of the closed form by as much,
+/// is a leap …
+const LEAP_RAD: f64 = 0.15;
+
+/// … and where the object tips over by more than this share of it, which the quadrature may be off by over one step.
+const LEAP_SHARE: f64 = 0.5;
+
+/// A stroke that begins elsewhere than most costs so much: of ten objects nine swing to rest, to a twentieth of a radian.
+const OTHER_START_NATS: f64 = 6.0;
+
+/// Strokes begin at the same angle when it differs by less than this, radians: a touch may move the contact by as much.
+const SAME_START_RAD: f64 = 0.15;
+
+/// Height or offset leap where they change by so many times what they change by at each of the samples nearby …
+const TIPS_OVER_TIMES: f64 = 2.0;
+
+/// … of which so many on either side count, but for the next …
+const TIPS_OVER_REACH: usize = 5;
+
+/// … and by at least so much of the object's size: height and offset.
+const TIPS_OVER_SHARES: [f64; 2] = [0.01, 0.03];
+
+/// Whether height or offset leap up to each sample.
+pub(super) fn tips_over(r_m: &[f64], d_m: &[f64], size_m: f64) -> Vec<bool> {
+    let leaps = |values: &[f64], share: f64| -> Vec<bool> {
+        let steps: Vec<f64> = values.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
+        let leap = |step: usize| {
+            let before = &steps[step.saturating_sub(TIPS_OVER_REACH + 1)..step.saturating_sub(1)];
+            let after = steps.get(step + 2..(step + TIPS_OVER_REACH + 2).min(steps.len())).unwrap_or(&[]);
+            let nearby = before.iter().chain(after).copied().fold(0.0, f64::max);
+            steps[step] > (TIPS_OVER_TIMES * nearby).max(share * size_m)
+        };
+        (0..steps.len()).map(leap).collect()
+    };
+    let [r_share, d_share] = TIPS_OVER_SHARES;
+    let either = leaps(r_m, r_share).into_iter().zip(leaps(d_m, d_share)).map(|(r, d)| r || d);
+    std::iter::once(false).chain(either).take(r_m.len()).collect()
+}
+
+/// Segments of a log, and which of them begin after the object was lifted.
+#[derive(Clone, Debug)]
+pub(super) struct MotionPrior {
+    pub ranges: Vec<Range<usize>>,
+    pub begins_at_rest: Vec<bool>,
+    /// Contact angles by two closed forms, each up to a constant of its segment: through crossings of d = 0 by rolling, and by parabolas.
+    pub relative_rad: [Vec<f64>; 2],
+    /// Whether height or offset leap as well up to each sample: the object tips over.
+    pub tips_over: Vec<bool>,
+}
+
+impl MotionPrior {
+    /// −ln of the prior of a motion, up to a constant.
+    pub fn cost(&self, theta_rad: &[f64]) -> f64 {
+        LEAP_NATS * self.leaps(theta_rad).count() as f64 + OTHER_START_NATS * self.other_starts(theta_rad) as f64
+    }
+
+    /// The samples of segments at which the contact arrives by a leap.
+    pub fn leaps<'a>(&'a self, theta_rad: &'a [f64]) -> impl Iterator<Item = usize> + 'a {
+        let samples = self.ranges.iter().flat_map(|range| range.clone().skip(1));
+        samples.filter(|&index| self.is_leap(theta_rad, index))
+    }
+
+    /// Whether the step that ends at a sample, of the same segment as the one before it, is a leap that the readings do not make.
+    fn is_leap(&self, theta_rad: &[f64], index: usize) -> bool {
+        self.is_break(theta_rad, index) && !self.tips_over[index]
+    }
+
+    /// Whether the step that ends at a sample, of the same segment as the one before it, is none that the closed form makes.
+    pub fn is_break(&self, theta_rad: &[f64], index: usize) -> bool {
+        let step = |angles: &[f64]| angles[index] - angles[index - 1];
+        if step(theta_rad).abs() <= LEAP_RAD {
+            return false;
+        }
+        let differs = |expected: f64| (step(theta_rad) - expected).abs() > LEAP_RAD + LEAP_SHARE * expected.abs();
+        self.relative_rad.iter().all(|relative| differs(step(relative)))
+    }
+
+    /// Strokes that do not begin where most do.
+    fn other_starts(&self, theta_rad: &[f64]) -> usize {
+        let starts: Vec<f64> = self
+            .ranges
+            .iter()
+            .zip(&self.begins_at_rest)
+            .filter(|(range, rests)| **rests && !range.is_empty())
+            .map(|(range, _)| theta_rad[range.start])
+            .collect();
+        let near = |start: f64| starts.iter().filter(|other| wrapped(start - **other).abs() < SAME_START_RAD).count();
+        starts.len() - starts.iter().map(|start| near(*start)).max().unwrap_or(0)
+    }
+
+    /// The same angles with the leaps within segments taken out: the longest piece of each stays, and the steps are those of the
+    /// closed form. `None` without a leap.
+    pub fn without_leaps(&self, theta_rad: &[f64]) -> Option<Vec<f64>> {
+        self.leaps(theta_rad).next()?;
+        let mut restored = theta_rad.to_vec();
+        for range in &self.ranges {
+            let own = &theta_rad[range.clone()];
+            let is_cut = |index: usize| self.is_leap(theta_rad, range.start + index);
+            // How far the angles before each sample must be moved for it to follow.
+            let mut moved = vec![0.0; own.len()];
+            let mut by = 0.0;
+            let mut pieces = vec![(0, 0.0)];
+            for index in 1..own.len() {
+                if is_cut(index) {
+                    let step =
+                        self.relative_rad[0][range.start + index] - self.relative_rad[0][range.start + index - 1];
+                    by += step - (own[index] - own[index - 1]);
+                    pieces.push((index, by));
+                }
+                moved[index] = by;
+            }
+            let length = |place: usize| pieces.get(place + 1).map_or(own.len(), |(next, _)| *next) - pieces[place].0;
+            let anchor = (0..pieces.len()).max_by_key(|&place| length(place)).map_or(0.0, |place| pieces[place].1);
+            for (index, moved) in moved.into_iter().enumerate() {
+                restored[range.start + index] += moved - anchor;
+            }
+        }
+        Some(restored)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn prior() -> MotionPrior {
+        let relative_rad = vec![0.0, 0.1, 0.2, 0.3, 0.0, 0.1, 0.0, 0.1];
+        MotionPrior {
+            ranges: vec![0..4, 4..6, 6..8],
+            begins_at_rest: vec![true; 3],
+            relative_rad: [relative_rad.clone(), relative_rad],
+            tips_over: vec![false; 8],
+        }
+    }
+
+    #[test]
+    fn leaps_and_other_starts_cost() {
+        let least = LEAP_RAD + LEAP_SHARE * 0.1;
+        let step = 0.1 + 0.99 * least;
+        let calm = [0.0, step, 2.0 * step, 2.0 * step, 0.0, step, 0.99 * SAME_START_RAD, 0.2];
+        assert_eq!(prior().cost(&calm), 0.0);
+        let mut leapt = calm;
+        leapt[2] += 0.02 * least;
+        assert_eq!(prior().cost(&leapt), LEAP_NATS);
+        // A step that the closed form makes and the motion does not is none.
+        let mut calmer = calm;
+        calmer[3] = calm[2] - 0.99 * LEAP_RAD;
+        assert_eq!(prior().cost(&calmer), 0.0);
+        let mut elsewhere = calm;
+        elsewhere[6] = 1.01 * SAME_START_RAD;
+        assert_eq!(prior().cost(&elsewhere), OTHER_START_NATS);
+        let tipped = MotionPrior { tips_over: vec![true; 8], ..prior() };
+        assert_eq!(tipped.cost(&leapt), 0.0);
+        let lifted = MotionPrior { begins_at_rest: vec![true, true, false], ..prior() };
+        assert_eq!(lifted.cost(&elsewhere), 0.0);
+    }
+
+    #[test]
+    fn an_object_that_tips_over_shows_it() {
+        let rolling: Vec<f64> = (0..30).map(|index| 1e-4 * f64::from(index)).collect();
+        let leapt = |by: f64| {
+            let leap = |(index, r): (usize, &f64)| r + if index < 13 { 0.0 } else { by };
+            rolling.iter().enumerate().map(leap).collect::<Vec<f64>>()
+        };
+        let found = |r: &[f64], size_m: f64| -> Vec<usize> {
+            let tips = tips_over(r, &[0.0; 30], size_m);
+            (0..30).filter(|&index| tips[index]).collect()
+        };
+        // Against what is nearby.
+        assert_eq!(found(&leapt((0.99 * TIPS_OVER_TIMES - 1.0) * 1e-4), 1e-3), []);
+        assert_eq!(found(&leapt((1.01 * TIPS_OVER_TIMES - 1.0) * 1e-4), 1e-3), [13]);
+        // Against the size.
+        assert_eq!(found(&leapt(0.99 * TIPS_OVER_SHARES[0] * 0.1 - 1e-4), 0.1), []);
+        assert_eq!(found(&leapt(1.01 * TIPS_OVER_SHARES[0] * 0.1 - 1e-4), 0.1), [13]);
+        assert!(tips_over(&[], &[], 1.0).is_empty());
+    }
+
+    #[test]
+    fn leaps_are_taken_out_and_the_longest_piece_stays() {
+        let theta = [5.0, 1.1, 1.2, 1.3, 2.0, 2.1, 2.0, 2.1];
+        let restored = prior().without_leaps(&theta).expect("there is one");
+        let expected = [1.0, 1.1, 1.2, 1.3, 2.0, 2.1, 2.0, 2.1];
+        assert!(restored.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{restored:?}");
+        assert_eq!(prior().without_leaps(&restored), None);
+    }
+}

@@ -1,0 +1,584 @@
+//! From a log of strokes to shape and motion: segments, closed form, search, maximum likelihood, rivals, verdict.
+
+use std::f64::consts::{FRAC_PI_2, TAU};
+use std::ops::Range;
+
+use crate::estimate::coverage::{LONGEST_SLIDE, NODES, touches};
+use crate::math::angle::wrapped;
+use crate::math::statistics::{median, typical_sd};
+use crate::pivot::calibration::{Reading, TOLD};
+use crate::pivot::center_of_mass::{self, FirstContact};
+use crate::pivot::closed_form::Stretch;
+use crate::pivot::decode::decoded;
+use crate::pivot::error::PivotReconstructError;
+use crate::pivot::error_bars::ErrorBars;
+use crate::pivot::evidence::{self, Fit, Stated, choose_order};
+use crate::pivot::log::PivotLog;
+use crate::pivot::motion_prior::{MotionPrior, tips_over};
+use crate::pivot::posterior::PivotPosterior;
+use crate::pivot::result::{PivotPose, PivotReconstruction};
+use crate::pivot::rig::PivotRig;
+use crate::pivot::rivals::{Rivals, Whole};
+use crate::pivot::search::{Arrangement, SEARCH_ORDER, Segments, search_noise};
+use crate::pivot::segments::{LIFTED_SAMPLES, segments};
+use crate::pivot::smoother::{Noise, Problem, State};
+use crate::pivot::thinning::Thinning;
+use crate::pivot::verdict::{Findings, MODEL_ALLOWANCE, PivotDoubt};
+use crate::reconstruct::OutlinePoint;
+use crate::shape::SupportFunction;
+
+/// Fewest samples with a contact that can be solved.
+const FEWEST_SAMPLES: usize = 30;
+
+/// The crossings of d = 0 are taken so many times as wide, and rolled through or not, in turn, until the readings are explained.
+const CROSSINGS: [(f64, bool); 4] = [(1.0, true), (1.0, false), (2.0, true), (0.5, false)];
+
+/// Contact angles are decoded anew at most so many times.
+const MOST_DECODINGS: usize = 3;
+
+/// A reading that is missed by so many standard deviations may be on the wrong branch: angles are decoded anew.
+const ASTRAY_SDS: f64 = 5.0;
+
+/// A fit that leaves more than this, χ² per degree of freedom, is not certified: its rivals are not looked for.
+const EXPLAINED_CHI2: f64 = 1.6;
+
+/// Rivals that turn out better are examined in their turn, so many times.
+const MOST_BETTER_RIVALS: usize = 3;
+
+/// A contact angle with a larger standard deviation, radians, may seem to leap.
+const TOLD_RAD: f64 = 0.05;
+
+/// Smallest change of height or offset over all samples that is a motion, as a share of the size.
+const LEAST_MOTION: f64 = 1e-3;
+
+/// How to reconstruct.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct PivotOptions {
+    /// What is known of the rig.
+    pub rig: PivotRig,
+    /// Number of harmonics, 2 to 48; `None` = by the evidence.
+    pub harmonics: Option<usize>,
+}
+
+impl PivotOptions {
+    /// A rig, and the number of harmonics by the evidence.
+    pub fn new(rig: PivotRig) -> Self {
+        Self { rig, harmonics: None }
+    }
+
+    /// With a fixed number of harmonics.
+    pub fn harmonics(self, harmonics: Option<usize>) -> Self {
+        Self { harmonics, ..self }
+    }
+}
+
+/// Shape about the pivot and motion from a log of strokes alone.
+///
+/// # Errors
+/// When the log has too few contacts, impossible values, or tells nothing; or an option is out of range.
+pub fn reconstruct_strokes(
+    log: &PivotLog,
+    options: &PivotOptions,
+) -> Result<PivotReconstruction, PivotReconstructError> {
+    reconstruct_with_posterior(log, options).map(|(reconstruction, _)| reconstruction)
+}
+
+/// The same with the posterior of the shape, to plan the next strokes by.
+///
+/// # Errors
+/// As [`reconstruct_strokes`].
+pub fn reconstruct_with_posterior(
+    log: &PivotLog,
+    options: &PivotOptions,
+) -> Result<(PivotReconstruction, PivotPosterior), PivotReconstructError> {
+    check(log, options)?;
+    let prepared = Prepared::new(log, options)?;
+    let mut best: Option<(PivotReconstruction, PivotPosterior, f64)> = None;
+    for crossings in CROSSINGS {
+        let Some(found) = prepared.solved(crossings) else { continue };
+        // Only a misfit is mended by another start.
+        let explained = !found.0.doubts.iter().any(|doubt| {
+            matches!(
+                doubt,
+                PivotDoubt::Misfit { .. }
+                    | PivotDoubt::NotConvex
+                    | PivotDoubt::Leaps { .. }
+                    | PivotDoubt::UncertainMotion { .. }
+            )
+        });
+        if explained || best.as_ref().is_none_or(|best| found.2 > best.2) {
+            best = Some(found);
+        }
+        if explained {
+            break;
+        }
+    }
+    best.map(|(reconstruction, posterior, _)| (reconstruction, posterior)).ok_or(PivotReconstructError::NotSolvable)
+}
+
+/// A log made ready.
+struct Prepared<'a> {
+    log: &'a PivotLog,
+    options: &'a PivotOptions,
+    /// Numbers of the samples with a contact.
+    samples: Vec<usize>,
+    readings: Vec<Reading>,
+    r_m: Vec<f64>,
+    d_m: Vec<f64>,
+    ranges: Vec<Range<usize>>,
+    size_m: f64,
+    /// Noise by the scatter of neighbouring samples.
+    scatter: Noise,
+}
+
+impl<'a> Prepared<'a> {
+    fn new(log: &'a PivotLog, options: &'a PivotOptions) -> Result<Self, PivotReconstructError> {
+        let rig = &options.rig;
+        let (mut samples, mut readings) = (Vec::new(), Vec::new());
+        for (index, sample) in log.samples.iter().enumerate() {
+            if let Some(s_m) = sample.s_m {
+                samples.push(index);
+                readings.push(Reading::new(&rig.pad, sample.pivot_x_m, sample.pivot_y_m, s_m));
+            }
+        }
+        if samples.len() < FEWEST_SAMPLES {
+            return Err(PivotReconstructError::TooFewSamples { seen: samples.len(), needed: FEWEST_SAMPLES });
+        }
+        let measured = readings.iter().map(|reading| reading.measured(&rig.calibration));
+        let (r_m, d_m): (Vec<f64>, Vec<f64>) = measured.map(|measured| (measured.r_m, measured.d_m)).unzip();
+        let size_m = median(&mut r_m.iter().map(|r| r.abs()).collect::<Vec<f64>>());
+        let spread = |values: &[f64]| {
+            let (low, high) = values.iter().fold((f64::MAX, f64::MIN), |(low, high), v| (low.min(*v), high.max(*v)));
+            high - low
+        };
+        if !(size_m > 0.0 && size_m.is_finite() && spread(&r_m).max(spread(&d_m)) > LEAST_MOTION * size_m) {
+            return Err(PivotReconstructError::NotSolvable);
+        }
+        let ranges = segments(&samples, &r_m, &d_m, size_m);
+        if ranges.iter().map(ExactSizeIterator::len).sum::<usize>() < FEWEST_SAMPLES {
+            return Err(PivotReconstructError::NotSolvable);
+        }
+        let scatter = Noise { r_m: scatter(&r_m, &ranges), d_m: scatter(&d_m, &ranges) };
+        Ok(Self { log, options, samples, readings, r_m, d_m, ranges, size_m, scatter })
+    }
+
+    /// Noise that is stated; that of an offset is of pad and arm together.
+    fn stated(&self) -> Stated {
+        let (pad, arm) = (self.options.rig.reading_sd_m, self.options.rig.arm_sd_m);
+        Stated { r_m: arm, d_m: pad.map(|pad| pad.hypot(arm.unwrap_or(0.0))) }
+    }
+
+    /// The noise that the readings are held against.
+    fn reference(&self) -> Noise {
+        let stated = self.stated();
+        let least_m = MODEL_ALLOWANCE * self.size_m;
+        Noise {
+            r_m: stated.r_m.unwrap_or(self.scatter.r_m).max(least_m),
+            d_m: stated.d_m.unwrap_or(self.scatter.d_m).max(least_m),
+        }
+    }
+
+    /// The readings that are used, segment by segment.
+    fn used(&self) -> Vec<usize> {
+        self.ranges.iter().flat_map(Clone::clone).collect()
+    }
+
+    /// The best result with crossings so wide, rolled through or not, and its evidence.
+    fn solved(&self, (width, may_roll): (f64, bool)) -> Option<(PivotReconstruction, PivotPosterior, f64)> {
+        let [relative_rad, other_rad] = [may_roll, !may_roll].map(|may_roll| self.relative(width, may_roll));
+        let told = self.options.rig.tolerances.told();
+        let open: Vec<(usize, f64)> = told.into_iter().enumerate().filter(|(_, sd)| *sd > 0.0).collect();
+        let noise = self.reference();
+        let search = Problem {
+            readings: &[],
+            noise: search_noise(noise, self.size_m),
+            order: SEARCH_ORDER,
+            size_m: self.size_m,
+            spread_m: 0.5 * self.size_m,
+            stated: self.options.rig.calibration,
+            open,
+        };
+        let used = self.used();
+        let readings: Vec<Reading> = used.iter().map(|&index| self.readings[index]).collect();
+        let thinning = Thinning::new(&self.ranges_of_used());
+        let segments = Segments {
+            readings: &thinning.of(&readings),
+            ranges: &thinning.ranges,
+            relative_rad: &thinning.of(&relative_rad),
+            begins_at_rest: &self.begins_at_rest(),
+        };
+        let arrangements = segments.arrangements(&search);
+        let whole_state = |arrangement: &Arrangement| {
+            let state = segments.in_order(arrangement)?;
+            Some(State { theta_rad: thinning.spread(&relative_rad, &state.theta_rad), ..state })
+        };
+        let start = whole_state(arrangements.first()?)?;
+        let problem = Problem { readings: &readings, noise, ..search.clone() };
+        let prior = MotionPrior {
+            ranges: self.ranges_of_used(),
+            begins_at_rest: self.begins_at_rest(),
+            relative_rad: [relative_rad.clone(), other_rad],
+            tips_over: {
+                let all = tips_over(&self.r_m, &self.d_m, self.size_m);
+                used.iter().map(|&index| all[index]).collect()
+            },
+        };
+        let choose = |start: State| {
+            let mut fit = match self.options.harmonics {
+                Some(order) => evidence::fit(Problem { order, ..problem.clone() }, start, self.stated()),
+                None => choose_order(&problem, start, self.stated()),
+            }?;
+            fit.log_evidence -= prior.cost(&fit.optimum.state.theta_rad);
+            Some(fit)
+        };
+        let mut fit = choose(start)?;
+        for _ in 0..MOST_DECODINGS {
+            let state = &fit.optimum.state;
+            let continuous = prior.without_leaps(&state.theta_rad);
+            let continuous = continuous.map(|theta_rad| State { theta_rad, ..state.clone() });
+            let starts = [continuous, self.mended(&readings, &fit)];
+            let tried = starts.into_iter().flatten().filter_map(choose);
+            let Some(next) = tried.max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence)) else { break };
+            if next.log_evidence <= fit.log_evidence + 1.0 {
+                break;
+            }
+            fit = next;
+        }
+        let rivals = Rivals { search: &search, readings: &readings, thinning: &thinning, prior: &prior };
+        let whole =
+            |fit: &Fit| Problem { noise: fit.noise, order: fit.order, spread_m: fit.spread_m, ..problem.clone() };
+        // Rivals that turn out better take its place, and are examined in their turn.
+        let mut alternatives = Vec::new();
+        // What is not explained is not certified, whatever its rivals.
+        let rounds = if self.chi2_per_dof(&whole(&fit), &fit) > EXPLAINED_CHI2 { 0 } else { MOST_BETTER_RIVALS };
+        for _ in 0..rounds {
+            let beam = arrangements.iter().skip(1).filter_map(whole_state);
+            let found = rivals.of(&Whole { problem: &whole(&fit), fit: &fit }, beam);
+            match found.first().filter(|rival| rival.log_evidence > fit.log_evidence) {
+                Some(better) => {
+                    let next = choose(better.optimum.state.clone())?;
+                    if next.log_evidence <= fit.log_evidence {
+                        alternatives = found;
+                        break;
+                    }
+                    fit = next;
+                }
+                None => {
+                    alternatives = found;
+                    break;
+                }
+            }
+        }
+        let (mut reconstruction, posterior) = self.assembled(&whole(&fit), &fit, &prior, 1 + alternatives.len())?;
+        let others = alternatives
+            .iter()
+            .take(4)
+            .filter_map(|other| self.assembled(&whole(&fit), other, &prior, 1 + alternatives.len()));
+        reconstruction.others = others.map(|(other, _)| other).collect();
+        Some((reconstruction, posterior, fit.log_evidence))
+    }
+
+    fn degrees_of_freedom(&self, problem: &Problem) -> f64 {
+        (problem.readings.len() as f64 - problem.unknowns() as f64).max(1.0)
+    }
+
+    /// What a fit leaves over what the noise explains, per degree of freedom.
+    fn chi2_per_dof(&self, problem: &Problem, fit: &Fit) -> f64 {
+        let reference = self.reference();
+        let (r_ratio, d_ratio) = (fit.noise.r_m / reference.r_m, fit.noise.d_m / reference.d_m);
+        let squares = fit.optimum.linear.residuals.iter().map(|[r, d]| (r * r_ratio).powi(2) + (d * d_ratio).powi(2));
+        squares.sum::<f64>() / self.degrees_of_freedom(problem)
+    }
+
+    /// Contact angles of the readings that are used by the closed form.
+    fn relative(&self, width: f64, may_roll: bool) -> Vec<f64> {
+        let along_m: Vec<f64> = self.readings.iter().map(|reading| reading.along_m).collect();
+        let angles = |range: &Range<usize>| {
+            let stretch = Stretch {
+                r_m: &self.r_m[range.clone()],
+                d_m: &self.d_m[range.clone()],
+                along_m: &along_m[range.clone()],
+                sd_m: [self.scatter.r_m, self.scatter.d_m],
+                size_m: self.size_m,
+            };
+            stretch.angles(width, may_roll)
+        };
+        self.ranges.iter().flat_map(angles).collect()
+    }
+
+    /// The state with all angles decoded anew; `None` where no reading asks for it.
+    fn mended(&self, readings: &[Reading], fit: &Fit) -> Option<State> {
+        let reference = self.reference();
+        let noise = Noise { r_m: fit.noise.r_m.max(reference.r_m), d_m: fit.noise.d_m.max(reference.d_m) };
+        let state = &fit.optimum.state;
+        let linear = &fit.optimum.linear;
+        let astray = linear
+            .residuals
+            .iter()
+            .any(|[r, d]| (r * fit.noise.r_m / reference.r_m).hypot(d * fit.noise.d_m / reference.d_m) > ASTRAY_SDS);
+        if !astray {
+            return None;
+        }
+        let covariance = linear.factorised(&state.coefficients, 0.0)?.inverse();
+        let order = fit.order;
+        let variance = |theta: f64, [r_share, d_share]: [f64; 2]| {
+            let row = crate::pivot::smoother::curve_row(theta, order, [r_share / noise.r_m, d_share / noise.d_m]);
+            let part = covariance.view((0, 0), (2 * order + 1, 2 * order + 1));
+            (part * &row).dot(&row).max(0.0)
+        };
+        let errors = self.options.rig.calibration.with_told(state.told);
+        let measured: Vec<[f64; 2]> =
+            readings.iter().map(|reading| reading.measured(&errors)).map(|m| [m.r_m, m.d_m]).collect();
+        let ranges = self.ranges_of_used();
+        Some(State { theta_rad: decoded(state, &measured, &ranges, noise, variance), ..state.clone() })
+    }
+
+    /// Whether the object hung free before a sample. The pad may miss single readings: a lifted object has none for a while.
+    fn is_lifted_before(&self, sample: usize) -> bool {
+        let lifted = sample.saturating_sub(LIFTED_SAMPLES)..sample;
+        lifted.len() == LIFTED_SAMPLES && self.log.samples[lifted].iter().all(|sample| sample.s_m.is_none())
+    }
+
+    /// Whether each segment begins after the object was lifted; the first one does.
+    fn begins_at_rest(&self) -> Vec<bool> {
+        let first = self.samples.first().copied();
+        self.ranges
+            .iter()
+            .map(|range| Some(self.samples[range.start]) == first || self.is_lifted_before(self.samples[range.start]))
+            .collect()
+    }
+
+    /// The segments among the readings that are used.
+    fn ranges_of_used(&self) -> Vec<Range<usize>> {
+        let mut begin = 0;
+        let next = |range: &Range<usize>| {
+            begin += range.len();
+            begin - range.len()..begin
+        };
+        self.ranges.iter().map(next).collect()
+    }
+
+    /// The result of one fit.
+    fn assembled(
+        &self,
+        problem: &Problem,
+        fit: &Fit,
+        prior: &MotionPrior,
+        alternatives: usize,
+    ) -> Option<(PivotReconstruction, PivotPosterior)> {
+        let rig = &self.options.rig;
+        let state = &fit.optimum.state;
+        let linear = &fit.optimum.linear;
+        let calibration = rig.calibration.with_told(state.told);
+        let tilt_rad = rig.pad.tilt_rad + calibration.tilt_rad;
+        let first_rad = *state.theta_rad.first()?;
+        // ψ = 0 at the first contact.
+        let turn_rad = tilt_rad - FRAC_PI_2 - first_rad;
+        let shape = SupportFunction::from_coefficients(&state.coefficients).rotated(turn_rad);
+        if shape.has_nonfinite() {
+            return None;
+        }
+        let paths: Vec<Vec<f64>> = self
+            .ranges_of_used()
+            .into_iter()
+            .flat_map(|range| state.theta_rad[range].chunk_by(|a, b| (b - a).abs() <= LONGEST_SLIDE))
+            .map(|path| path.iter().map(|theta| theta + turn_rad).collect())
+            .collect();
+        let counts = touches(&paths);
+        let felt: Vec<usize> = (0..NODES).filter(|&node| counts[node] > 0).collect();
+        let angle = |node: usize| TAU * node as f64 / NODES as f64;
+        // Error bars belong to the shape before it was turned.
+        let felt_before: Vec<f64> = felt.iter().map(|&node| angle(node) - turn_rad).collect();
+        let bars = ErrorBars::new(linear, state, &felt_before)?;
+        let outline: Vec<OutlinePoint> = (0..NODES)
+            .map(|node| {
+                let theta_rad = angle(node);
+                let (contact, point) = (shape.at(theta_rad), shape.boundary_point(theta_rad));
+                OutlinePoint {
+                    theta_rad,
+                    r_m: contact.r,
+                    r_sd_m: bars.r_sd_m(theta_rad - turn_rad),
+                    x_m: point.x_m,
+                    y_m: point.y_m,
+                    curvature_radius_m: contact.v,
+                    touches: counts[node],
+                }
+            })
+            .collect();
+        let motion = self.motion(problem, fit, &bars, turn_rad, tilt_rad);
+        let rms = |squares: f64, count: usize| (squares / count.max(1) as f64).sqrt();
+        let theta_sd_rad = rms(bars.theta_sd_rad.iter().map(|sd| sd * sd).sum(), bars.theta_sd_rad.len());
+        let r_sd_m = rms(felt.iter().map(|&node| outline[node].r_sd_m.powi(2)).sum(), felt.len());
+        let dof = self.degrees_of_freedom(problem);
+        let coverage = felt.len() as f64 / NODES as f64;
+        let concave_sds = felt_before
+            .iter()
+            .map(|&theta| {
+                -crate::pivot::smoother::contact(&state.coefficients, theta)[2]
+                    / bars.v_sd_m(theta).max(1e-12 * self.size_m)
+            })
+            .fold(0.0, f64::max);
+        // Where readings hardly tell an angle it may seem to leap.
+        let is_told = |index: usize| bars.theta_sd_rad[index].max(bars.theta_sd_rad[index - 1]) < TOLD_RAD;
+        let leaps = prior.leaps(&state.theta_rad).filter(|&index| is_told(index)).count();
+        let stated = rig.calibration.told();
+        let rig_off_sds = problem
+            .open
+            .iter()
+            .map(|&(constant, sd)| ((state.told[constant] - stated[constant]) / sd).abs())
+            .fold(0.0, f64::max);
+        let findings = Findings {
+            size_m: shape.mean_radius_m(),
+            least_r_m: felt.iter().map(|&node| outline[node].r_m).fold(f64::INFINITY, f64::min),
+            chi2_per_dof: self.chi2_per_dof(problem, fit),
+            dof,
+            noise_stated: self.stated().d_m.is_some(),
+            coverage,
+            r_sd_m,
+            theta_sd_rad,
+            largest_theta_sd_rad: bars.theta_sd_rad.iter().copied().fold(0.0, f64::max),
+            concave_sds,
+            alternatives,
+            leaps,
+            rig_off_sds,
+            left_out: 1.0 - linear.residuals.len() as f64 / self.readings.len() as f64,
+        };
+        let mut told_sd = rig.tolerances.told();
+        for (place, &(constant, _)) in problem.open.iter().enumerate() {
+            let index = 2 * fit.order + 1 + place;
+            told_sd[constant] = bars.covariance[(index, index)].max(0.0).sqrt();
+        }
+        let [zero_sd_m, scale_sd, tilt_sd_rad]: [f64; TOLD] = told_sd;
+        let first = self.first_contacts(&motion);
+        let center_of_mass = center_of_mass::estimate(&shape, &first, tilt_rad, self.log.swing_period_s);
+        let posterior = PivotPosterior::new(&state.coefficients, bars.of_shape(), turn_rad);
+        let reconstruction = PivotReconstruction {
+            shape,
+            outline,
+            motion,
+            doubts: findings.doubts(),
+            chi2_per_dof: findings.chi2_per_dof,
+            coverage,
+            alternatives,
+            others: Vec::new(),
+            segments: self.ranges.len(),
+            sensor_sd_m: fit.noise.d_m,
+            arm_sd_m: fit.noise.r_m,
+            calibration,
+            calibration_sd: crate::pivot::calibration::PivotTolerances {
+                zero_sd_m,
+                scale_sd,
+                tilt_sd_rad,
+                height_sd_m: rig.tolerances.height_sd_m,
+            },
+            center_of_mass,
+        };
+        Some((reconstruction, posterior))
+    }
+
+    /// One pose per sample of the log.
+    fn motion(&self, problem: &Problem, fit: &Fit, bars: &ErrorBars, turn_rad: f64, tilt_rad: f64) -> Vec<PivotPose> {
+        let mut motion: Vec<PivotPose> = self
+            .log
+            .samples
+            .iter()
+            .map(|sample| PivotPose {
+                time_s: sample.time_s,
+                pivot_x_m: sample.pivot_x_m,
+                pivot_y_m: sample.pivot_y_m,
+                theta_rad: None,
+                psi_rad: None,
+                psi_sd_rad: None,
+                segment: None,
+                height_residual_m: None,
+                offset_residual_m: None,
+            })
+            .collect();
+        let state = &fit.optimum.state;
+        let mut place = 0;
+        for (segment, range) in self.ranges.iter().enumerate() {
+            // Whole turns do not count: each segment begins within half a turn of the first.
+            let begins = state.theta_rad[place] + turn_rad - (tilt_rad - FRAC_PI_2);
+            let whole = wrapped(begins) - begins;
+            for index in range.clone() {
+                let pose = &mut motion[self.samples[index]];
+                let theta = state.theta_rad[place] + turn_rad + whole;
+                let [r, d] = fit.optimum.linear.residuals[place];
+                pose.theta_rad = Some(theta);
+                pose.psi_rad = Some(tilt_rad - FRAC_PI_2 - theta);
+                pose.psi_sd_rad = Some(bars.theta_sd_rad[place]);
+                pose.segment = Some(segment as u32);
+                pose.height_residual_m = Some(-r * problem.noise.r_m);
+                pose.offset_residual_m = Some(-d * problem.noise.d_m);
+                place += 1;
+            }
+        }
+        motion
+    }
+
+    /// What each stroke begins with: the first contact after samples without one.
+    fn first_contacts(&self, motion: &[PivotPose]) -> Vec<FirstContact> {
+        let mut first = Vec::new();
+        for range in &self.ranges {
+            let sample = self.samples[range.start];
+            let Some(before) = sample.checked_sub(1).filter(|_| self.is_lifted_before(sample)) else { continue };
+            let height = |index: usize| {
+                let sample = &self.log.samples[index];
+                self.options.rig.pad.along_and_above(sample.pivot_x_m, sample.pivot_y_m)[1]
+            };
+            if let (Some(theta), Some(sd)) = (motion[sample].theta_rad, motion[sample].psi_sd_rad) {
+                let lowered_m = height(before) - height(sample);
+                first.push(FirstContact::new(theta, sd, lowered_m, self.d_m[range.start]));
+            }
+        }
+        first
+    }
+}
+
+/// The noise of a signal by its third differences, which hardly know of a smooth motion: those of independent errors spread by √20.
+fn scatter(values: &[f64], ranges: &[Range<usize>]) -> f64 {
+    let thirds: Vec<f64> = ranges
+        .iter()
+        .flat_map(|range| values[range.clone()].windows(4))
+        .map(|four| (four[3] - 3.0 * four[2] + 3.0 * four[1] - four[0]) / 20f64.sqrt())
+        .collect();
+    typical_sd(thirds.iter())
+}
+
+fn check(log: &PivotLog, options: &PivotOptions) -> Result<(), PivotReconstructError> {
+    let bad = |what: &str| Err(PivotReconstructError::BadOption(what.to_owned()));
+    let rig = &options.rig;
+    if options.harmonics.is_some_and(|order| !(2..=48).contains(&order)) {
+        return bad("the number of harmonics must be between 2 and 48");
+    }
+    let (constants, tolerances, pad) = (&rig.calibration, &rig.tolerances, &rig.pad);
+    let numbers =
+        [constants.zero_m, constants.scale, constants.tilt_rad, constants.height_m, pad.base_x_m, pad.base_y_m];
+    if numbers.iter().any(|value| !value.is_finite()) || !(pad.tilt_rad.abs() < FRAC_PI_2) || constants.scale <= -0.9 {
+        return bad(
+            "pose and constants of the pad must be finite, its tilt between -90 and 90 degrees, its scale positive",
+        );
+    }
+    let sds = tolerances.told().into_iter().chain([tolerances.height_sd_m]);
+    if !sds.into_iter().all(|sd| sd >= 0.0 && sd.is_finite()) {
+        return bad("the tolerances of the rig must be finite and not negative");
+    }
+    let noises = [rig.reading_sd_m, rig.arm_sd_m];
+    if noises.into_iter().flatten().any(|sd| !(sd > 0.0 && sd.is_finite())) {
+        return bad("the stated noise of pad and arm must be positive");
+    }
+    let mut before = f64::NEG_INFINITY;
+    for (index, sample) in log.samples.iter().enumerate() {
+        let fault = |what: &str| PivotReconstructError::BadSample { sample: index + 1, what: what.to_owned() };
+        let values = [sample.time_s, sample.pivot_x_m, sample.pivot_y_m, sample.s_m.unwrap_or(0.0)];
+        if values.iter().any(|value| !(value.abs() < 1e9)) {
+            return Err(fault("time, pivot and contact must be finite numbers, in seconds and metres"));
+        }
+        if sample.time_s < before {
+            return Err(fault("time runs backwards"));
+        }
+        before = sample.time_s;
+    }
+    Ok(())
+}

@@ -1,0 +1,87 @@
+//! The result of a reconstruction from strokes: plain data, shared by files, the report and Python.
+
+use crate::pivot::calibration::{PivotCalibration, PivotTolerances};
+use crate::pivot::verdict::PivotDoubt;
+use crate::reconstruct::OutlinePoint;
+use crate::shape::SupportFunction;
+
+/// Shape about the pivot and motion of the object behind a log of strokes, with error bars and a verdict.
+///
+/// The object frame has its origin at the pivot and is turned so that ψ of the first sample with a contact is 0.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct PivotReconstruction {
+    /// Support function about the pivot.
+    pub shape: SupportFunction,
+    /// The boundary at 720 equally spaced normal angles over [0, 2π), with error bars.
+    pub outline: Vec<OutlinePoint>,
+    /// One pose per sample of the log, in the same order.
+    pub motion: Vec<PivotPose>,
+    /// Why the result is not certified; empty where it is.
+    pub doubts: Vec<PivotDoubt>,
+    /// Squares of what the fit leaves over what the noise explains, per degree of freedom.
+    pub chi2_per_dof: f64,
+    /// Fraction of the boundary (in normal angle) that was felt, 0 to 1.
+    pub coverage: f64,
+    /// Number of distinct arrangements of the segments that fit equally well; 1 when the answer is unique.
+    pub alternatives: usize,
+    /// The arrangements besides this one that fit equally well (at most four).
+    pub others: Vec<PivotReconstruction>,
+    /// Number of segments: stretches of the motion with the contact kept.
+    pub segments: usize,
+    /// Standard deviation of the offset of the contact from the foot of the pivot, metres: pad and arm together.
+    pub sensor_sd_m: f64,
+    /// Standard deviation of the height of the pivot over the pad, metres: the arm.
+    pub arm_sd_m: f64,
+    /// Constants of the rig, as the log has them: zero, scale and tilt; and as stated.
+    pub calibration: PivotCalibration,
+    /// What is left of their tolerances.
+    pub calibration_sd: PivotTolerances,
+    /// What the resting angle, and the period of swinging where the log has it, say of the centre of mass; `None` where strokes do not begin
+    /// at the same angle: contact alone never tells it.
+    pub center_of_mass: Option<CenterOfMassEstimate>,
+}
+
+impl PivotReconstruction {
+    /// Shape and motion are statistically consistent with the log, unique and convex.
+    pub fn is_certified(&self) -> bool {
+        self.doubts.is_empty()
+    }
+}
+
+/// The reconstructed pose at one sample.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct PivotPose {
+    /// Time in seconds.
+    pub time_s: f64,
+    /// Pivot, X in the global frame, metres, as the arm gave it.
+    pub pivot_x_m: f64,
+    /// Pivot, Y, metres.
+    pub pivot_y_m: f64,
+    /// Body angle of the contact, radians, unwrapped within a segment; `None` without a contact, or where it could not be placed.
+    pub theta_rad: Option<f64>,
+    /// Orientation ψ of the object, radians; `None` as above.
+    pub psi_rad: Option<f64>,
+    /// Posterior standard deviation of both, radians.
+    pub psi_sd_rad: Option<f64>,
+    /// Counts the segments from 0.
+    pub segment: Option<u32>,
+    /// Measured minus predicted height of the pivot over the pad, metres.
+    pub height_residual_m: Option<f64>,
+    /// Measured minus predicted offset of the contact from the foot of the pivot, metres.
+    pub offset_residual_m: Option<f64>,
+}
+
+/// Where the centre of mass is, seen from the pivot.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct CenterOfMassEstimate {
+    /// Direction from the pivot in the object frame, radians.
+    pub direction_rad: f64,
+    /// Its standard deviation, radians.
+    pub direction_sd_rad: f64,
+    /// Distance from the pivot, metres, from the period of swinging and the radius of gyration of an even mass; `None` where the log has no
+    /// period, or it fits no such object.
+    pub distance_m: Option<f64>,
+}

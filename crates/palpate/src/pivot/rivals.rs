@@ -1,0 +1,201 @@
+//! Rival arrangements: every segment, and every group of segments that shares little boundary with the others, is taken out and laid on
+//! what the others say of the shape once more. A rotation elsewhere that explains it about as well is followed to its optimum.
+
+use std::f64::consts::TAU;
+
+use crate::math::angle::wrapped;
+use crate::pivot::association::Known;
+use crate::pivot::calibration::Reading;
+use crate::pivot::evidence::{Fit, log_evidence};
+use crate::pivot::motion_prior::MotionPrior;
+use crate::pivot::search::{same, search_noise};
+use crate::pivot::smoother::{Problem, State};
+use crate::pivot::thinning::Thinning;
+use crate::pivot::verdict::RIVAL_NATS;
+
+/// Rivals that look worse than this by what is linear are not followed, nats.
+const FOLLOWED_NATS: f64 = 40.0;
+
+/// Rivals of one group that are followed.
+const FOLLOWED: usize = 3;
+
+/// Groups hang together where they share less boundary than one of these, radians.
+const SHARED_RAD: [f64; 3] = [0.1, 0.4, 0.8];
+
+/// A rotation closer than this is the arrangement itself, radians.
+const ITSELF_RAD: f64 = 0.1;
+
+/// A contact angle that its own reading tells no better than this, radians, is a weak link: what lies beyond it may be turned.
+const WEAK_LINK_RAD: f64 = 0.1;
+
+/// Arcs of the boundary for what segments share.
+const ARCS: usize = 180;
+
+/// Looks for rivals among the segments of a log.
+pub(super) struct Rivals<'a> {
+    /// The problem of the search: its noise and number of harmonics.
+    pub search: &'a Problem<'a>,
+    /// All readings that are used, and some of them.
+    pub readings: &'a [Reading],
+    pub thinning: &'a Thinning,
+    /// The prior of the motion, with the segments among the readings.
+    pub prior: &'a MotionPrior,
+}
+
+/// The arrangement that is questioned.
+pub(super) struct Whole<'a> {
+    pub problem: &'a Problem<'a>,
+    pub fit: &'a Fit,
+}
+
+impl Rivals<'_> {
+    /// Rivals that are not clearly worse, the best first.
+    pub fn of(&self, whole: &Whole, others: impl Iterator<Item = State>) -> Vec<Fit> {
+        let state = &whole.fit.optimum.state;
+        let some = self.thinning.of(self.readings);
+        let search = Problem {
+            readings: &some,
+            noise: search_noise(self.search.noise, self.search.size_m),
+            spread_m: whole.fit.spread_m,
+            ..self.search.clone()
+        };
+        // Compared with few samples first: what is clearly worse by these is so by all.
+        let thinned = |state: &State| {
+            let theta_rad = self.thinning.of(&state.theta_rad);
+            let optimum = search.solve(State { theta_rad, ..state.clone() })?;
+            let evidence = log_evidence(&search, &optimum)?;
+            Some((optimum.state, evidence))
+        };
+        let Some((present, evidence)) = thinned(state) else { return Vec::new() };
+        let moved: Vec<State> =
+            self.groups(whole).iter().flat_map(|group| self.moved(&search, &present, group)).collect();
+        let mut found: Vec<Fit> = Vec::new();
+        let mut seen: Vec<State> = vec![present.clone()];
+        let mut starts: Vec<State> = others.collect();
+        for start in moved {
+            let Some(optimum) = search.solve(start) else { continue };
+            let Some(own) = log_evidence(&search, &optimum) else { continue };
+            if own < evidence - RIVAL_NATS || seen.iter().any(|seen| same(seen, &optimum.state)) {
+                continue;
+            }
+            let theta_rad = self.thinning.spread(&state.theta_rad, &optimum.state.theta_rad);
+            starts.push(State { theta_rad, ..optimum.state.clone() });
+            seen.push(optimum.state);
+        }
+        for start in starts {
+            let Some(rival) = self.solved(whole, start) else { continue };
+            let clearly_worse = rival.log_evidence < whole.fit.log_evidence - RIVAL_NATS;
+            let known =
+                std::iter::once(whole.fit).chain(&found).any(|fit| same(&fit.optimum.state, &rival.optimum.state));
+            if !clearly_worse && !known {
+                found.push(rival);
+            }
+        }
+        found.sort_by(|a, b| b.log_evidence.total_cmp(&a.log_evidence));
+        found
+    }
+
+    /// The optimum from a start, under the noise and prior of the arrangement that is questioned.
+    fn solved(&self, whole: &Whole, start: State) -> Option<Fit> {
+        let optimum = whole.problem.solve(start)?;
+        let log_evidence = log_evidence(whole.problem, &optimum)? - self.prior.cost(&optimum.state.theta_rad);
+        Some(Fit { optimum, log_evidence, ..whole.fit.clone() })
+    }
+
+    /// Segments, cut at weak links, alone and in groups; as the places of their readings among the thinned ones.
+    fn groups(&self, whole: &Whole) -> Vec<Vec<usize>> {
+        let slopes = &whole.fit.optimum.linear.slopes;
+        let is_weak = |index: usize| slopes[index][0].hypot(slopes[index][1]) * WEAK_LINK_RAD < 1.0;
+        let mut parts: Vec<Vec<usize>> = Vec::new();
+        for range in &self.thinning.ranges {
+            let mut part = Vec::new();
+            for place in range.clone() {
+                if is_weak(self.thinning.kept[place]) {
+                    parts.push(std::mem::take(&mut part));
+                    continue;
+                }
+                if place > range.start && self.leaps_between(whole, place - 1, place) {
+                    parts.push(std::mem::take(&mut part));
+                }
+                part.push(place);
+            }
+            parts.push(part);
+        }
+        parts.retain(|part| part.len() >= 2);
+        let theta = self.thinning.of(&whole.fit.optimum.state.theta_rad);
+        let arcs: Vec<Vec<bool>> = parts
+            .iter()
+            .map(|part| {
+                let mut felt = vec![false; ARCS];
+                for &index in part {
+                    felt[((theta[index].rem_euclid(TAU) / TAU * ARCS as f64) as usize).min(ARCS - 1)] = true;
+                }
+                felt
+            })
+            .collect();
+        let shared = |a: usize, b: usize| {
+            let both = arcs[a].iter().zip(&arcs[b]).filter(|(a, b)| **a && **b).count();
+            TAU * both as f64 / ARCS as f64
+        };
+        let mut groups: Vec<Vec<usize>> = (0..parts.len()).map(|part| vec![part]).collect();
+        for least in SHARED_RAD {
+            let mut label: Vec<usize> = (0..parts.len()).collect();
+            for a in 0..parts.len() {
+                for b in 0..a {
+                    if shared(a, b) > least && label[a] != label[b] {
+                        let (from, to) = (label[a], label[b]);
+                        label.iter_mut().filter(|l| **l == from).for_each(|l| *l = to);
+                    }
+                }
+            }
+            for part in 0..parts.len() {
+                groups.push((0..parts.len()).filter(|&other| label[other] == part).collect());
+            }
+        }
+        groups.retain(|group| !group.is_empty() && group.len() < parts.len());
+        groups.sort();
+        groups.dedup();
+        groups
+            .into_iter()
+            .map(|group| group.into_iter().flat_map(|part| parts[part].iter().copied()).collect())
+            .collect()
+    }
+
+    /// Whether the contact leaps between two samples that stay.
+    fn leaps_between(&self, whole: &Whole, from: usize, to: usize) -> bool {
+        let theta = &whole.fit.optimum.state.theta_rad;
+        (self.thinning.kept[from] + 1..=self.thinning.kept[to]).any(|index| self.prior.is_break(theta, index))
+    }
+
+    /// States of the thinned problem with a group of readings turned to where it may lie as well.
+    fn moved(&self, search: &Problem, state: &State, group: &[usize]) -> Vec<State> {
+        let mut inside = vec![false; search.readings.len()];
+        group.iter().for_each(|&place| inside[place] = true);
+        let (kept, kept_rad): (Vec<Reading>, Vec<f64>) = (0..inside.len())
+            .filter(|&place| !inside[place])
+            .map(|place| (search.readings[place], state.theta_rad[place]))
+            .unzip();
+        let (taken, taken_rad): (Vec<Reading>, Vec<f64>) =
+            group.iter().map(|&place| (search.readings[place], state.theta_rad[place])).unzip();
+        let problem = Problem { readings: &kept, ..search.clone() };
+        let Some(optimum) = problem.solve(State { theta_rad: kept_rad, ..state.clone() }) else { return Vec::new() };
+        let Some(factor) = optimum.linear.factorised(&optimum.state.coefficients, 0.0) else { return Vec::new() };
+        let known = Known { problem: &problem, state: &optimum.state, factor };
+        let placements = known.placements(&taken, &taken_rad);
+        let Some(best) = placements.first().map(|placement| placement.cost) else { return Vec::new() };
+        placements
+            .iter()
+            .filter(|placement| {
+                wrapped(placement.rotation_rad).abs() > ITSELF_RAD && placement.cost < best + FOLLOWED_NATS
+            })
+            .take(FOLLOWED)
+            .map(|placement| {
+                let mut moved = state.clone();
+                group.iter().for_each(|&place| moved.theta_rad[place] += placement.rotation_rad);
+                // The shape must not hold on to where they were.
+                moved.coefficients.clone_from(&optimum.state.coefficients);
+                moved
+            })
+            .collect()
+    }
+}

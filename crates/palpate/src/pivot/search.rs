@@ -1,0 +1,238 @@
+//! A start from nothing: each segment by its closed form, then one after the other laid on what is placed already, with the few rotations
+//! that may be right followed side by side.
+
+use std::ops::Range;
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::pivot::association::{Known, Placement};
+use crate::pivot::calibration::{Reading, TOLD};
+use crate::pivot::evidence::log_evidence;
+use crate::pivot::motion_prior::MotionPrior;
+use crate::pivot::smoother::{Noise, Problem, State, contact};
+
+/// Harmonics during the search: enough to lay segments on each other.
+pub(super) const SEARCH_ORDER: usize = 8;
+
+/// Noise during the search is at least this share of the size, so that shapes of few harmonics are told apart by their form.
+pub(super) const LEAST_SEARCH_NOISE: f64 = 5e-4;
+
+/// Arrangements that are followed side by side.
+const WIDTH: usize = 4;
+
+/// Rotations of one segment that are followed.
+const BRANCHES: usize = 4;
+
+/// Rotations, and arrangements, that are worse by more than so many nats are dropped.
+const DROPPED_NATS: f64 = 60.0;
+
+/// Segments with their readings and relative contact angles.
+pub(super) struct Segments<'a> {
+    pub readings: &'a [Reading],
+    pub ranges: &'a [Range<usize>],
+    /// Contact angles relative to the first sample of the segment, one per reading.
+    pub relative_rad: &'a [f64],
+    /// Whether each segment begins after the object was lifted.
+    pub begins_at_rest: &'a [bool],
+}
+
+/// Some segments, placed: which, and shape and angles.
+#[derive(Clone, Debug)]
+pub(super) struct Arrangement {
+    /// Numbers of the segments, in the order of their readings in the state.
+    pub placed: Vec<usize>,
+    pub state: State,
+    pub log_evidence: f64,
+}
+
+impl Segments<'_> {
+    /// The readings of some segments in turn.
+    pub fn readings_of(&self, placed: &[usize]) -> Vec<Reading> {
+        placed.iter().flat_map(|&segment| self.readings[self.ranges[segment].clone()].iter().copied()).collect()
+    }
+
+    /// The state of an arrangement of all segments, its angles in the order of the readings.
+    pub fn in_order(&self, arrangement: &Arrangement) -> Option<State> {
+        if arrangement.placed.len() != self.ranges.len() {
+            return None;
+        }
+        let mut angles: Vec<&[f64]> = vec![&[]; self.ranges.len()];
+        let mut rest = &arrangement.state.theta_rad[..];
+        for &segment in &arrangement.placed {
+            let (own, others) = rest.split_at_checked(self.ranges[segment].len())?;
+            angles[segment] = own;
+            rest = others;
+        }
+        Some(State { theta_rad: angles.concat(), ..arrangement.state.clone() })
+    }
+
+    fn relative_of(&self, segment: usize) -> &[f64] {
+        &self.relative_rad[self.ranges[segment].clone()]
+    }
+
+    /// How far the contact turned in a segment, radians.
+    fn turned(&self, segment: usize) -> f64 {
+        let angles = self.relative_of(segment);
+        let (low, high) = angles.iter().fold((f64::MAX, f64::MIN), |(low, high), a| (low.min(*a), high.max(*a)));
+        high - low
+    }
+
+    /// Arrangements of all segments, the best first. `problem` has the noise; its readings do not matter.
+    pub fn arrangements(&self, problem: &Problem) -> Vec<Arrangement> {
+        let longest = (0..self.ranges.len()).max_by(|a, b| self.turned(*a).total_cmp(&self.turned(*b)));
+        let Some(first) = longest else { return Vec::new() };
+        let Some(start) = self.first(problem, first) else { return Vec::new() };
+        let mut beam = vec![start];
+        for _ in 1..self.ranges.len() {
+            let Some(next) = self.next(problem, &beam[0]) else { break };
+            let mut grown: Vec<Arrangement> =
+                beam.iter().flat_map(|arrangement| self.grown(problem, arrangement, next)).collect();
+            if grown.is_empty() {
+                break;
+            }
+            grown.sort_by(|a, b| b.log_evidence.total_cmp(&a.log_evidence));
+            let best = grown[0].log_evidence;
+            let mut kept: Vec<Arrangement> = Vec::new();
+            for arrangement in grown {
+                let new = kept.iter().all(|other| !same(&other.state, &arrangement.state));
+                if new && kept.len() < WIDTH && arrangement.log_evidence > best - DROPPED_NATS {
+                    kept.push(arrangement);
+                }
+            }
+            beam = kept;
+        }
+        beam
+    }
+
+    /// One segment alone.
+    fn first(&self, problem: &Problem, segment: usize) -> Option<Arrangement> {
+        let readings = self.readings_of(&[segment]);
+        let problem = Problem { readings: &readings, ..problem.clone() };
+        let theta_rad = self.relative_of(segment).to_vec();
+        let start = shape_given_angles(&problem, theta_rad)?;
+        let optimum = problem.solve(start)?;
+        let log_evidence = log_evidence(&problem, &optimum)?;
+        Some(Arrangement { placed: vec![segment], state: optimum.state, log_evidence })
+    }
+
+    /// The segment whose place is clearest.
+    fn next(&self, problem: &Problem, arrangement: &Arrangement) -> Option<usize> {
+        let open = (0..self.ranges.len()).filter(|segment| !arrangement.placed.contains(segment));
+        let readings = self.readings_of(&arrangement.placed);
+        let problem = Problem { readings: &readings, ..problem.clone() };
+        let linear = problem.linearised(&arrangement.state);
+        let factor = linear.factorised(&arrangement.state.coefficients, 0.0)?;
+        let known = Known { problem: &problem, state: &arrangement.state, factor };
+        let clear = |segment: usize| {
+            let placements = known.placements(&self.readings[self.ranges[segment].clone()], self.relative_of(segment));
+            match placements[..] {
+                [best, second, ..] => second.cost - best.cost,
+                _ => 0.0,
+            }
+        };
+        let scored: Vec<(usize, f64)> = open.map(|segment| (segment, clear(segment))).collect();
+        scored.into_iter().max_by(|a, b| a.1.total_cmp(&b.1)).map(|(segment, _)| segment)
+    }
+
+    /// An arrangement with one more segment, at each of the rotations that may be right.
+    fn grown(&self, problem: &Problem, arrangement: &Arrangement, segment: usize) -> Vec<Arrangement> {
+        let readings = self.readings_of(&arrangement.placed);
+        let before = Problem { readings: &readings, ..problem.clone() };
+        let linear = before.linearised(&arrangement.state);
+        let Some(factor) = linear.factorised(&arrangement.state.coefficients, 0.0) else { return Vec::new() };
+        let known = Known { problem: &before, state: &arrangement.state, factor };
+        let added = &self.readings[self.ranges[segment].clone()];
+        let placements = known.placements(added, self.relative_of(segment));
+        let Some(best) = placements.first().map(|placement| placement.cost) else { return Vec::new() };
+        let worth = |placement: &&Placement| placement.cost < best + DROPPED_NATS;
+        let mut followed: Vec<f64> =
+            placements.iter().filter(worth).take(BRANCHES).map(|placement| placement.rotation_rad).collect();
+        followed.extend(self.same_start(arrangement, segment));
+        let mut placed = arrangement.placed.clone();
+        placed.push(segment);
+        let all = self.readings_of(&placed);
+        let problem = Problem { readings: &all, ..problem.clone() };
+        let prior = self.prior(&placed);
+        let grow = |rotation_rad: f64| {
+            let mut state = arrangement.state.clone();
+            state.theta_rad.extend(self.relative_of(segment).iter().map(|theta| theta + rotation_rad));
+            let optimum = problem.solve(state)?;
+            let log_evidence = log_evidence(&problem, &optimum)? - prior.cost(&optimum.state.theta_rad);
+            Some(Arrangement { placed: placed.clone(), state: optimum.state, log_evidence })
+        };
+        followed.into_iter().filter_map(grow).collect()
+    }
+
+    /// The rotation at which a stroke begins where the first of those that are placed does.
+    fn same_start(&self, arrangement: &Arrangement, segment: usize) -> Option<f64> {
+        let mut begin = 0;
+        for &placed in &arrangement.placed {
+            if self.begins_at_rest[placed] && self.begins_at_rest[segment] {
+                return Some(arrangement.state.theta_rad[begin] - self.relative_of(segment).first()?);
+            }
+            begin += self.ranges[placed].len();
+        }
+        None
+    }
+
+    /// The prior of the motion of some segments in turn.
+    fn prior(&self, placed: &[usize]) -> MotionPrior {
+        let mut begin = 0;
+        let ranges = placed.iter().map(|&segment| {
+            begin += self.ranges[segment].len();
+            begin - self.ranges[segment].len()..begin
+        });
+        // Thinned samples lie further apart than a leap is long.
+        let ranges = ranges.map(|range| range.start..range.start + 1).collect();
+        let begins_at_rest = placed.iter().map(|&segment| self.begins_at_rest[segment]).collect();
+        MotionPrior { ranges, begins_at_rest, relative_rad: [Vec::new(), Vec::new()], tips_over: Vec::new() }
+    }
+}
+
+/// The noise of the search.
+pub(super) fn search_noise(noise: Noise, size_m: f64) -> Noise {
+    let least_m = LEAST_SEARCH_NOISE * size_m;
+    Noise { r_m: noise.r_m.max(0.2 * least_m), d_m: noise.d_m.max(least_m) }
+}
+
+/// The most likely shape for given contact angles: linear least squares.
+pub(super) fn shape_given_angles(problem: &Problem, theta_rad: Vec<f64>) -> Option<State> {
+    let order = problem.order;
+    let unknowns = 2 * order + 1;
+    // Angles from the closed form are good to a few hundredths of a radian, which is as much of the size in d.
+    let d_sd = problem.noise.d_m.hypot(0.02 * problem.size_m);
+    let r_sd = problem.noise.r_m.hypot(0.004 * problem.size_m);
+    let mut columns = DMatrix::zeros(unknowns, 2 * theta_rad.len());
+    let mut values = DVector::zeros(2 * theta_rad.len());
+    for (index, (theta, reading)) in theta_rad.iter().zip(problem.readings).enumerate() {
+        let measured = reading.measured(&problem.stated);
+        columns[(0, 2 * index)] = 1.0 / r_sd;
+        for k in 1..=order {
+            let (sin, cos) = (k as f64 * theta).sin_cos();
+            columns[(k, 2 * index)] = cos / r_sd;
+            columns[(order + k, 2 * index)] = sin / r_sd;
+            columns[(k, 2 * index + 1)] = k as f64 * sin / d_sd;
+            columns[(order + k, 2 * index + 1)] = -(k as f64) * cos / d_sd;
+        }
+        values[2 * index] = measured.r_m / r_sd;
+        values[2 * index + 1] = measured.d_m / d_sd;
+    }
+    let mut normal = &columns * columns.transpose();
+    let sds = crate::pivot::smoother::prior_sds(order, problem.size_m, problem.spread_m);
+    for (index, sd) in sds.iter().enumerate() {
+        normal[(index, index)] += 1.0 / (sd * sd);
+    }
+    let coefficients = normal.cholesky()?.solve(&(columns * values));
+    let told: [f64; TOLD] = problem.stated.told();
+    Some(State { coefficients: coefficients.iter().copied().collect(), told, theta_rad })
+}
+
+/// Whether two states are one shape up to a rotation: their curves have the same form at the same readings.
+pub(super) fn same(a: &State, b: &State) -> bool {
+    let turn = crate::math::angle::mean_direction(a.theta_rad.iter().zip(&b.theta_rad).map(|(a, b)| a - b));
+    let size = a.coefficients[0].abs();
+    (0..72).all(|node| {
+        let theta = std::f64::consts::TAU * f64::from(node) / 72.0;
+        (contact(&a.coefficients, theta)[0] - contact(&b.coefficients, theta - turn)[0]).abs() < 0.01 * size
+    }) && a.theta_rad.iter().zip(&b.theta_rad).all(|(a, b)| crate::math::angle::wrapped(a - b - turn).abs() < 0.1)
+}

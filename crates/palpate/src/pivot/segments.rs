@@ -1,0 +1,70 @@
+//! Stretches of a log within which the contact moved without a break: between two strokes the object was lifted, and a leap to another
+//! contact leaves a step in height or offset.
+
+use std::ops::Range;
+
+use crate::math::statistics::median;
+
+/// A step of height or offset that is this many times longer than most of the log's is a leap.
+const LEAP_TIMES: f64 = 8.0;
+
+/// Shortest leap, as a share of the object's size: shorter ones are motions that the closed form follows.
+const SHORTEST_LEAP: f64 = 0.04;
+
+/// Samples without a contact, in a row, that are a lift: the pad may miss fewer.
+pub(super) const LIFTED_SAMPLES: usize = 3;
+
+/// Fewest samples of a segment that is used by itself.
+pub(super) const FEWEST: usize = 8;
+
+/// Segments of the samples with a contact. `samples` are their numbers in the log, `r_m` and `d_m` height and offset.
+pub(super) fn segments(samples: &[usize], r_m: &[f64], d_m: &[f64], size_m: f64) -> Vec<Range<usize>> {
+    let steps = |values: &[f64]| -> Vec<f64> { values.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect() };
+    let (r_steps, d_steps) = (steps(r_m), steps(d_m));
+    let limit = |steps: &[f64]| (LEAP_TIMES * median(&mut steps.to_vec())).max(SHORTEST_LEAP * size_m);
+    let (r_limit, d_limit) = (limit(&r_steps), limit(&d_steps));
+    let mut cuts = vec![0];
+    for index in 1..samples.len() {
+        let lifted = samples[index] > samples[index - 1] + LIFTED_SAMPLES;
+        if lifted || r_steps[index - 1] > r_limit || d_steps[index - 1] > d_limit {
+            cuts.push(index);
+        }
+    }
+    cuts.push(samples.len());
+    cuts.windows(2).map(|pair| pair[0]..pair[1]).filter(|range| range.len() >= FEWEST).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn rolling(count: usize) -> (Vec<f64>, Vec<f64>) {
+        let r = |i: usize| 0.03 + 0.002 * (0.03 * i as f64).sin();
+        ((0..count).map(r).collect(), (0..count).map(|i| -0.002 * (0.03 * i as f64).cos()).collect())
+    }
+
+    #[test]
+    fn a_lift_and_a_leap_end_a_segment_and_a_short_step_does_not() {
+        let (r, d) = rolling(90);
+        let mut samples: Vec<usize> = (0..90).collect();
+        assert_eq!(segments(&samples, &r, &d, 0.03), vec![0..90]);
+        samples[40..].iter_mut().for_each(|sample| *sample += LIFTED_SAMPLES - 1);
+        assert_eq!(segments(&samples, &r, &d, 0.03), vec![0..90]);
+        samples[40..].iter_mut().for_each(|sample| *sample += 1);
+        assert_eq!(segments(&samples, &r, &d, 0.03), vec![0..40, 40..90]);
+        let mut leapt = r.clone();
+        leapt[60..].iter_mut().for_each(|r| *r -= 1.1 * SHORTEST_LEAP * 0.03);
+        assert_eq!(segments(&samples, &leapt, &d, 0.03), vec![0..40, 40..60, 60..90]);
+        let mut stepped = r.clone();
+        stepped[60..].iter_mut().for_each(|r| *r -= 0.9 * SHORTEST_LEAP * 0.03);
+        assert_eq!(segments(&samples, &stepped, &d, 0.03), vec![0..40, 40..90]);
+    }
+
+    #[test]
+    fn what_is_too_short_is_left_out() {
+        let (r, d) = rolling(30);
+        let mut samples: Vec<usize> = (0..30).collect();
+        samples[FEWEST - 1..].iter_mut().for_each(|sample| *sample += LIFTED_SAMPLES);
+        assert_eq!(segments(&samples, &r, &d, 0.03), vec![FEWEST - 1..30]);
+    }
+}

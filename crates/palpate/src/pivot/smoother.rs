@@ -1,0 +1,442 @@
+//! Maximum likelihood over all samples: shape r(θ), constants of the rig and one contact angle θ per sample from
+//!
+//! r(θ) = height of the pivot over the pad,  d(θ) = −r'(θ) = offset of the contact from its foot.
+//!
+//! θ stands in the two residuals of its own sample only. Eliminated, it leaves one residual per sample: that across the curve (r, d) of
+//! the shape, each coordinate in units of its noise. Gauss–Newton steps, damped after Levenberg and Marquardt (Nocedal & Wright,
+//! *Numerical Optimization*, 2006, sections 10.2 and 10.3).
+
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+
+use crate::pivot::calibration::{PivotCalibration, Reading, TOLD};
+
+/// Steps at most.
+const MOST_STEPS: usize = 60;
+
+/// The largest change of a contact angle in one step, radians.
+const LONGEST_TURN_RAD: f64 = 0.3;
+
+/// A step that lowers the cost by less, in units of half a χ², ends the search: a fiftieth of a standard deviation.
+const SETTLED: f64 = 2e-4;
+
+/// Damping of the first step, as a share of each diagonal element: steps from the closed form are long for a curve as bent as (r, d).
+const FIRST_DAMPING: f64 = 1e-4;
+
+/// The damping falls by no more than this at once.
+const LEAST_SHRINKAGE: f64 = 0.05;
+
+/// With so much damping no step helps.
+const MOST_DAMPING: f64 = 1e6;
+
+/// Standard deviations of what is measured, metres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Noise {
+    /// Of the height of the pivot over the pad: the arm.
+    pub r_m: f64,
+    /// Of the offset of the contact: pad and arm.
+    pub d_m: f64,
+}
+
+/// What is to be solved.
+#[derive(Clone, Debug)]
+pub(super) struct Problem<'a> {
+    pub readings: &'a [Reading],
+    pub noise: Noise,
+    /// Harmonics K.
+    pub order: usize,
+    /// Rough size of the object, metres.
+    pub size_m: f64,
+    /// Harmonic k ≥ 2 has the prior standard deviation `spread_m`/k².
+    pub spread_m: f64,
+    /// Stated constants of the rig.
+    pub stated: PivotCalibration,
+    /// Which of the told constants are open, and their prior standard deviations.
+    pub open: Vec<(usize, f64)>,
+}
+
+/// Shape, constants and contact angles.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct State {
+    /// (a₀, a₁ … a_K, b₁ … b_K), metres.
+    pub coefficients: Vec<f64>,
+    pub told: [f64; TOLD],
+    pub theta_rad: Vec<f64>,
+}
+
+/// An optimum and its neighbourhood.
+#[derive(Clone, Debug)]
+pub(super) struct Optimum {
+    pub state: State,
+    /// Half of χ² with the priors.
+    pub cost: f64,
+    pub linear: Linear,
+}
+
+/// The problem linearised at a state.
+#[derive(Clone, Debug)]
+pub(super) struct Linear {
+    /// Residuals of r and d over their noise, per sample.
+    pub residuals: Vec<[f64; 2]>,
+    /// Their derivatives by θ.
+    pub slopes: Vec<[f64; 2]>,
+    /// The noise of r and d, metres.
+    pub scales: [f64; 2],
+    /// Derivatives of r and d, as measured, by the open constants, per sample.
+    pub constants: Vec<Vec<[f64; 2]>>,
+    /// One row per sample: derivative of the residual that is left without θ by coefficients and open constants.
+    pub rows: DMatrix<f64>,
+    /// The residual that is left.
+    pub left: DVector<f64>,
+    /// Σ rowsᵀ rows, with the priors and without the gauge.
+    pub information: DMatrix<f64>,
+    /// Gradient of the cost.
+    pub gradient: DVector<f64>,
+}
+
+impl Linear {
+    /// Derivative of the shape by a common rotation, for the gauge: r(θ − α) by α. Zero where the constants are.
+    pub fn rotation(coefficients: &[f64], unknowns: usize) -> DVector<f64> {
+        let order = coefficients.len() / 2;
+        let mut rotation = DVector::zeros(unknowns);
+        for k in 1..=order {
+            rotation[k] = -(k as f64) * coefficients[order + k];
+            rotation[order + k] = k as f64 * coefficients[k];
+        }
+        rotation
+    }
+
+    /// The information with a rotation held, factorised.
+    pub fn factorised(&self, coefficients: &[f64], damping: f64) -> Option<Cholesky<f64, Dyn>> {
+        let mut matrix = self.information.clone();
+        let rotation = Self::rotation(coefficients, matrix.nrows());
+        let square = rotation.norm_squared();
+        if square > 0.0 {
+            // As stiff as the stiffest direction: a rotation is not told, and costs nothing.
+            let stiffness = matrix.diagonal().max() / square;
+            matrix += &rotation * rotation.transpose() * stiffness;
+        }
+        for index in 0..matrix.nrows() {
+            matrix[(index, index)] *= 1.0 + damping;
+        }
+        Cholesky::new(matrix)
+    }
+
+    /// The share of its own residual in each sample's prediction.
+    pub fn leverages(&self, factor: &Cholesky<f64, Dyn>) -> Vec<f64> {
+        let solved = factor.l().solve_lower_triangular(&self.rows.transpose());
+        solved.map_or_else(
+            || vec![1.0; self.rows.nrows()],
+            |solved| solved.column_iter().map(|column| column.norm_squared().min(1.0)).collect(),
+        )
+    }
+}
+
+impl Problem<'_> {
+    /// Coefficients and open constants.
+    pub fn unknowns(&self) -> usize {
+        2 * self.order + 1 + self.open.len()
+    }
+
+    /// Prior standard deviations of all unknowns.
+    pub fn prior_sds(&self) -> Vec<f64> {
+        prior_sds(self.order, self.size_m, self.spread_m)
+            .into_iter()
+            .chain(self.open.iter().map(|(_, sd)| *sd))
+            .collect()
+    }
+
+    /// How far unknowns are from where the prior has them.
+    fn off_prior(&self, state: &State) -> Vec<f64> {
+        let stated = self.stated.told();
+        let constants = self.open.iter().map(|&(constant, _)| state.told[constant] - stated[constant]);
+        state.coefficients.iter().copied().chain(constants).collect()
+    }
+
+    /// The cost at a state: half of χ² with the priors.
+    pub fn cost(&self, state: &State) -> f64 {
+        let errors = self.stated.with_told(state.told);
+        let mut square = 0.0;
+        for (reading, theta) in self.readings.iter().zip(&state.theta_rad) {
+            let measured = reading.measured(&errors);
+            let contact = contact(&state.coefficients, *theta);
+            square += ((contact[0] - measured.r_m) / self.noise.r_m).powi(2);
+            square += ((contact[1] - measured.d_m) / self.noise.d_m).powi(2);
+        }
+        let prior: f64 = self.off_prior(state).iter().zip(self.prior_sds()).map(|(off, sd)| (off / sd).powi(2)).sum();
+        0.5 * (square + prior)
+    }
+
+    /// Residuals and derivatives at a state, every θ eliminated.
+    pub fn linearised(&self, state: &State) -> Linear {
+        let (samples, unknowns, order) = (self.readings.len(), self.unknowns(), self.order);
+        let errors = self.stated.with_told(state.told);
+        let mut residuals = Vec::with_capacity(samples);
+        let mut slopes = Vec::with_capacity(samples);
+        let mut constants = Vec::with_capacity(samples);
+        // Rows lie as columns, so that each is written in one run.
+        let mut columns = DMatrix::zeros(unknowns, samples);
+        let mut left = DVector::zeros(samples);
+        for (index, (reading, theta)) in self.readings.iter().zip(&state.theta_rad).enumerate() {
+            let measured = reading.measured(&errors);
+            let [r, d, v] = contact(&state.coefficients, *theta);
+            let residual = [(r - measured.r_m) / self.noise.r_m, (d - measured.d_m) / self.noise.d_m];
+            let slope = [-d / self.noise.r_m, (r - v) / self.noise.d_m];
+            let across = across(slope);
+            let (r_share, d_share) = (across[0] / self.noise.r_m, across[1] / self.noise.d_m);
+            let mut column = columns.column_mut(index);
+            let (sin1, cos1) = theta.sin_cos();
+            let (mut cos, mut sin) = (1.0, 0.0);
+            column[0] = r_share;
+            for k in 1..=order {
+                (cos, sin) = (cos * cos1 - sin * sin1, sin * cos1 + cos * sin1);
+                let k_share = k as f64 * d_share;
+                column[k] = r_share * cos + k_share * sin;
+                column[order + k] = r_share * sin - k_share * cos;
+            }
+            for (place, &(constant, _)) in self.open.iter().enumerate() {
+                column[2 * order + 1 + place] = -r_share * measured.r_by[constant] - d_share * measured.d_by[constant];
+            }
+            constants.push(self.open.iter().map(|&(which, _)| [measured.r_by[which], measured.d_by[which]]).collect());
+            left[index] = across[0] * residual[0] + across[1] * residual[1];
+            residuals.push(residual);
+            slopes.push(slope);
+        }
+        let mut information = &columns * columns.transpose();
+        let mut gradient = &columns * &left;
+        for (index, (off, sd)) in self.off_prior(state).into_iter().zip(self.prior_sds()).enumerate() {
+            information[(index, index)] += 1.0 / (sd * sd);
+            gradient[index] += off / (sd * sd);
+        }
+        let scales = [self.noise.r_m, self.noise.d_m];
+        Linear { residuals, slopes, scales, constants, rows: columns.transpose(), left, information, gradient }
+    }
+
+    /// The state after a step of the unknowns, each θ at its best for it.
+    fn stepped(&self, state: &State, step: &DVector<f64>) -> State {
+        let order = self.order;
+        let mut next = state.clone();
+        next.coefficients.iter_mut().zip(step.iter()).for_each(|(value, step)| *value += step);
+        for (place, &(constant, _)) in self.open.iter().enumerate() {
+            next.told[constant] += step[2 * order + 1 + place];
+        }
+        // Two Newton steps bring each θ to its best for the new shape.
+        self.settle(&mut next);
+        self.settle(&mut next);
+        next
+    }
+
+    /// The optimum nearest to a start; `None` where nothing is finite. The damping follows the ratio of gain and prediction (Madsen, Nielsen &
+    /// Tingleff, *Methods for Non-linear Least Squares Problems*, 2004, section 3.2).
+    pub fn solve(&self, start: State) -> Option<Optimum> {
+        let mut state = start;
+        self.turn_to_order(&mut state);
+        self.settle(&mut state);
+        let mut cost = self.cost(&state);
+        if !cost.is_finite() {
+            return None;
+        }
+        let (mut damping, mut growth) = (FIRST_DAMPING, 2.0);
+        let mut linear = self.linearised(&state);
+        for _ in 0..MOST_STEPS {
+            let Some(factor) = linear.factorised(&state.coefficients, damping) else {
+                damping = (growth * damping).max(1e-12);
+                growth *= 2.0;
+                if damping > MOST_DAMPING {
+                    break;
+                }
+                continue;
+            };
+            let step = -factor.solve(&linear.gradient);
+            let next = self.stepped(&state, &step);
+            let lower = self.cost(&next);
+            let gain = cost - lower;
+            if lower.is_finite() && gain >= 0.0 {
+                let stiff: f64 = step.iter().zip(linear.information.diagonal().iter()).map(|(x, h)| x * x * h).sum();
+                let predicted = 0.5 * (damping * stiff - linear.gradient.dot(&step));
+                (state, cost) = (next, lower);
+                linear = self.linearised(&state);
+                if gain <= SETTLED && predicted <= SETTLED {
+                    break;
+                }
+                let ratio = gain / predicted.max(1e-300);
+                damping *= (1.0 - (2.0 * ratio - 1.0).powi(3)).clamp(LEAST_SHRINKAGE, 1.0);
+                growth = 2.0;
+            } else {
+                damping = (growth * damping).max(1e-12);
+                growth *= 2.0;
+                if damping > MOST_DAMPING {
+                    break;
+                }
+            }
+        }
+        Some(Optimum { state, cost, linear })
+    }
+
+    /// One Newton step of every θ.
+    fn settle(&self, state: &mut State) {
+        let errors = self.stated.with_told(state.told);
+        for (reading, theta) in self.readings.iter().zip(&mut state.theta_rad) {
+            let measured = reading.measured(&errors);
+            let [r, d, v] = contact(&state.coefficients, *theta);
+            let residual = [(r - measured.r_m) / self.noise.r_m, (d - measured.d_m) / self.noise.d_m];
+            *theta += turn(residual, [-d / self.noise.r_m, (r - v) / self.noise.d_m]);
+        }
+    }
+
+    /// As many harmonics as the problem has; new ones are 0.
+    fn turn_to_order(&self, state: &mut State) {
+        let old = state.coefficients.len() / 2;
+        let of = |offset: usize, k: usize| if k <= old { state.coefficients[offset + k] } else { 0.0 };
+        let mut coefficients = vec![state.coefficients[0]];
+        coefficients.extend((1..=self.order).map(|k| of(0, k)));
+        coefficients.extend((1..=self.order).map(|k| of(old, k)));
+        state.coefficients = coefficients;
+    }
+}
+
+/// Prior standard deviations of (a₀, a₁ … a_K, b₁ … b_K): ten sizes, a size for the first harmonic (where the pivot is), `spread`/k².
+pub(super) fn prior_sds(order: usize, size_m: f64, spread_m: f64) -> Vec<f64> {
+    let of = |k: usize| if k == 1 { size_m } else { spread_m / (k * k) as f64 };
+    let mut sds = vec![10.0 * size_m];
+    sds.extend((1..=order).map(of));
+    sds.extend((1..=order).map(of));
+    sds
+}
+
+/// r, d and v of coefficients (a₀, a₁ … a_K, b₁ … b_K) at θ.
+pub(super) fn contact(coefficients: &[f64], theta: f64) -> [f64; 3] {
+    let order = coefficients.len() / 2;
+    let (sin1, cos1) = theta.sin_cos();
+    let (mut cos, mut sin) = (1.0, 0.0);
+    let [mut r, mut d, mut v] = [coefficients[0], 0.0, coefficients[0]];
+    for (index, (a, b)) in coefficients[1..=order].iter().zip(&coefficients[order + 1..]).enumerate() {
+        (cos, sin) = (cos * cos1 - sin * sin1, sin * cos1 + cos * sin1);
+        let k = (index + 1) as f64;
+        let term = a * cos + b * sin;
+        r += term;
+        d += k * (a * sin - b * cos);
+        v += (1.0 - k * k) * term;
+    }
+    [r, d, v]
+}
+
+/// Derivative of r(θ) times one share plus d(θ) times another by the coefficients.
+pub(super) fn curve_row(theta: f64, order: usize, [r_share, d_share]: [f64; 2]) -> DVector<f64> {
+    let mut row = DVector::zeros(2 * order + 1);
+    row[0] = r_share;
+    for k in 1..=order {
+        let (sin, cos) = (k as f64 * theta).sin_cos();
+        row[k] = r_share * cos + d_share * k as f64 * sin;
+        row[order + k] = r_share * sin - d_share * k as f64 * cos;
+    }
+    row
+}
+
+/// The unit vector across a slope; along d where there is none.
+pub(super) fn across(slope: [f64; 2]) -> [f64; 2] {
+    let length = slope[0].hypot(slope[1]);
+    if length > 0.0 { [slope[1] / length, -slope[0] / length] } else { [0.0, 1.0] }
+}
+
+/// The change of θ that lowers two residuals most.
+fn turn(residual: [f64; 2], slope: [f64; 2]) -> f64 {
+    // A reading alone, without a slope, says nothing of θ: a thousandth of a reading's information per radian squared holds it.
+    let square = slope[0] * slope[0] + slope[1] * slope[1] + 1e-3;
+    (-(slope[0] * residual[0] + slope[1] * residual[1]) / square).clamp(-LONGEST_TURN_RAD, LONGEST_TURN_RAD)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn example() -> (Vec<Reading>, State) {
+        let coefficients = vec![0.03, 0.002, -0.001, 0.0005, 0.003, 0.0012, -0.0004];
+        let theta: Vec<f64> = (0..60).map(|i| 0.1 * f64::from(i) + 0.2).collect();
+        let readings = theta
+            .iter()
+            .map(|theta| {
+                let [r, d, _] = contact(&coefficients, *theta);
+                Reading { along_m: 0.1 + 0.02 * theta, above_m: r, s_m: 0.1 + 0.02 * theta - d }
+            })
+            .collect();
+        (readings, State { coefficients, told: [0.0; TOLD], theta_rad: theta })
+    }
+
+    fn problem(readings: &[Reading]) -> Problem<'_> {
+        Problem {
+            readings,
+            noise: Noise { r_m: 2e-5, d_m: 1e-4 },
+            order: 3,
+            size_m: 0.03,
+            spread_m: 0.03,
+            stated: PivotCalibration::default(),
+            open: vec![(0, 5e-4), (1, 0.01), (2, 0.01)],
+        }
+    }
+
+    #[test]
+    fn rows_and_gradient_are_those_of_finite_differences() {
+        let (readings, state) = example();
+        let problem = problem(&readings);
+        // Off the optimum, every θ at its best.
+        let off = |unknown: usize, by: f64| {
+            let mut moved = state.clone();
+            moved.coefficients[2] += 2e-4;
+            moved.coefficients[4] -= 1e-4;
+            moved.told = [1e-4, 2e-3, 1e-3];
+            let coefficients = moved.coefficients.len();
+            if unknown < coefficients {
+                moved.coefficients[unknown] += by;
+            } else {
+                moved.told[unknown - coefficients] += by;
+            }
+            for _ in 0..100 {
+                problem.settle(&mut moved);
+            }
+            moved
+        };
+        let at = off(0, 0.0);
+        let linear = problem.linearised(&at);
+        for unknown in 0..problem.unknowns() {
+            let step = if unknown < 7 { 1e-8 } else { 1e-6 };
+            let slope = (problem.cost(&off(unknown, step)) - problem.cost(&off(unknown, -step))) / (2.0 * step);
+            let exact = linear.gradient[unknown];
+            assert!((slope - exact).abs() < 1e-4 * exact.abs().max(1e3), "{unknown}: {slope} {exact}");
+        }
+    }
+
+    #[test]
+    fn slopes_are_those_of_finite_differences() {
+        let (readings, state) = example();
+        let problem = problem(&readings);
+        let linear = problem.linearised(&state);
+        let turned = |by: f64| {
+            let theta_rad = state.theta_rad.iter().map(|theta| theta + by).collect();
+            problem.linearised(&State { theta_rad, ..state.clone() }).residuals
+        };
+        let (up, down) = (turned(1e-6), turned(-1e-6));
+        for index in 0..readings.len() {
+            for which in 0..2 {
+                let slope = (up[index][which] - down[index][which]) / 2e-6;
+                assert!((slope - linear.slopes[index][which]).abs() < 1e-3);
+            }
+        }
+    }
+
+    #[test]
+    fn exact_readings_are_solved_exactly() {
+        let (readings, state) = example();
+        let problem = Problem { noise: Noise { r_m: 1e-9, d_m: 1e-9 }, open: vec![], ..problem(&readings) };
+        let mut start = state.clone();
+        start.coefficients.iter_mut().enumerate().for_each(|(i, value)| *value += 1e-4 * (i as f64).sin());
+        start.theta_rad.iter_mut().enumerate().for_each(|(i, theta)| *theta += 0.02 * (i as f64).cos());
+        let found = problem.solve(start).expect("it is solvable");
+        // The same object up to a rotation: heights of the curve agree.
+        for (reading, theta) in readings.iter().zip(&found.state.theta_rad) {
+            let [r, d, _] = contact(&found.state.coefficients, *theta);
+            assert!((r - reading.above_m).abs() < 1e-9);
+            assert!((d - (reading.along_m - reading.s_m)).abs() < 1e-9);
+        }
+        assert!((found.state.coefficients[0] - state.coefficients[0]).abs() < 1e-9);
+    }
+}
