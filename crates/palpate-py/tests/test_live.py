@@ -27,15 +27,24 @@ def test_samples_are_taken_one_by_one_and_the_end_is_that_of_reconstruct() -> No
     log = felt()
     live, estimates = pushed(log)
     first, last = estimates[0], estimates[-1]
-    assert first.shape is None and math.isnan(first.psi_rad) and not first.certified and first.reason
-    assert last.certified and last.com_certified and last.reason == "" and last.doubts == []
+    assert first.shape is None
+    assert math.isnan(first.psi_rad)
+    assert not first.certified
+    assert first.reason
+    assert last.certified
+    assert last.com_certified
+    assert last.reason == ""
+    assert last.doubts == []
     assert (last.samples, last.refused, last.time_s) == (len(log), 0, log.time_s[-1])
     assert last.shape is not None
     assert abs(last.shape.perimeter_m - palpate.SupportFunction.named("egg", 0.03).perimeter_m) < 1e-4
-    assert last.hypotheses == last.alternatives == 1 and not last.contradicted and last.coverage > 0.9
+    assert last.hypotheses == last.alternatives == 1
+    assert not last.contradicted
+    assert last.coverage > 0.9
     assert repr(last) == f"<LiveEstimate after {len(log)} samples: {100 * last.coverage:.0f} % felt, certified>"
     result, batch = live.finish(), palpate.reconstruct(log)
-    assert np.array_equal(result.r, batch.r) and np.array_equal(result.psi, batch.psi)
+    assert np.array_equal(result.r, batch.r)
+    assert np.array_equal(result.psi, batch.psi)
     assert abs(last.psi_rad - batch.psi[-1]) < 0.02
     assert np.hypot(*(np.array(last.com_m) - batch.com[-1])) < 1e-4
 
@@ -54,7 +63,9 @@ def test_a_source_is_watched_to_its_end(tmp_path: Path) -> None:
     plan.write_text(PLAN)
     watch = palpate.watch(f"sim:{plan}")
     estimates = list(watch)
-    assert len(estimates) == 401 and estimates[-1].certified and watch.losses == "nothing"
+    assert len(estimates) == 401
+    assert estimates[-1].certified
+    assert watch.losses == "nothing"
     assert watch.finish().certified
     rig = palpate.Rig.parse("[palm1]\nzero_sd_mm = 0.1\n")
     assert next(iter(palpate.watch(f"sim:{plan}", rig=rig))).samples == 1
