@@ -807,6 +807,7 @@ def simulate(
     with_forces: bool = False,
     with_stated_noise: bool = False,
 ) -> Simulation: ...
+
 @final
 class LiveEstimate:
     @property
