@@ -13,8 +13,7 @@ PLAN = "shape = 'egg'\nduration_s = 40\nrate_hz = 10\nspeed = 0\n"
 
 def felt() -> palpate.Log:
     egg = palpate.SupportFunction.named("egg", 0.03)
-    log, _ = palpate.simulate(egg, palpate.plan_turn(egg, 40.0), rate_hz=10)
-    return log
+    return palpate.simulate(egg, palpate.plan_turn(egg, 40.0), rate_hz=10).log
 
 
 def pushed(log: palpate.Log) -> tuple[palpate.Live, list[palpate.LiveEstimate]]:

@@ -288,7 +288,8 @@ impl<'a> Table<'a> {
                 found = Some(Column { quantity, unit, index });
             } else if doubtful.is_none() && quantity.dimension.is_some() {
                 let names = quantity.names(stem);
-                let first = self.cells.get(index).filter(|cell| is_date(cell));
+                let first =
+                    self.cells.get(index).filter(|cell| quantity.dimension == Some(Dimension::Time) && is_date(cell));
                 let problem = if let Some(date) = first {
                     ReadProblem::Date { text: text::quoted(date) }
                 } else if suffix.is_empty() {
@@ -526,7 +527,7 @@ impl<'a> Table<'a> {
                 let has_comma = cell.contains(',') && cell.replace(',', "").parse::<f64>().is_ok();
                 let problem = if has_comma {
                     ReadProblem::DecimalComma { text }
-                } else if is_date(cell) {
+                } else if column.quantity.dimension == Some(Dimension::Time) && is_date(cell) {
                     ReadProblem::Date { text }
                 } else {
                     ReadProblem::NotANumber { text, empty: column.quantity.empty }
