@@ -15,7 +15,7 @@ const SHARE: f64 = 0.08;
 const LEAST: u64 = 100;
 const MOST: u64 = 10_000;
 
-/// Work of a search for each sample until its end (`estimate/work.rs`): what a core does in five milliseconds.
+/// Work of a search for each sample until its end (`estimate/work.rs`): what a core does in a hundredth of a second, about.
 const WORK_PER_SAMPLE: u64 = 20_000_000;
 
 type Found = Result<Box<Optimum>, ReconstructError>;

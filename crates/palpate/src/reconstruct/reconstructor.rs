@@ -216,7 +216,6 @@ impl<'a> Reconstructor<'a> {
         if let Some(most) = self.most_work {
             job.measurements.work = job.measurements.work.at_most(most);
         }
-        let job = job;
         let mut best: Option<Candidate> = None;
         let mut explanations = 0;
         let mut explored = Explored::default();

@@ -13,7 +13,6 @@ use crate::estimate::model::layout::Layout;
 use crate::estimate::model::noise::Noise;
 use crate::estimate::solver::gauss_newton::{Estimate, Fit, Smoother, StoppingCriteria};
 use crate::estimate::thinning::Thinning;
-use crate::log::Log;
 use crate::reconstruct::search::schedule::Found;
 use crate::sensor::Calibration;
 use std::ops::Range;
@@ -37,9 +36,11 @@ pub(super) struct RoughCalibration {
     /// How well they are known.
     pub posterior: CalibrationPosterior,
     means: Measurements,
-    /// The same as the rig wrote them.
-    raw: Log,
+    /// The same, corrected by these constants.
+    corrected: Measurements,
     estimate: Estimate,
+    /// The noise of a sample, as a multiple of that of the means.
+    averaged: f64,
 }
 
 impl Job<'_> {
@@ -57,7 +58,8 @@ impl Job<'_> {
         let psi = carry_over(&found.thin, &start.psi, &start.coefficients, &means, &found.ranges);
         let mut estimate = Estimate { psi, ..start.clone() };
         let mut job = self.recalibrated(&raw, found.calibration);
-        let averaged = averaged(found, &means);
+        let samples: usize = found.ranges.iter().map(|range| range.len()).sum();
+        let averaged = (samples as f64 / means.len().max(1) as f64).sqrt();
         let least_m = self.typical_m / averaged;
         let mut noise_m = found.tolerance_m;
         let mut last = None;
@@ -76,7 +78,7 @@ impl Job<'_> {
             noise_m = (SHARPER * noise_m).max(least_m);
         }
         let (calibration, posterior) = last?;
-        Some(RoughCalibration { calibration, posterior, means, raw, estimate })
+        Some(RoughCalibration { calibration, posterior, means, corrected: job.measurements, estimate, averaged })
     }
 
     /// The same with the number of harmonics chosen by the evidence and over all samples that are arranged, as far as they can be fitted.
@@ -86,13 +88,12 @@ impl Job<'_> {
     }
 
     fn closely_calibrated(&self, found: &Found, rough: &RoughCalibration) -> Option<Calibration> {
-        let Fit { mut estimate, order, mut noise, mut prior, .. } = self.with_order(found, rough)?;
+        let Fit { mut estimate, order, mut noise, mut prior, .. } = self.with_order(rough)?;
         let each: Vec<Range<usize>> =
             found.ranges.iter().flat_map(|range| range.clone().map(|sample| sample..sample + 1)).collect();
         let (all, raw) = self.measurements.means_with_samples(&each, self.raw);
         estimate.psi = carry_over(&rough.means, &estimate.psi, &estimate.coefficients, &all, &found.ranges);
-        let averaged = averaged(found, &rough.means);
-        noise = Noise { sensor_m: averaged * noise.sensor_m, balance_m: averaged * noise.balance_m };
+        noise = Noise { sensor_m: rough.averaged * noise.sensor_m, balance_m: rough.averaged * noise.balance_m };
         let mut job = self.recalibrated(&raw, rough.calibration);
         for _ in 0..ROUNDS {
             let components = self.variance_components_of_all();
@@ -108,17 +109,10 @@ impl Job<'_> {
     }
 
     /// The fit to the means of runs with the number of harmonics that the evidence asks for.
-    fn with_order(&self, found: &Found, rough: &RoughCalibration) -> Option<Fit> {
-        let noise_m = self.typical_m / averaged(found, &rough.means);
+    fn with_order(&self, rough: &RoughCalibration) -> Option<Fit> {
+        let noise_m = self.typical_m / rough.averaged;
         let noise = Noise { sensor_m: noise_m, balance_m: noise_m };
-        let means = self.recalibrated(&rough.raw, rough.calibration).measurements;
-        choose_order(&means, rough.estimate.clone(), noise, self.prior, self.variance_components())
+        choose_order(&rough.corrected, rough.estimate.clone(), noise, self.prior, self.variance_components())
             .map(|fitted| fitted.fit)
     }
-}
-
-/// The noise of an arranged sample, as a multiple of that of the means.
-fn averaged(found: &Found, means: &Measurements) -> f64 {
-    let samples: usize = found.ranges.iter().map(|range| range.len()).sum();
-    (samples as f64 / means.len().max(1) as f64).sqrt()
 }
