@@ -2,7 +2,7 @@
 
 use palpate::live::{Estimate, Live, Stage};
 use palpate::palms::{PalmMotion, PalmPair};
-use palpate::reconstruct::{ReconstructError, Reconstruction, Reconstructor};
+use palpate::reconstruct::{ReconstructError, Reconstructor};
 use palpate::sensor::{Rig, Touchpad};
 use palpate::shape::{NamedShape, RandomShape, random_shape};
 use palpate::simulate::{SimulateOptions, Simulation, simulate};
@@ -16,20 +16,6 @@ fn felt(seed: u64, duration_s: f64, rate_hz: f64) -> Simulation {
     let motion = PalmMotion::random(seed, duration_s, 1.0).and_then(|motion| motion.sample(rate_hz)).expect("possible");
     let touchpad = Touchpad { noise_sd_m: 1e-4, ..Touchpad::ideal() };
     simulate(&shape, &motion, &SimulateOptions { touchpad, seed, ..SimulateOptions::default() }).expect("possible")
-}
-
-/// A shape, about the origin of its frame turned so that it fits another best over the boundary that both felt; root mean square of the
-/// distance in standard deviations of the other.
-fn distance_sds(estimate: &Estimate, found: &Reconstruction) -> f64 {
-    let shape = estimate.shape.as_ref().expect("a shape");
-    let felt = found.outline.iter().zip(&estimate.outline).filter(|(a, b)| a.touches > 0 && b.touches > 0);
-    let rows: Vec<[f64; 3]> = felt
-        .map(|(point, _)| [shape.at(point.theta_rad).r - point.r_m, -found.shape.at(point.theta_rad).d, point.r_sd_m])
-        .collect();
-    let turn = rows.iter().map(|[off, slope, _]| off * slope).sum::<f64>()
-        / rows.iter().map(|[_, slope, _]| slope * slope).sum::<f64>();
-    let squares = rows.iter().map(|[off, slope, sd]| ((off - turn * slope) / sd).powi(2));
-    (squares.sum::<f64>() / rows.len() as f64).sqrt()
 }
 
 fn without_refused(estimate: &Estimate) -> String {
@@ -62,7 +48,7 @@ fn a_replay_gives_the_same_bytes_and_the_end_is_that_of_the_batch_estimator() {
     let found = live.finish().expect("solvable");
     let batch = palpate::reconstruct(&Log { samples }).expect("solvable");
     assert!(format!("{found:?}") == format!("{batch:?}"), "the end is not that of `reconstruct`");
-    let distance = distance_sds(last, &batch);
+    let distance = last.distance_sds(&batch).expect("a shape");
     assert!(distance < 0.5, "{distance} standard deviations");
     let (pose, end) = (last.pose.expect("a pose"), batch.motion[600]);
     assert!((pose.com_x_m - end.com_x_m).hypot(pose.com_y_m - end.com_y_m) < 5.0 * end.com_sd_m);
@@ -100,7 +86,7 @@ fn constants_of_the_rig_are_estimated_on_the_way() {
     assert!(of_rig.constants.iter().any(|constant| constant.sd < 0.5 * constant.prior_sd), "{of_rig:?}");
     assert!(!estimate.contradicted && estimate.r_sd_m() < 1e-3, "{}", estimate.r_sd_m());
     let found = Reconstructor::from(options).run(&log).expect("solvable");
-    assert!(distance_sds(estimate, &found) < 1.5);
+    assert!(estimate.distance_sds(&found).expect("a shape") < 1.5);
 }
 
 #[test]

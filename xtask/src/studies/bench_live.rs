@@ -10,7 +10,7 @@ use palpate::palms::PalmMotion;
 use palpate::sensor::Touchpad;
 use palpate::shape::{RandomShape, random_shape};
 use palpate::simulate::{SimulateOptions, simulate};
-use palpate::{Log, Reconstruction, Sample};
+use palpate::{Log, Sample};
 
 use super::tables::{LIVE_DISTANCE, LIVE_SPEED, Table, Write};
 
@@ -176,23 +176,9 @@ fn first_certified(seed: u64) -> anyhow::Result<Option<First>> {
     let mut distances = Vec::new();
     for (count, estimate) in behind {
         let found = prefix(count).context("a prefix that was certified live")?;
-        distances.extend(distance_sds(&estimate, &found));
+        distances.extend(estimate.distance_sds(&found));
     }
     Ok(Some(First { live: first, batch: count.min(first), distances }))
-}
-
-/// Distance of a live shape from a reconstruction after the best rotation over the boundary that both felt: root mean square, in standard
-/// deviations of the latter.
-fn distance_sds(estimate: &Estimate, found: &Reconstruction) -> Option<f64> {
-    let shape = estimate.shape.as_ref()?;
-    let felt = found.outline.iter().zip(&estimate.outline).filter(|(a, b)| a.touches > 0 && b.touches > 0);
-    let rows: Vec<[f64; 3]> = felt
-        .map(|(point, _)| [shape.at(point.theta_rad).r - point.r_m, -found.shape.at(point.theta_rad).d, point.r_sd_m])
-        .collect();
-    let turn = rows.iter().map(|[off, slope, _]| off * slope).sum::<f64>()
-        / rows.iter().map(|[_, slope, _]| slope * slope).sum::<f64>();
-    let squares = rows.iter().map(|[off, slope, sd]| ((off - turn * slope) / sd).powi(2));
-    Some((squares.sum::<f64>() / rows.len() as f64).sqrt())
 }
 
 /// The second table.

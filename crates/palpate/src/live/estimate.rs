@@ -1,7 +1,8 @@
 //! What is known after a sample: plain data.
 
 use crate::reconstruct::{
-    CalibrationEstimate, Doubt, FoundSymmetry, FrictionEstimate, OutlinePoint, Pose, ReconstructError, Verdict,
+    CalibrationEstimate, Doubt, FoundSymmetry, FrictionEstimate, OutlinePoint, Pose, ReconstructError, Reconstruction,
+    Verdict,
 };
 use crate::shape::SupportFunction;
 
@@ -116,6 +117,22 @@ impl Estimate {
             (None, None) if self.stage == Stage::Gathering => "too few samples for a first search".to_owned(),
             (None, None) => "the first search is under way".to_owned(),
         }
+    }
+
+    /// Distance of the shape from a reconstruction, after the best rotation over the boundary that both felt: root mean square, in standard deviations of the
+    /// latter. `None` without a shape, NaN where they felt nothing in common.
+    pub fn distance_sds(&self, found: &Reconstruction) -> Option<f64> {
+        let shape = self.shape.as_ref()?;
+        let felt = found.outline.iter().zip(&self.outline).filter(|(a, b)| a.touches > 0 && b.touches > 0);
+        let rows: Vec<[f64; 3]> = felt
+            .map(|(point, _)| {
+                [shape.at(point.theta_rad).r - point.r_m, -found.shape.at(point.theta_rad).d, point.r_sd_m]
+            })
+            .collect();
+        let turn = rows.iter().map(|[off, slope, _]| off * slope).sum::<f64>()
+            / rows.iter().map(|[_, slope, _]| slope * slope).sum::<f64>();
+        let squares = rows.iter().map(|[off, slope, sd]| ((off - turn * slope) / sd).powi(2));
+        Some((squares.sum::<f64>() / rows.len() as f64).sqrt())
     }
 
     /// Standard deviation of r over the felt boundary, root mean square, metres; NaN without a shape.
