@@ -5,8 +5,10 @@
 use std::f64::consts::TAU;
 use std::ops::Range;
 
+use crate::estimate::model::contact::support;
 use crate::pivot::motion_prior::LEAP_NATS;
-use crate::pivot::smoother::{Noise, State, across, contact};
+use crate::pivot::smoother::{Noise, State, across};
+use crate::shape::ContactSupport;
 
 /// Angles of the grid: half a degree.
 const GRID: usize = 720;
@@ -39,7 +41,7 @@ pub(super) fn decoded(
     let table: Vec<Node> = (0..GRID)
         .map(|node| {
             let theta = angle(node);
-            let [r_m, d_m, v_m] = contact(&state.coefficients, theta);
+            let ContactSupport { r: r_m, d: d_m, v: v_m } = support(&state.coefficients, theta);
             let slope = [-d_m / noise.r_m, (r_m - v_m) / noise.d_m];
             let variance = 1.0 + variance_across(theta, across(slope));
             Node { r_m, d_m, slope, variance, half_log: 0.5 * variance.ln() }
@@ -131,7 +133,7 @@ mod tests {
         let measured: Vec<[f64; 2]> = theta
             .iter()
             .map(|theta| {
-                let [r, d, _] = contact(&coefficients, *theta);
+                let ContactSupport { r, d, .. } = support(&coefficients, *theta);
                 [r, d]
             })
             .collect();
@@ -147,7 +149,7 @@ mod tests {
         let coefficients = vec![0.03, 0.003, 0.002, 0.0004, 0.002, -0.001, 0.0006];
         let noise = Noise { r_m: 2e-5, d_m: 1e-4 };
         let mut measured: Vec<[f64; 2]> =
-            (0..60).map(|i| contact(&coefficients, 1.0 + 0.02 * f64::from(i))).map(|[r, d, _]| [r, d]).collect();
+            (0..60).map(|i| support(&coefficients, 1.0 + 0.02 * f64::from(i))).map(|at| [at.r, at.d]).collect();
         measured[30][1] += 5e-3;
         let state = State { coefficients, told: [0.0; 3], theta_rad: Vec::new() };
         let found = decoded(&state, &measured, std::slice::from_ref(&(0..60)), noise, |_, _| 0.0);

@@ -2,12 +2,14 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::estimate::model::layout::Layout;
+use crate::estimate::solver::posterior::Posterior;
 use crate::pivot::smoother::{Linear, State};
 
 /// Covariance of the unknowns where a common rotation is no error.
 #[derive(Clone, Debug)]
 pub(super) struct ErrorBars {
-    order: usize,
+    layout: Layout,
     /// Of coefficients and open constants.
     pub covariance: DMatrix<f64>,
     /// Standard deviation of each contact angle, radians.
@@ -17,65 +19,37 @@ pub(super) struct ErrorBars {
 impl ErrorBars {
     /// At an optimum, whose boundary was felt at these angles (radians).
     pub fn new(linear: &Linear, state: &State, felt_rad: &[f64]) -> Option<Self> {
-        let order = state.coefficients.len() / 2;
-        let covariance = linear.factorised(&state.coefficients, 0.0)?.inverse();
-        let unknowns = covariance.nrows();
-        // A change δ of the shape turned by α = gᵀδ is least over the felt boundary: g = Σ r' row / Σ r'².
-        let (mut weight, mut square) = (DVector::zeros(unknowns), 0.0);
-        for &theta in felt_rad {
-            let slope = -crate::pivot::smoother::contact(&state.coefficients, theta)[1];
-            weight += support_row(theta, order, unknowns) * slope;
-            square += slope * slope;
-        }
-        let mut projection = DMatrix::identity(unknowns, unknowns);
-        if square > 0.0 {
-            // r(θ + α): the slope of the shape itself.
-            let mut slope = DVector::zeros(unknowns);
-            for k in 1..=order {
-                slope[k] = k as f64 * state.coefficients[order + k];
-                slope[order + k] = -(k as f64) * state.coefficients[k];
-            }
-            projection -= &slope * (weight / square).transpose();
-        }
-        let covariance = &projection * covariance * projection.transpose();
-        let theta_sd_rad = angles(linear, state, &covariance, order);
-        Some(Self { order, covariance, theta_sd_rad })
+        let layout = linear.layout(&state.coefficients);
+        let mut mean = DVector::zeros(layout.unknowns());
+        mean.rows_mut(0, state.coefficients.len()).copy_from_slice(&state.coefficients);
+        let posterior = Posterior { layout, mean, information: linear.held(&state.coefficients) };
+        let covariance = posterior.covariance_over(felt_rad)?;
+        let theta_sd_rad = angles(linear, state, &covariance, layout.order);
+        Some(Self { layout, covariance, theta_sd_rad })
     }
 
     /// Standard deviation of r(θ), metres.
     pub fn r_sd_m(&self, theta_rad: f64) -> f64 {
-        let row = support_row(theta_rad, self.order, self.covariance.nrows());
+        let row = self.layout.support_row(theta_rad);
         (&self.covariance * &row).dot(&row).max(0.0).sqrt()
     }
 
     /// Standard deviation of the radius of curvature v(θ), metres.
     pub fn v_sd_m(&self, theta_rad: f64) -> f64 {
-        let mut row = support_row(theta_rad, self.order, self.covariance.nrows());
-        for k in 1..=self.order {
+        let mut row = self.layout.support_row(theta_rad);
+        for k in 1..=self.layout.order {
             let bends = 1.0 - (k * k) as f64;
-            row[k] *= bends;
-            row[self.order + k] *= bends;
+            row[Layout::cosine(k)] *= bends;
+            row[self.layout.sine(k)] *= bends;
         }
         (&self.covariance * &row).dot(&row).max(0.0).sqrt()
     }
 
     /// Covariance of the coefficients alone, row by row, square metres.
     pub fn of_shape(&self) -> Vec<f64> {
-        let unknowns = 2 * self.order + 1;
+        let unknowns = Layout::of_shape(self.layout.order).unknowns();
         self.covariance.view((0, 0), (unknowns, unknowns)).iter().copied().collect()
     }
-}
-
-/// dr/d(unknowns) at θ.
-fn support_row(theta: f64, order: usize, unknowns: usize) -> DVector<f64> {
-    let mut row = DVector::zeros(unknowns);
-    row[0] = 1.0;
-    for k in 1..=order {
-        let (sin, cos) = (k as f64 * theta).sin_cos();
-        row[k] = cos;
-        row[order + k] = sin;
-    }
-    row
 }
 
 /// Standard deviations of the contact angles: what their own readings leave, and what shape and constants add.

@@ -15,7 +15,7 @@ use crate::information::{Information, InformationError};
 use crate::pivot::calibration::{Reading, TOLD};
 use crate::pivot::error_bars::ErrorBars;
 use crate::pivot::rig::PivotRig;
-use crate::pivot::smoother::{Linear, Noise, Problem, State};
+use crate::pivot::smoother::{Noise, Problem, State};
 use crate::shape::SupportFunction;
 
 /// Directions of the shape whose information is below this share of the largest are not told: to rounding of a sum over the samples.
@@ -106,7 +106,7 @@ pub fn observability(
         let index = shape_unknowns + place;
         linear.information[(index, index)] += 1.0 / (sd * sd);
     }
-    let rotation = Linear::rotation(&state.coefficients, problem.unknowns());
+    let rotation = linear.layout(&state.coefficients).rotation(&state.coefficients);
     let has_rotation = rotation.norm() > 1e-9 * problem.size_m;
     let null_shapes = null_shapes(&linear.information, has_rotation.then_some(&rotation), shape_unknowns, &problem);
     let bound = if null_shapes.is_empty() && has_rotation && !contacts.is_empty() {

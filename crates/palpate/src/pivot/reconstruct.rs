@@ -415,7 +415,7 @@ impl<'a> Prepared<'a> {
         let concave_sds = felt_before
             .iter()
             .map(|&theta| {
-                -crate::pivot::smoother::contact(&state.coefficients, theta)[2]
+                -crate::estimate::model::contact::support(&state.coefficients, theta).v
                     / bars.v_sd_m(theta).max(1e-12 * self.size_m)
             })
             .fold(0.0, f64::max);

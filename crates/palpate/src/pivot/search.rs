@@ -5,11 +5,12 @@ use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::estimate::model::contact::support;
 use crate::pivot::association::{Known, Placement};
 use crate::pivot::calibration::{Reading, TOLD};
 use crate::pivot::evidence::log_evidence;
 use crate::pivot::motion_prior::MotionPrior;
-use crate::pivot::smoother::{Noise, Problem, State, contact};
+use crate::pivot::smoother::{Noise, Problem, State};
 
 /// Harmonics during the search: enough to lay segments on each other.
 pub(super) const SEARCH_ORDER: usize = 8;
@@ -233,6 +234,6 @@ pub(super) fn same(a: &State, b: &State) -> bool {
     let size = a.coefficients[0].abs();
     (0..72).all(|node| {
         let theta = std::f64::consts::TAU * f64::from(node) / 72.0;
-        (contact(&a.coefficients, theta)[0] - contact(&b.coefficients, theta - turn)[0]).abs() < 0.01 * size
+        (support(&a.coefficients, theta).r - support(&b.coefficients, theta - turn).r).abs() < 0.01 * size
     }) && a.theta_rad.iter().zip(&b.theta_rad).all(|(a, b)| crate::math::angle::wrapped(a - b - turn).abs() < 0.1)
 }

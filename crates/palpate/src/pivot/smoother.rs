@@ -8,7 +8,10 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
+use crate::estimate::model::contact::support;
+use crate::estimate::model::layout::{Layout, coefficients_to_order};
 use crate::pivot::calibration::{PivotCalibration, Reading, TOLD};
+use crate::shape::ContactSupport;
 
 /// Steps at most.
 const MOST_STEPS: usize = 60;
@@ -94,27 +97,28 @@ pub(super) struct Linear {
 }
 
 impl Linear {
-    /// Derivative of the shape by a common rotation, for the gauge: r(θ − α) by α. Zero where the constants are.
-    pub fn rotation(coefficients: &[f64], unknowns: usize) -> DVector<f64> {
-        let order = coefficients.len() / 2;
-        let mut rotation = DVector::zeros(unknowns);
-        for k in 1..=order {
-            rotation[k] = -(k as f64) * coefficients[order + k];
-            rotation[order + k] = k as f64 * coefficients[k];
-        }
-        rotation
+    /// Where coefficients and open constants stand among the unknowns.
+    pub fn layout(&self, coefficients: &[f64]) -> Layout {
+        let of_shape = Layout::of_coefficients(coefficients);
+        Layout { shared: self.information.nrows() - of_shape.unknowns(), ..of_shape }
     }
 
-    /// The information with a rotation held, factorised.
-    pub fn factorised(&self, coefficients: &[f64], damping: f64) -> Option<Cholesky<f64, Dyn>> {
+    /// The information with a rotation held.
+    pub fn held(&self, coefficients: &[f64]) -> DMatrix<f64> {
         let mut matrix = self.information.clone();
-        let rotation = Self::rotation(coefficients, matrix.nrows());
+        let rotation = self.layout(coefficients).rotation(coefficients);
         let square = rotation.norm_squared();
         if square > 0.0 {
             // As stiff as the stiffest direction: a rotation is not told, and costs nothing.
             let stiffness = matrix.diagonal().max() / square;
             matrix += &rotation * rotation.transpose() * stiffness;
         }
+        matrix
+    }
+
+    /// The same factorised, each element of its diagonal larger by a share.
+    pub fn factorised(&self, coefficients: &[f64], damping: f64) -> Option<Cholesky<f64, Dyn>> {
+        let mut matrix = self.held(coefficients);
         for index in 0..matrix.nrows() {
             matrix[(index, index)] *= 1.0 + damping;
         }
@@ -158,9 +162,9 @@ impl Problem<'_> {
         let mut square = 0.0;
         for (reading, theta) in self.readings.iter().zip(&state.theta_rad) {
             let measured = reading.measured(&errors);
-            let contact = contact(&state.coefficients, *theta);
-            square += ((contact[0] - measured.r_m) / self.noise.r_m).powi(2);
-            square += ((contact[1] - measured.d_m) / self.noise.d_m).powi(2);
+            let contact = support(&state.coefficients, *theta);
+            square += ((contact.r - measured.r_m) / self.noise.r_m).powi(2);
+            square += ((contact.d - measured.d_m) / self.noise.d_m).powi(2);
         }
         let prior: f64 = self.off_prior(state).iter().zip(self.prior_sds()).map(|(off, sd)| (off / sd).powi(2)).sum();
         0.5 * (square + prior)
@@ -178,7 +182,7 @@ impl Problem<'_> {
         let mut left = DVector::zeros(samples);
         for (index, (reading, theta)) in self.readings.iter().zip(&state.theta_rad).enumerate() {
             let measured = reading.measured(&errors);
-            let [r, d, v] = contact(&state.coefficients, *theta);
+            let ContactSupport { r, d, v } = support(&state.coefficients, *theta);
             let residual = [(r - measured.r_m) / self.noise.r_m, (d - measured.d_m) / self.noise.d_m];
             let slope = [-d / self.noise.r_m, (r - v) / self.noise.d_m];
             let across = across(slope);
@@ -229,7 +233,7 @@ impl Problem<'_> {
     /// Tingleff, *Methods for Non-linear Least Squares Problems*, 2004, section 3.2).
     pub fn solve(&self, start: State) -> Option<Optimum> {
         let mut state = start;
-        self.turn_to_order(&mut state);
+        coefficients_to_order(&mut state.coefficients, self.order);
         self.settle(&mut state);
         let mut cost = self.cost(&state);
         if !cost.is_finite() {
@@ -277,20 +281,10 @@ impl Problem<'_> {
         let errors = self.stated.with_told(state.told);
         for (reading, theta) in self.readings.iter().zip(&mut state.theta_rad) {
             let measured = reading.measured(&errors);
-            let [r, d, v] = contact(&state.coefficients, *theta);
+            let ContactSupport { r, d, v } = support(&state.coefficients, *theta);
             let residual = [(r - measured.r_m) / self.noise.r_m, (d - measured.d_m) / self.noise.d_m];
             *theta += turn(residual, [-d / self.noise.r_m, (r - v) / self.noise.d_m]);
         }
-    }
-
-    /// As many harmonics as the problem has; new ones are 0.
-    fn turn_to_order(&self, state: &mut State) {
-        let old = state.coefficients.len() / 2;
-        let of = |offset: usize, k: usize| if k <= old { state.coefficients[offset + k] } else { 0.0 };
-        let mut coefficients = vec![state.coefficients[0]];
-        coefficients.extend((1..=self.order).map(|k| of(0, k)));
-        coefficients.extend((1..=self.order).map(|k| of(old, k)));
-        state.coefficients = coefficients;
     }
 }
 
@@ -301,23 +295,6 @@ pub(super) fn prior_sds(order: usize, size_m: f64, spread_m: f64) -> Vec<f64> {
     sds.extend((1..=order).map(of));
     sds.extend((1..=order).map(of));
     sds
-}
-
-/// r, d and v of coefficients (a₀, a₁ … a_K, b₁ … b_K) at θ.
-pub(super) fn contact(coefficients: &[f64], theta: f64) -> [f64; 3] {
-    let order = coefficients.len() / 2;
-    let (sin1, cos1) = theta.sin_cos();
-    let (mut cos, mut sin) = (1.0, 0.0);
-    let [mut r, mut d, mut v] = [coefficients[0], 0.0, coefficients[0]];
-    for (index, (a, b)) in coefficients[1..=order].iter().zip(&coefficients[order + 1..]).enumerate() {
-        (cos, sin) = (cos * cos1 - sin * sin1, sin * cos1 + cos * sin1);
-        let k = (index + 1) as f64;
-        let term = a * cos + b * sin;
-        r += term;
-        d += k * (a * sin - b * cos);
-        v += (1.0 - k * k) * term;
-    }
-    [r, d, v]
 }
 
 /// Derivative of r(θ) times one share plus d(θ) times another by the coefficients.
@@ -355,7 +332,7 @@ mod tests {
         let readings = theta
             .iter()
             .map(|theta| {
-                let [r, d, _] = contact(&coefficients, *theta);
+                let ContactSupport { r, d, .. } = support(&coefficients, *theta);
                 Reading { along_m: 0.1 + 0.02 * theta, above_m: r, s_m: 0.1 + 0.02 * theta - d }
             })
             .collect();
@@ -433,7 +410,7 @@ mod tests {
         let found = problem.solve(start).expect("it is solvable");
         // The same object up to a rotation: heights of the curve agree.
         for (reading, theta) in readings.iter().zip(&found.state.theta_rad) {
-            let [r, d, _] = contact(&found.state.coefficients, *theta);
+            let ContactSupport { r, d, .. } = support(&found.state.coefficients, *theta);
             assert!((r - reading.above_m).abs() < 1e-9);
             assert!((d - (reading.along_m - reading.s_m)).abs() < 1e-9);
         }
