@@ -20,14 +20,14 @@ pub(crate) struct Felt {
 
 /// A best fit.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Alignment {
+pub(super) struct Alignment {
     pub angle_rad: f64,
     pub rms_m: f64,
 }
 
 /// The best alignment: from `start_rad` (where the motions agree) and from every local minimum over the circle. Where
 /// several fit equally well, as for a symmetric object, the one near `start_rad`.
-pub(crate) fn best(felt: &[Felt], truth: &SupportFunction, start_rad: f64, with_translation: bool) -> Alignment {
+pub(super) fn best(felt: &[Felt], truth: &SupportFunction, start_rad: f64, with_translation: bool) -> Alignment {
     let rms = |angle: f64| misfit(felt, |theta| truth.radius_m(theta), angle, with_translation);
     let step = TAU / TURNS as f64;
     // Over the whole circle a table does.

@@ -10,7 +10,7 @@ const CORNERS: usize = 4096;
 
 /// The largest distance from a felt point of `found` to the outline of `truth`, or from its counterpart on `truth` to the
 /// outline of `found`, with `truth` turned by `angle_rad`; metres.
-pub(crate) fn distance_m(felt: &[Felt], found: &SupportFunction, truth: &SupportFunction, angle_rad: f64) -> f64 {
+pub(super) fn distance_m(felt: &[Felt], found: &SupportFunction, truth: &SupportFunction, angle_rad: f64) -> f64 {
     let truth = truth.rotated(angle_rad);
     let one_way = |from: &SupportFunction, to: &SupportFunction| {
         let outline: Vec<BoundaryPoint> =

@@ -3,8 +3,8 @@
 //! A reconstruction knows neither the orientation of the object at its first sample nor, when balance is in doubt, its
 //! centre of mass; both are taken out by the best fit before errors are measured, and only there.
 
-pub(crate) mod alignment;
-pub(crate) mod hausdorff;
+mod alignment;
+mod hausdorff;
 
 use std::f64::consts::TAU;
 
@@ -12,7 +12,7 @@ use thiserror::Error;
 
 use crate::math::angle::{mean_direction, wrapped_to};
 pub use crate::math::procrustes::{RigidMotion, procrustes, procrustes_rotation_rad};
-use crate::reconstruct::Reconstruction;
+use crate::reconstruct::{OutlinePoint, Reconstruction};
 use crate::shape::{ShapeError, SupportFunction};
 use crate::truth::Truth;
 use alignment::Felt;
@@ -68,31 +68,53 @@ pub fn compare(reconstruction: &Reconstruction, truth: &Truth) -> Result<TruthEr
         return Err(CompareError::OtherLog { truth: truth.motion.len(), reconstruction: poses });
     }
     let true_shape = true_support(truth)?;
-    let felt: Vec<Felt> = reconstruction
-        .outline
-        .iter()
-        .filter(|point| point.touches > 0 && point.r_m.is_finite() && point.theta_rad.is_finite())
-        .map(|point| Felt { theta_rad: point.theta_rad, r_m: point.r_m })
-        .collect();
+    let felt = felt(&reconstruction.outline);
     if felt.is_empty() || poses == 0 {
         return Err(CompareError::Nothing);
     }
     let differences: Vec<f64> =
         reconstruction.motion.iter().zip(&truth.motion).map(|(found, real)| real.psi_rad - found.psi_rad).collect();
     let (offset, rms_psi_rad) = mean_angle(&differences, reconstruction.symmetry.symmetry.period_rad());
-    let turned = alignment::best(&felt, &true_shape, offset, false);
-    let moved = alignment::best(&felt, &true_shape, offset, true);
+    let errors = BoundaryErrors::of(&felt, &reconstruction.shape, &true_shape, offset);
     let squares = reconstruction.motion.iter().zip(&truth.motion).map(|(found, real)| {
         let (x, y) = (found.com_x_m - real.com_x_m, found.com_y_m - real.com_y_m);
         x * x + y * y
     });
     Ok(TruthError {
-        rms_r_m: turned.rms_m,
-        rms_form_m: moved.rms_m.min(turned.rms_m),
-        hausdorff_m: hausdorff::distance_m(&felt, &reconstruction.shape, &true_shape, turned.angle_rad),
+        rms_r_m: errors.rms_r_m,
+        rms_form_m: errors.rms_form_m,
+        hausdorff_m: errors.hausdorff_m,
         rms_psi_rad,
         rms_com_m: (squares.sum::<f64>() / poses as f64).sqrt(),
     })
+}
+
+/// Errors of the felt boundary, as in [`TruthError`], and the rotation that lays the true shape best on the one found, radians.
+pub(crate) struct BoundaryErrors {
+    pub rms_r_m: f64,
+    pub rms_form_m: f64,
+    pub hausdorff_m: f64,
+    pub rotation_rad: f64,
+}
+
+impl BoundaryErrors {
+    /// Of a shape that was felt there, where motions agree with the true shape turned by `start_rad`.
+    pub fn of(felt: &[Felt], found: &SupportFunction, truth: &SupportFunction, start_rad: f64) -> Self {
+        let turned = alignment::best(felt, truth, start_rad, false);
+        let moved = alignment::best(felt, truth, start_rad, true);
+        Self {
+            rms_r_m: turned.rms_m,
+            rms_form_m: moved.rms_m.min(turned.rms_m),
+            hausdorff_m: hausdorff::distance_m(felt, found, truth, turned.angle_rad),
+            rotation_rad: turned.angle_rad,
+        }
+    }
+}
+
+/// The points of an outline that were felt.
+pub(crate) fn felt(outline: &[OutlinePoint]) -> Vec<Felt> {
+    let is_felt = |point: &&OutlinePoint| point.touches > 0 && point.r_m.is_finite() && point.theta_rad.is_finite();
+    outline.iter().filter(is_felt).map(|point| Felt { theta_rad: point.theta_rad, r_m: point.r_m }).collect()
 }
 
 /// The true support function as a Fourier series.

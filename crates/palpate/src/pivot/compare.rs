@@ -1,7 +1,6 @@
 //! How far a reconstruction from strokes is from the truth, after the best rotation: neither knows the other's frame.
 
-use crate::compare::alignment::{self, Felt};
-use crate::compare::{CompareError, hausdorff, mean_angle, true_support};
+use crate::compare::{BoundaryErrors, CompareError, felt, mean_angle, true_support};
 use crate::math::angle::mean_direction;
 use crate::pivot::result::PivotReconstruction;
 use crate::truth::Truth;
@@ -31,12 +30,7 @@ pub fn compare_strokes(reconstruction: &PivotReconstruction, truth: &Truth) -> R
         return Err(CompareError::OtherLog { truth: truth.motion.len(), reconstruction: poses });
     }
     let true_shape = true_support(truth)?;
-    let felt: Vec<Felt> = reconstruction
-        .outline
-        .iter()
-        .filter(|point| point.touches > 0 && point.r_m.is_finite())
-        .map(|point| Felt { theta_rad: point.theta_rad, r_m: point.r_m })
-        .collect();
+    let felt = felt(&reconstruction.outline);
     let differences: Vec<f64> = reconstruction
         .motion
         .iter()
@@ -47,13 +41,12 @@ pub fn compare_strokes(reconstruction: &PivotReconstruction, truth: &Truth) -> R
         return Err(CompareError::Nothing);
     }
     let (start_rad, rms_psi_rad) = mean_angle(&differences, std::f64::consts::TAU);
-    let turned = alignment::best(&felt, &true_shape, mean_direction([start_rad]), false);
-    let moved = alignment::best(&felt, &true_shape, start_rad, true);
+    let errors = BoundaryErrors::of(&felt, &reconstruction.shape, &true_shape, mean_direction([start_rad]));
     Ok(PivotTruthError {
-        rms_r_m: turned.rms_m,
-        rms_form_m: moved.rms_m.min(turned.rms_m),
-        hausdorff_m: hausdorff::distance_m(&felt, &reconstruction.shape, &true_shape, turned.angle_rad),
+        rms_r_m: errors.rms_r_m,
+        rms_form_m: errors.rms_form_m,
+        hausdorff_m: errors.hausdorff_m,
         rms_psi_rad,
-        rotation_rad: turned.angle_rad,
+        rotation_rad: errors.rotation_rad,
     })
 }
