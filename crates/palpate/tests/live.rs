@@ -38,8 +38,8 @@ fn a_replay_gives_the_same_bytes_and_the_end_is_that_of_the_batch_estimator() {
     assert!(told(&estimates) == told(&run(&samples).0), "two runs differ");
     let stages: Vec<Stage> = estimates.iter().map(|estimate| estimate.stage).collect();
     assert!(stages.is_sorted() && stages[0] == Stage::Gathering && stages[599] == Stage::Following);
-    assert!(estimates[98].verdict.is_none() && !estimates[98].is_certified());
-    assert_eq!(estimates[98].reason(), "too few samples for a first search");
+    assert!(estimates[78].verdict.is_none() && !estimates[78].is_certified());
+    assert_eq!(estimates[78].reason(), "too few samples for a first search");
     let last = estimates.last().expect("an estimate");
     assert_eq!((last.samples, last.refused, last.time_s), (601, 0, samples[600].time_s));
     assert!(last.is_certified(), "{}", last.reason());

@@ -33,6 +33,9 @@ use searches::Searches;
 /// work.
 const CATCH_UP: usize = 16;
 
+/// Share of the boundary that may be felt after a search before its answer asks for another: it was certified without that.
+const NEW_COVERAGE: f64 = 0.1;
+
 /// An online estimator.
 ///
 /// ```
@@ -143,6 +146,9 @@ impl Live {
         self.estimate.searched = self.searches.begun_at();
         let successor = ended.and_then(|optimum| Follower::new(*optimum).ok_or(ReconstructError::NotSolvable));
         match successor {
+            // Neither is it where the first way alone explains nothing: others may have explained it before.
+            Ok(successor)
+                if self.follower.is_some() && !self.searches.was_whole() && !successor.optimum().is_explained() => {}
             Ok(successor) => {
                 self.successor = Some(successor);
                 self.behind = std::mem::take(&mut self.since_begun);
@@ -154,7 +160,9 @@ impl Live {
     }
 
     fn begin(&mut self) {
-        if self.searches.is_due(self.estimate.samples) {
+        let searched = self.follower.as_ref().map_or(0.0, |follower| follower.optimum().found.coverage);
+        let is_settled = is_settled(&self.estimate, searched);
+        if self.searches.is_due(self.estimate.samples, is_settled) {
             self.since_begun.clear();
             self.searches.begin(self.estimate.samples, self.kept.log().clone());
             self.estimate.stage = self.estimate.stage.max(Stage::Searching);
@@ -194,5 +202,25 @@ impl Live {
         estimate.symmetry = optimum.found.symmetry;
         estimate.calibration = optimum.found.calibration.clone();
         estimate.friction = optimum.found.friction;
+    }
+}
+
+/// Whether another search would hardly change the answer: it is certified, the newest samples agree with it, and little was felt besides what the last
+/// search knew of.
+fn is_settled(estimate: &Estimate, searched_coverage: f64) -> bool {
+    estimate.is_certified() && estimate.coverage < searched_coverage + NEW_COVERAGE
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::reconstruct::Verdict;
+
+    #[test]
+    fn a_certified_answer_is_settled_until_it_is_contradicted_or_much_was_felt_since() {
+        let estimate = |coverage: f64| Estimate { coverage, verdict: Some(Verdict::default()), ..Estimate::default() };
+        assert!(is_settled(&estimate(0.59), 0.5) && !is_settled(&estimate(0.61), 0.5));
+        assert!(!is_settled(&Estimate { contradicted: true, ..estimate(0.5) }, 0.5));
+        assert!(!is_settled(&Estimate { verdict: None, ..estimate(0.5) }, 0.5));
     }
 }

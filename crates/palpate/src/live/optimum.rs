@@ -47,15 +47,33 @@ pub(super) struct Optimum {
     pub inflation: f64,
 }
 
-/// Searches the samples of a log with so much work at most, and takes what is found to the optimum of all of them.
-pub(super) fn search(log: &Log, options: &ReconstructOptions, most_work: u64) -> Result<Optimum, ReconstructError> {
+/// How far a search over the samples so far goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Extent {
+    /// The first way alone, by which most logs of an object are explained.
+    Brief,
+    /// All ways, friction and inertia among them, and no further explanation is looked for after so much work (`estimate/work.rs`).
+    Whole { most_work: u64 },
+}
+
+/// Searches the samples of a log, and takes what is found to the optimum of all of them.
+pub(super) fn search(log: &Log, options: &ReconstructOptions, extent: Extent) -> Result<Optimum, ReconstructError> {
     let every = log.samples.len().div_ceil(MOST_SEARCHED).max(1);
     let few = Log { samples: log.samples.iter().step_by(every).copied().collect() };
-    let found = Reconstructor::from(options.clone()).run_within(&few, most_work)?;
+    let reconstructor = Reconstructor::from(options.clone());
+    let found = match extent {
+        Extent::Brief => reconstructor.run_briefly(&few),
+        Extent::Whole { most_work } => reconstructor.run_within(&few, most_work),
+    }?;
     Optimum::of_all(log, options, found, every).ok_or(ReconstructError::NotSolvable)
 }
 
 impl Optimum {
+    /// Whether it explains the samples that were searched, certified or not.
+    pub fn is_explained(&self) -> bool {
+        self.found.verdict.is_explained()
+    }
+
     /// From what was found for every n-th sample.
     fn of_all(log: &Log, options: &ReconstructOptions, mut found: Reconstruction, every: usize) -> Option<Self> {
         let calibration = found.calibration.as_ref().map_or(options.rig.calibration, |of_rig| of_rig.calibration);

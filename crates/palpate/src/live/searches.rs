@@ -3,19 +3,27 @@
 
 use std::thread::JoinHandle;
 
-use crate::live::optimum::{Optimum, search};
+use crate::live::optimum::{Extent, Optimum, search};
 use crate::log::Log;
 use crate::reconstruct::{ReconstructError, ReconstructOptions};
 
 /// Samples before the first search.
-const FIRST: u64 = 100;
+const FIRST: u64 = 80;
 
 /// Samples from the begin of a search to its end: this share of those before it, and at least, and at most, so many.
 const SHARE: f64 = 0.08;
-const LEAST: u64 = 100;
+const LEAST: u64 = 20;
 const MOST: u64 = 10_000;
 
-/// Work of a search for each sample until its end (`estimate/work.rs`): what a core does in a hundredth of a second, about.
+/// Samples before the first search that goes all ways, and at least so many to its end.
+const FIRST_WHOLE: u64 = 300;
+const LEAST_OF_WHOLE: u64 = 100;
+
+/// Growth of the samples from one search to the next where its answer is settled, and from one that goes all ways to the next such.
+const SETTLED_GROWTH: u64 = 2;
+const WHOLE_GROWTH: u64 = 2;
+
+/// Work of a search that goes all ways for each sample until its end (`estimate/work.rs`): what a core does in a hundredth of a second, about.
 const WORK_PER_SAMPLE: u64 = 20_000_000;
 
 type Found = Result<Box<Optimum>, ReconstructError>;
@@ -32,11 +40,24 @@ pub(super) struct Searches {
     next_at: u64,
     running: Option<(Running, u64)>,
     begun_at: u64,
+    /// Where one may go all ways, and whether the last did.
+    whole_at: u64,
+    was_whole: bool,
+    /// Whether the last search explained the samples.
+    is_explained: bool,
 }
 
 impl Searches {
     pub fn new(options: ReconstructOptions) -> Self {
-        Self { options, next_at: FIRST, running: None, begun_at: 0 }
+        Self {
+            options,
+            next_at: FIRST,
+            running: None,
+            begun_at: 0,
+            whole_at: FIRST_WHOLE,
+            was_whole: false,
+            is_explained: false,
+        }
     }
 
     /// Samples that the search which is running, or was the last, knows of.
@@ -44,31 +65,47 @@ impl Searches {
         self.begun_at
     }
 
-    /// Whether a search is to begin behind so many samples.
-    pub fn is_due(&self, samples: u64) -> bool {
-        self.running.is_none() && samples >= self.next_at
+    /// Whether a search is to begin behind so many samples. Where the answer of the last one is settled, it needs no other for long.
+    pub fn is_due(&self, samples: u64, is_settled: bool) -> bool {
+        let next_at = if is_settled { SETTLED_GROWTH * self.begun_at } else { self.next_at };
+        self.running.is_none() && samples >= next_at.max(self.next_at)
     }
 
-    /// Begins one.
+    /// Begins one: by the first way alone, which is soon done, unless that explained nothing and all ways were gone long ago, or never.
     pub fn begin(&mut self, samples: u64, log: Log) {
-        let until = samples + ((SHARE * samples as f64) as u64).clamp(LEAST, MOST);
-        let most_work = WORK_PER_SAMPLE * (until - samples);
+        let is_whole = !self.is_explained && samples >= self.whole_at;
+        let least = if is_whole { LEAST_OF_WHOLE } else { LEAST };
+        let until = samples + ((SHARE * samples as f64) as u64).clamp(least, MOST);
+        let extent = if is_whole {
+            self.whole_at = WHOLE_GROWTH * samples;
+            Extent::Whole { most_work: WORK_PER_SAMPLE * (until - samples) }
+        } else {
+            Extent::Brief
+        };
         let options = self.options.clone();
-        let work = move || search(&log, &options, most_work).map(Box::new);
+        let work = move || search(&log, &options, extent).map(Box::new);
         let spawned = std::thread::Builder::new().name("search".to_owned()).spawn(work.clone());
         // Without a thread to be had it is done at once.
         let running = spawned.map_or_else(|_| Running::Done(Box::new(work())), Running::Thread);
         (self.running, self.next_at, self.begun_at) = (Some((running, until)), until, samples);
+        self.was_whole = is_whole;
     }
 
     /// The result of a search that ends behind so many samples; waits for it where it is not there yet.
     pub fn ended(&mut self, samples: u64) -> Option<Found> {
         let (running, _) = self.running.take_if(|(_, until)| samples >= *until)?;
-        Some(match running {
+        let found = match running {
             Running::Done(found) => *found,
             // A search that failed for good is one that found nothing.
             Running::Thread(thread) => thread.join().unwrap_or(Err(ReconstructError::NotSolvable)),
-        })
+        };
+        self.is_explained = found.as_ref().is_ok_and(|optimum| optimum.is_explained());
+        Some(found)
+    }
+
+    /// Whether the last search went all ways.
+    pub fn was_whole(&self) -> bool {
+        self.was_whole
     }
 }
 
@@ -76,19 +113,51 @@ impl Searches {
 mod tests {
     use super::*;
 
-    #[test]
-    fn searches_follow_each_other_at_a_growing_distance() {
+    /// Samples at which searches begin that explain nothing, and whether they go all ways.
+    fn begun(most: u64, is_settled: impl Fn(u64) -> bool) -> Vec<(u64, bool)> {
         let mut searches = Searches::new(ReconstructOptions::default());
         let mut begun = Vec::new();
-        for samples in 0..40_000 {
-            if searches.ended(samples).is_some() || searches.is_due(samples) {
-                begun.push(samples);
+        for samples in 0..most {
+            let _ = searches.ended(samples);
+            if searches.is_due(samples, is_settled(samples)) {
                 searches.begin(samples, Log::default());
+                begun.push((samples, searches.was_whole()));
             }
         }
-        assert_eq!(begun[..3], [FIRST, FIRST + LEAST, FIRST + 2 * LEAST]);
-        let shares = begun.windows(2).map(|pair| (pair[1] - pair[0]) as f64 / pair[0] as f64);
-        assert!(shares.skip_while(|share| *share > SHARE).all(|share| share > 0.9 * SHARE));
-        assert!(begun.len() < 60, "{}", begun.len());
+        begun
+    }
+
+    #[test]
+    fn searches_follow_each_other_at_a_growing_distance() {
+        let begun = begun(40_000, |_| false);
+        let at: Vec<u64> = begun.iter().map(|(samples, _)| *samples).collect();
+        assert_eq!(at[..3], [FIRST, FIRST + LEAST, FIRST + 2 * LEAST]);
+        assert!(at.windows(2).all(|pair| pair[1] - pair[0] >= LEAST));
+        let late = at.windows(2).skip_while(|pair| pair[0] < 2000);
+        assert!(late.into_iter().all(|pair| (0.07..=SHARE).contains(&((pair[1] - pair[0]) as f64 / pair[0] as f64))));
+        assert!(begun.len() < 80, "{}", begun.len());
+    }
+
+    #[test]
+    fn a_settled_answer_needs_no_other_before_the_samples_have_doubled() {
+        let at: Vec<u64> = begun(40_000, |samples| samples >= 1000).into_iter().map(|(samples, _)| samples).collect();
+        let late: Vec<u64> = at.iter().copied().filter(|samples| *samples >= 1000).collect();
+        assert!(late.windows(2).all(|pair| pair[1] == SETTLED_GROWTH * pair[0]), "{late:?}");
+        // One that was due a sample before the doubling is not begun; doubt begins it at once.
+        let last = *late.last().expect("some");
+        let doubted = begun(40_000, |samples| samples >= 1000 && samples < last - 100);
+        assert!(doubted.iter().any(|(samples, _)| *samples == last - 100), "{doubted:?}");
+    }
+
+    #[test]
+    fn all_ways_are_gone_each_time_the_samples_have_doubled_without_an_explanation() {
+        let whole: Vec<u64> =
+            begun(40_000, |_| false).into_iter().filter(|(_, whole)| *whole).map(|(samples, _)| samples).collect();
+        assert!(whole.first().is_some_and(|first| (FIRST_WHOLE..FIRST_WHOLE + 2 * LEAST).contains(first)), "{whole:?}");
+        assert!(whole.windows(2).all(|pair| (2.0..2.5).contains(&(pair[1] as f64 / pair[0] as f64))), "{whole:?}");
+        let mut searches = Searches::new(ReconstructOptions::default());
+        searches.is_explained = true;
+        searches.begin(1000, Log::default());
+        assert!(!searches.was_whole());
     }
 }

@@ -192,7 +192,7 @@ impl<'a> Reconstructor<'a> {
     }
 
     /// The same from nothing, by the first way of the search alone: most logs of an object are explained by it, and of others it is soon done.
-    pub(super) fn run_briefly(&self, log: &Log) -> Result<Reconstruction, ReconstructError> {
+    pub(crate) fn run_briefly(&self, log: &Log) -> Result<Reconstruction, ReconstructError> {
         check_log(log, &self.options)?;
         self.search(log, Extent::Brief)
     }
