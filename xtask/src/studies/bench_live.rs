@@ -16,12 +16,14 @@ use super::tables::{LIVE_DISTANCE, LIVE_SPEED, Table, Write};
 
 /// Standard deviation of the contact positions, metres.
 const NOISE_SD_M: f64 = 1e-4;
+/// Time of a random motion, which has up to six swings of each palm, seconds.
+const PERIOD_S: f64 = 60.0;
 /// Prefixes of a log that the batch estimator is tried on grow by this.
 const GROWTH: f64 = 1.1;
 /// The shortest of them, samples.
 const SHORTEST: usize = 100;
-/// Distances are measured at these multiples of the first certified sample.
-const LATER: [f64; 3] = [1.25, 1.75, 2.5];
+/// Distances are measured at these multiples of the first certified sample, as far as the log goes: half of them at a young answer.
+const LATER: [f64; 6] = [1.25, 1.75, 2.5, 4.0, 8.0, 16.0];
 
 /// Options of `cargo xtask bench-live`.
 #[derive(clap::Args)]
@@ -29,6 +31,9 @@ pub struct Arguments {
     /// Length of the streams, minutes
     #[arg(long, default_value_t = 10.0)]
     minutes: f64,
+    /// Length of one more stream at 100 Hz, minutes
+    #[arg(long)]
+    long_minutes: Option<f64>,
     /// Logs of which the first certified answer is looked for, 100 Hz
     #[arg(long, default_value_t = 20)]
     logs: u64,
@@ -46,8 +51,9 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         "| stream | p50 | p99 | p99.9 | max | searches | all together | times real time | memory after a minute, at the end |\n\
          |---|---:|---:|---:|---:|---:|---:|---:|---:|\n",
     );
-    for rate_hz in [100.0, 1000.0] {
-        let row = stream(rate_hz, 60.0 * arguments.minutes, arguments.seed)?;
+    let long = arguments.long_minutes.map(|minutes| (100.0, minutes));
+    for (rate_hz, minutes) in [(100.0, arguments.minutes), (1000.0, arguments.minutes)].into_iter().chain(long) {
+        let row = stream(rate_hz, 60.0 * minutes, arguments.seed)?;
         println!("{row}");
         speed.push_str(&row);
     }
@@ -60,17 +66,22 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     }
     let distance = table_of(&firsts, arguments.logs);
     println!("\n{speed}\n{distance}");
+    let long = arguments.long_minutes.map_or_else(String::new, |minutes| format!(" --long-minutes {minutes}"));
     let command = format!(
-        "cargo xtask bench-live --minutes {} --logs {} --seed {}",
+        "cargo xtask bench-live --minutes {}{long} --logs {} --seed {}",
         arguments.minutes, arguments.logs, arguments.seed
     );
     let tables: [Table; 2] = [(LIVE_SPEED, speed), (LIVE_DISTANCE, distance)];
     arguments.write.tables(&tables, &command)
 }
 
+/// A random object while palms repeat a random motion, which ends as it begins.
 fn samples(seed: u64, rate_hz: f64, duration_s: f64) -> anyhow::Result<Vec<Sample>> {
     let shape = random_shape(&RandomShape::default(), seed)?;
-    let motion = PalmMotion::random(seed, duration_s, 1.0)?.sample(rate_hz)?;
+    let once = PalmMotion::random(seed, PERIOD_S, 1.0)?.sample(rate_hz)?;
+    let palms = once[..once.len() - 1].iter().cycle().map(|(_, palms)| *palms);
+    let motion: Vec<_> =
+        (0..(duration_s * rate_hz) as u32).map(|index| f64::from(index) / rate_hz).zip(palms).collect();
     let touchpad = Touchpad { noise_sd_m: NOISE_SD_M, ..Touchpad::ideal() };
     Ok(simulate(&shape, &motion, &SimulateOptions { touchpad, seed, ..SimulateOptions::default() })?.log.samples)
 }
@@ -149,18 +160,21 @@ struct First {
     batch: usize,
     /// Standard deviations.
     distances: Vec<f64>,
+    /// Share of the estimates from the first certified one on that are certified.
+    certified: f64,
 }
 
 /// `None` where the live estimator certifies nothing.
 fn first_certified(seed: u64) -> anyhow::Result<Option<First>> {
     let samples = samples(seed, 100.0, 60.0)?;
     let mut live = Live::default();
-    let mut first = None;
+    let (mut first, mut certified) = (None, 0);
     let mut behind: Vec<(usize, Estimate)> = Vec::new();
     for (index, sample) in samples.iter().enumerate() {
         let (count, estimate) = (index + 1, live.push(sample));
-        if estimate.is_certified() && first.is_none() {
-            first = Some(count);
+        if estimate.is_certified() {
+            first = first.or(Some(count));
+            certified += 1;
         }
         let due = first.is_some_and(|first| LATER.iter().any(|times| (times * first as f64) as usize == count));
         if due && estimate.is_certified() {
@@ -178,7 +192,8 @@ fn first_certified(seed: u64) -> anyhow::Result<Option<First>> {
         let found = prefix(count).context("a prefix that was certified live")?;
         distances.extend(estimate.distance_sds(&found));
     }
-    Ok(Some(First { live: first, batch: count.min(first), distances }))
+    let certified = f64::from(certified) / (samples.len() - first + 1) as f64;
+    Ok(Some(First { live: first, batch: count.min(first), distances, certified }))
 }
 
 /// The second table.
@@ -202,5 +217,7 @@ fn table_of(firsts: &[First], logs: u64) -> String {
     table.push_str(&row("the same over the first prefix that the batch estimator certifies", quantiles(ratios), 2));
     let distances = firsts.iter().flat_map(|first| first.distances.iter().copied()).collect();
     table.push_str(&row("distance from the batch estimator, standard deviations", quantiles(distances), 2));
+    let certified = firsts.iter().map(|first| first.certified).collect();
+    table.push_str(&row("share of the estimates after that which are certified", quantiles(certified), 2));
     table
 }
