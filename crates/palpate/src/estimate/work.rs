@@ -1,5 +1,5 @@
-//! Work done for one log, in multiplications of Gauss-Newton steps with every orientation eliminated, about. A search that leads nowhere ends by
-//! it and not by a clock: the result must not depend on the machine, its load or the number of threads.
+//! Work done for one log, in multiplications of Gauss-Newton steps with every orientation eliminated, about; what else takes long, as many of them as take
+//! that long. A search that leads nowhere ends by it and not by a clock: the result must not depend on the machine, its load or the number of threads.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -7,14 +7,20 @@ use std::sync::atomic::{AtomicU64, Ordering};
 /// Work of a step besides the matrix, for each sample and unknown: trigonometry, and orientations brought to their minima.
 const BESIDES_MATRIX: u64 = 40;
 
+/// Work of one orientation after another for a sample: the trials of the grid and the minima between them.
+const OF_DECODING: u64 = 40_000;
+
+/// Work of a passage from one pose to another: a fold that is met after a few dozen landscapes.
+const OF_PASSAGE: u64 = 400_000;
+
 /// A step with orientations that depend on each other takes so many times as long as one as above with as many rows.
 const BANDED: u64 = 3;
 
 /// Work after which no further explanation of a log is looked for: that of a search, whose windows are as many however long the log is, and that of
-/// refinements, for each sample. Of 60 logs under varied conditions that had an answer all but two had begun on it by half of that; those that had none
-/// took ten times as much.
-const OF_SEARCH: u64 = 40_000_000_000;
-const OF_SAMPLE: u64 = 20_000_000;
+/// refinements, for each sample. Of 45 logs under varied conditions that were certified one had begun on its answer later, and all but two by half of
+/// that; those that were refused took up to six times as much.
+const OF_SEARCH: u64 = 16_000_000_000;
+const OF_SAMPLE: u64 = 6_000_000;
 
 /// A sum over all that is done with the measurements of a log, and with copies and parts of them.
 #[derive(Clone, Debug)]
@@ -35,6 +41,11 @@ impl Work {
         Self { most: self.most.min(most), ..self }
     }
 
+    /// None yet, for the same log where it is worth only such a share.
+    pub fn afresh(&self, share: f64) -> Self {
+        Self { done: Arc::default(), most: (self.most as f64 * share) as u64 }
+    }
+
     /// Counts a Gauss-Newton step: the matrix from every sample, and its factor.
     pub fn add_step(&self, samples: usize, unknowns: usize) {
         let (samples, unknowns) = (samples as u64, unknowns as u64);
@@ -47,6 +58,16 @@ impl Work {
         for _ in 0..BANDED {
             self.add_step(rows, unknowns);
         }
+    }
+
+    /// Counts candidates for the poses of so many samples.
+    pub fn add_decoding(&self, samples: usize) {
+        self.done.fetch_add(OF_DECODING * samples as u64, Ordering::Relaxed);
+    }
+
+    /// Counts so many passages from one pose to another.
+    pub fn add_passages(&self, passages: usize) {
+        self.done.fetch_add(OF_PASSAGE * passages as u64, Ordering::Relaxed);
     }
 
     /// Whether no more is worth doing for the log. Asked between steps that other threads have no part in, it says the same
@@ -89,6 +110,20 @@ mod tests {
         assert!(limited.is_spent());
         let work = spent_on(1200);
         work.add_banded_step(1200, 97);
+        assert!(work.is_spent());
+        let afresh = work.afresh(0.25);
+        assert!(!afresh.is_spent());
+        (0..=steps / 4).for_each(|_| afresh.add_step(1200, 97));
+        assert!(afresh.is_spent());
+    }
+
+    #[test]
+    fn what_is_no_step_counts_too() {
+        let work = Work::for_log(0, 1);
+        let most = OF_SEARCH / OF_PASSAGE;
+        work.add_passages(most as usize);
+        assert!(!work.is_spent());
+        work.add_decoding(1);
         assert!(work.is_spent());
     }
 }

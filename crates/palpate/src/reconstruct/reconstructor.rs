@@ -220,22 +220,33 @@ impl<'a> Reconstructor<'a> {
         let mut explanations = 0;
         let mut explored = Explored::default();
         let mut failure = None;
-        // One that may be right is a result where nothing else explains the log.
-        let by_forces: RefCell<Option<Candidate>> = RefCell::new(None);
-        let mut has_rolled = false;
         let mut judged = 0;
         let explained_one = Cell::new(false);
         let brief = matches!(extent, Extent::Brief);
+        // One that may be right is a result where nothing else explains the log.
+        let by_forces: RefCell<Option<Candidate>> = RefCell::new(None);
+        let (swung, rolled) = (Cell::new(false), Cell::new(false));
+        let explained_by_forces = |stage: Stage| {
+            if !explained_one.get() && !swung.replace(true) {
+                by_forces.replace(job.explained_by_swinging());
+            }
+            let is_explained = || by_forces.borrow().as_ref().is_some_and(explains_forces);
+            // Of flat sides few harmonics explain nothing either: only an arrangement that balance contradicts is worth that.
+            if stage == Stage::FirstArrangement && !is_explained() && !rolled.replace(true) {
+                by_forces.replace(job.explained_by_rolling());
+            }
+            is_explained()
+        };
         let goes_on = |stage: Stage| match extent {
             Extent::Brief => false,
-            Extent::While(goes_on) => goes_on(stage, explained_one.get()),
+            Extent::While(goes_on) => !explained_by_forces(stage) && goes_on(stage, explained_one.get()),
         };
         schedule::search(
             &Readings { brief, goes_on: &goes_on, ..job.readings() },
             &|found, trust| job.corrected(found, LEFT[trust]),
             &|share| self.tell("searching for arrangements", 0.9 * share),
             &mut || {
-                let found = job.explained_by_forces();
+                let found = job.explained_by_sliding();
                 if found.as_ref().is_some_and(explains_forces) || by_forces.borrow().is_none() {
                     by_forces.replace(found);
                 }
@@ -257,15 +268,8 @@ impl<'a> Reconstructor<'a> {
                 }
                 let explained = best.as_ref().is_some_and(|candidate| candidate.result.verdict.is_explained());
                 explained_one.set(explained);
-                if !has_rolled && !explained && !brief {
-                    if !goes_on(Stage::FirstArrangement) {
-                        return true;
-                    }
-                    has_rolled = true;
-                    by_forces.replace(job.explained_by_rolling());
-                    if by_forces.borrow().as_ref().is_some_and(explains_forces) {
-                        return true;
-                    }
+                if judged == 1 && !explained && !brief && !goes_on(Stage::FirstArrangement) {
+                    return true;
                 }
                 (brief && judged >= JUDGED_BRIEFLY)
                     || explored.is_enough(job.trusts())

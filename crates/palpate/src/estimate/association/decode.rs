@@ -90,6 +90,7 @@ pub(crate) fn decode(measurements: &Measurements, fit: &Fit, floor_m: f64, aside
     let inexact_balance = balance_m > balance_limit_m(contact_sd_m, coefficients[0].abs());
     let period = fit.prior.symmetry.period_rad();
     let anchor = anchor(here, period);
+    measurements.work.add_decoding(measurements.len());
     let mut choices: Vec<Vec<Choice>> = (0..measurements.len())
         .into_par_iter()
         .map(|index| {
@@ -125,6 +126,7 @@ pub(crate) fn decode(measurements: &Measurements, fit: &Fit, floor_m: f64, aside
                 still_m,
                 still_between_turning: inexact_balance,
                 period,
+                work: &measurements.work,
             };
             let blind = aside.is_some_and(|aside| (aside.blind)(index));
             steps(&ahead, &measurements.instants[index - 1], &choices[index - 1], &choices[index], blind)

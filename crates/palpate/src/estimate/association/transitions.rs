@@ -6,6 +6,7 @@ use crate::estimate::evidence::motion_prior::{EXCLUDED, PER_HALF_TURN, PREDICTED
 use crate::estimate::measurements::Instant;
 use crate::estimate::model::table::SupportTable;
 use crate::estimate::motion::LONGEST_STEP;
+use crate::estimate::work::Work;
 use crate::math::angle::wrapped_to;
 use crate::mechanics::passage::{SAME_POSE_RAD, barrier_m, carried};
 use crate::mechanics::{EnergyLandscape, Forces};
@@ -46,6 +47,8 @@ pub(crate) struct Transition<'a> {
     pub still_between_turning: bool,
     /// Poses that differ by a multiple of this are one, radians.
     pub period: f64,
+    /// Where passages are counted.
+    pub work: &'a Work,
 }
 
 impl Transition<'_> {
@@ -58,6 +61,7 @@ impl Transition<'_> {
         if let Some(rest) = EnergyLandscape::new(self.shape, &palms[1]).continued(psi) {
             return rest;
         }
+        self.work.add_passages(1);
         carried(&Forces::default(), self.shape, &palms, psi).0
     }
 

@@ -1,7 +1,7 @@
 //! Refinement by contact alone, for objects on which friction acts (`docs/theory.md`, friction): form and motion from the contacts, whatever the
 //! forces are; then centre of mass and friction from what the forces within the friction cones ask of them.
 
-use super::calibrated::LEFT;
+use super::calibrated::{LEFT, trusts};
 use super::job::{Job, LEAST_FIRST_SD, ORDER_SAMPLES, Refined};
 use super::resample::{carry_over, thinned_in_ranges};
 use crate::estimate::evidence::fit::{ROUNDS, fit};
@@ -16,31 +16,60 @@ use crate::reconstruct::search::schedule::{Found, Readings, search_by_contact};
 use crate::reconstruct::verdict::assemble::Candidate;
 use nalgebra::{Matrix2, Vector2};
 
+/// What a search by contact alone is worth, as a share of what all others are: where inertia is what is the matter, which a twentieth of that finds, and
+/// which is asked of every log that few harmonics do not explain; and where friction is, in the end.
+const FOR_INERTIA: f64 = 0.1;
+const FOR_FRICTION: f64 = 0.25;
+
 /// Standard deviation of the origin of the form, as a share of the size: contact does not tell it, so it is held where it is.
 const ORIGIN_SD: f64 = 1e-6;
 
 impl Job<'_> {
-    /// The result of a search by contact alone, where inertia or friction explains what the forces then ask, or friction may.
-    pub fn explained_by_forces(&self) -> Option<Candidate> {
-        let job = self.clone().without_balance();
+    /// The result of a search by contact alone, where inertia explains what the forces then ask.
+    pub fn explained_by_swinging(&self) -> Option<Candidate> {
+        let mut explained = None;
+        self.without_balance_worth(FOR_INERTIA).each_by_contact(&mut |job, refined| {
+            let (balanced, missed_m) = job.balanced(refined);
+            explained = job.explained_by_inertia(refined, balanced, missed_m);
+            explained.is_some()
+        });
+        explained
+    }
+
+    /// The same where friction explains it, or may.
+    pub fn explained_by_sliding(&self) -> Option<Candidate> {
         let (mut explained, mut plausible) = (None, None);
-        let calibrate = |found: &Found| job.corrected(found, LEFT[0]);
-        search_by_contact(&Readings { brief: true, ..job.readings() }, &calibrate, &mut |found| {
-            // The contacts tell all of the rig but where gravity is.
-            let calibrated = job.roughly_calibrated(&found, 0);
-            let job = calibrated.map_or_else(|| job.clone(), |rough| job.recalibrated(job.raw, rough.calibration));
-            let Some(refined) = job.refined_by_contact(&found) else { return false };
-            let (balanced, missed_m) = job.balanced(&refined);
-            explained = job.explained_by_inertia(&refined, balanced, missed_m);
-            if explained.is_none()
-                && let Some(candidate) = job.explained_by_friction(&refined)
-            {
+        self.without_balance_worth(FOR_FRICTION).each_by_contact(&mut |job, refined| {
+            if let Some(candidate) = job.explained_by_friction(refined) {
                 let place = if candidate.result.verdict.doubts_friction() { &mut plausible } else { &mut explained };
                 place.get_or_insert(candidate);
             }
             explained.is_some()
         });
         explained.or(plausible)
+    }
+
+    /// The same log without the balance, worth such a share of what it is with it and one trust in the calibration; that keeps what it is worth.
+    pub(super) fn without_balance_worth(&self, share: f64) -> Self {
+        let mut job = self.clone().without_balance();
+        job.measurements.work = job.measurements.work.afresh(share / trusts(job.options) as f64);
+        job
+    }
+
+    /// Passes what a search by contact alone leads to at its optimum to `accept`, with the readings it is of, until that returns true or the log is
+    /// worth no more.
+    fn each_by_contact(&self, accept: &mut dyn FnMut(&Job, &Refined) -> bool) {
+        let calibrate = |found: &Found| self.corrected(found, LEFT[0]);
+        let mut is_first = true;
+        search_by_contact(&Readings { brief: true, ..self.readings() }, &calibrate, &mut |found| {
+            if !std::mem::take(&mut is_first) && self.is_spent() {
+                return true;
+            }
+            // The contacts tell all of the rig but where gravity is.
+            let calibrated = self.roughly_calibrated(&found, 0);
+            let job = calibrated.map_or_else(|| self.clone(), |rough| self.recalibrated(self.raw, rough.calibration));
+            job.refined_by_contact(&found).is_some_and(|refined| accept(&job, &refined))
+        });
     }
 
     /// The coefficients of an optimum about the origin that misses the balance least, and by how much that does (root mean square, metres): the

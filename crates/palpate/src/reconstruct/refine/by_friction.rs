@@ -24,7 +24,6 @@ use crate::estimate::model::noise::{Noise, STUDENT};
 use crate::estimate::model::prior::Prior;
 use crate::estimate::motion::{ELSEWHERE, SHORT_SEGMENT, short_segments};
 use crate::estimate::solver::gauss_newton::{Estimate, Fit};
-use crate::estimate::work::Work;
 use crate::log::Log;
 use crate::mechanics::ContactMode;
 use crate::palms::PalmPair;
@@ -98,6 +97,9 @@ const LIKELIER: f64 = 0.01;
 /// Harmonics of what was grown, in turn; more are kept where the contacts fall below this share of what they were.
 const MORE_HARMONICS: [usize; 3] = [12, 18, 28];
 const HARMONICS_GAIN: f64 = 0.98;
+
+/// What growth and what follows it are worth, as a multiple of what a search is: logs that they explain take up to 1.6 times as much.
+const WORTH: f64 = 2.0;
 
 /// Friction acts where a coefficient of it is so many standard deviations from 0, or where the object rolls for this share of the samples and never
 /// falls.
@@ -295,9 +297,7 @@ impl Job<'_> {
         if !is_hinged(self.raw) {
             return None;
         }
-        let mut job = self.clone().without_balance();
-        // This is done once, and leaves the search what it is worth.
-        job.measurements.work = Work::for_log(job.measurements.len(), 1);
+        let job = self.without_balance_worth(WORTH);
         let Grown { mut fit, mut unknowns, mut noise } = growth::grown(&job)?;
         let mut best: Option<(Setting, Settled)> = None;
         for order in MORE_HARMONICS {
@@ -326,7 +326,7 @@ impl<'a> Setting<'a> {
     fn with_other_friction(&self, mut best: Settled) -> Settled {
         let near = PLAUSIBLE.map(|share| NEARLY_PLAUSIBLE * share);
         for _ in 0..OTHER_FRICTION_ROUNDS {
-            if best.is_exact(self.bounds) || !best.leaves_at_most(self.bounds, near) {
+            if best.is_exact(self.bounds) || !best.leaves_at_most(self.bounds, near) || self.job.is_spent() {
                 break;
             }
             let led = OTHER_FRICTION.into_par_iter().filter_map(|factors| self.beginning_with_friction(&best, factors));

@@ -7,7 +7,7 @@ mod plausible;
 mod worth;
 
 use self::plausible::least_share_left;
-use self::worth::OfInertia;
+use self::worth::{OfInertia, is_believed};
 use super::job::{Job, Refined};
 use crate::estimate::inertia::palm_path::PalmPath;
 use crate::estimate::inertia::problem::{BESIDES_SHAPE, InertiaPrior, Problem, Unknowns};
@@ -39,6 +39,9 @@ const SENSOR_FLOOR: f64 = 1e-6;
 /// Knots in the fastest swing of the object, and times that they are halved at most.
 const KNOTS_PER_SWING: f64 = 8.0;
 const HALVINGS: usize = 4;
+
+/// Halvings by which neither contacts nor forces gain, at most: what has not settled by then does not.
+const IDLE_HALVINGS: usize = 2;
 
 /// The swing is that of the stiffest poses but for this share of them.
 const STIFFEST: f64 = 0.05;
@@ -129,7 +132,11 @@ impl Job<'_> {
             return None;
         }
         let missed_m = fitting.balance_missed_m(&coefficients);
-        let is_promising = |stage: &Stage| stage.optimum.noise.forces_m < promising_share * missed_m;
+        let is_promising = |stage: &Stage| {
+            let Optimum { noise, unknowns, .. } = &stage.optimum;
+            let gyration_share = (0.5 * unknowns.ln_gyration_m2).exp() / fitting.gyration_m;
+            noise.forces_m < promising_share * missed_m && is_believed(gyration_share, unknowns.damping_per_s)
+        };
         let first = Some(fitting.first(coefficients)?).filter(is_promising)?;
         let grown = fitting.grown(first)?;
         let robust = grown.optimum.noise.forces_m > AT_FLOOR * floor_m;
@@ -254,7 +261,7 @@ impl<'a> Fitting<'a> {
 
     /// The same with the other samples taken back as far as the motion comes near them, and pieces so short that shorter ones change nothing.
     fn grown(&self, mut stage: Stage<'a>) -> Option<Stage<'a>> {
-        let (mut halvings, free) = (0, self.inertia(false));
+        let (mut halvings, mut idle, free) = (0, 0, self.inertia(false));
         for _ in 0..ROUNDS {
             let variances = stage.problem.variance_of_motion(&stage.optimum);
             let weights = self.within(TAKEN_BACK * stage.optimum.unknowns.coefficients[0], Some(&variances), &stage);
@@ -262,7 +269,7 @@ impl<'a> Fitting<'a> {
                 stage = self.with(weights, stage, None)?;
                 continue;
             }
-            if halvings == HALVINGS || !self.can_be_done(2 * stage.pieces) {
+            if halvings == HALVINGS || idle == IDLE_HALVINGS || !self.can_be_done(2 * stage.pieces) {
                 break;
             }
             let mut finer = self.problem(&stage.weights, 2 * stage.pieces);
@@ -277,6 +284,7 @@ impl<'a> Fitting<'a> {
                 break;
             }
             halvings += 1;
+            idle += usize::from(!gains);
             stage = Stage { problem: finer, pieces: 2 * stage.pieces, optimum: there, ..stage };
             if !gains && has_settled {
                 break;

@@ -275,12 +275,33 @@ impl<'a> Job<'a> {
         if explored.contains_motion(&self.measurements, &general.fine.estimate.psi) {
             return Ok(None);
         }
+        if self.is_worth_no_more(&general) {
+            return Ok(Some(general));
+        }
         if general.settled {
             general = self.with_restarts(&medium, &found.ranges, general);
         }
         let likeliest = self.with_symmetry(&medium, &found.ranges, general);
         let with_rotations = |optimum: Refined| self.with_other_rotations(&medium, &found.ranges, optimum);
         Ok(Some(if likeliest.settled { with_rotations(likeliest) } else { likeliest }))
+    }
+
+    /// Whether contacts or statics contradict an optimum with these jumps.
+    fn is_contradicted(&self, fine: &Fit, jumps: &[DetectedJump]) -> bool {
+        fine.noise.sensor_m >= CONTRADICTED * self.scatter_m || jumps.iter().any(|jump| !jump.physical)
+    }
+
+    /// Whether no more is done for it: nothing that the log contradicts is worth more than it has cost.
+    fn is_given_up(&self, fine: &Fit, jumps: &[DetectedJump]) -> bool {
+        self.is_spent() && self.is_contradicted(fine, jumps)
+    }
+
+    /// The same of an optimum that cannot be certified, since what is ambiguous of it may be anywhere: what would decide that has not been found so far.
+    fn is_worth_no_more(&self, refined: &Refined) -> bool {
+        let squares: f64 = refined.ambiguity_rad.iter().map(|ambiguity_rad| ambiguity_rad * ambiguity_rad).sum();
+        let is_ambiguous = || (squares / self.measurements.len() as f64).sqrt() > self.options.limits.ambiguity_rad;
+        let is_contradicted = || self.is_contradicted(&refined.fine, &self.jumps(&refined.fine.estimate, TAU));
+        self.is_spent() && (is_ambiguous() || is_contradicted())
     }
 
     /// Whether nothing more is worth doing for the log.
@@ -292,6 +313,9 @@ impl<'a> Job<'a> {
     fn with_other_rotations(&self, medium: &Measurements, ranges: &[Range<usize>], optimum: Refined) -> Refined {
         let mut best = optimum;
         for _ in 0..MOST_ROTATIONS {
+            if self.is_worth_no_more(&best) {
+                break;
+            }
             let rivals = rival_rotations(medium, &self.fit_on_medium(medium, ranges, &best.fine));
             let mut likelier = None;
             for rival in rivals.into_iter().take(MOST_ROTATIONS) {
@@ -314,6 +338,9 @@ impl<'a> Job<'a> {
     fn with_restarts(&self, medium: &Measurements, ranges: &[Range<usize>], optimum: Refined) -> Refined {
         let mut best = self.with_rivals(medium, ranges, optimum);
         for start in along_weakest_direction(medium, &best.coarse).into_iter().flatten() {
+            if self.is_worth_no_more(&best) {
+                break;
+            }
             let Some(there) = self
                 .fit_with_exact_balance(medium, start, &best.coarse)
                 .filter(|there| there.log_evidence > best.coarse.log_evidence + PROMISING)
@@ -329,7 +356,7 @@ impl<'a> Job<'a> {
     fn with_rivals(&self, medium: &Measurements, ranges: &[Range<usize>], optimum: Refined) -> Refined {
         let mut best = optimum;
         for _ in 0..MOST_RIVALS {
-            let Some(psi) = best.rivals.pop() else { break };
+            let Some(psi) = best.rivals.pop().filter(|_| !self.is_worth_no_more(&best)) else { break };
             let estimate = self.on_medium(medium, ranges, &best.fine.estimate.coefficients, &psi);
             let Some(there) = self.fit_with_exact_balance(medium, estimate, &best.coarse) else { continue };
             best = best.or_likelier(self.to_fixed_point(medium, ranges, there, Some(psi)));
@@ -425,7 +452,8 @@ impl<'a> Job<'a> {
             let decoded_again = self.decoded_again(&optimum.fine);
             let now = decoded_again.0.relocated;
             // Where the motion does not settle, the arrangement is wrong, or it is a matter of a few samples.
-            let last = attempt == REPAIRS || CONTRACTION * now > relocated;
+            let is_given_up = self.is_given_up(&optimum.fine, &optimum.jumps);
+            let last = attempt == REPAIRS || CONTRACTION * now > relocated || is_given_up;
             let (next, moved) = if now == 0 || last {
                 let mut weighed = self.weighed(&optimum, decoded_again, last);
                 if weighed.likelier.is_none() || attempt == REPAIRS {
@@ -463,13 +491,11 @@ impl<'a> Job<'a> {
         let mut alternatives = decoded.alternatives;
         let motions = superseded.iter().chain([&decoded.psi]);
         alternatives.extend(motions.filter_map(|motion| ambiguity.unsettled(&fine.estimate.psi, motion, period)));
-        let is_contradicted =
-            fine.noise.sensor_m >= CONTRADICTED * self.scatter_m || jumps.iter().any(|jump| !jump.physical);
+        let is_contradicted = self.is_contradicted(fine, jumps);
         let samples = self.measurements.len();
         let is_lost = decoded.relocated > samples / FIRST_SHARE && jumps.len() > samples / LOST;
-        // Nothing that the log contradicts is worth more than it has cost.
-        let is_given_up = is_contradicted && self.is_spent();
-        let settled = (!last || few(decoded.relocated, samples) || !(is_contradicted || is_lost)) && !is_given_up;
+        let settled = (!last || few(decoded.relocated, samples) || !(is_contradicted || is_lost))
+            && !self.is_given_up(fine, jumps);
         if !settled {
             // The samples that may be elsewhere stay ambiguous.
             return Weighed { ambiguity_rad: ambiguity.ambiguity_rad(), settled, rivals: Vec::new(), likelier: None };
@@ -617,7 +643,9 @@ impl<'a> Job<'a> {
     /// The jumps in the motion that statics allows an object with such a period.
     pub(super) fn jumps(&self, Estimate { coefficients, psi, .. }: &Estimate, period: f64) -> Vec<DetectedJump> {
         let psi = self.allowed_motion(coefficients, psi, period);
-        detect_jumps(&SupportFunction::from_coefficients(coefficients), &self.palms(), &psi)
+        let jumps = detect_jumps(&SupportFunction::from_coefficients(coefficients), &self.palms(), &psi);
+        self.measurements.work.add_passages(jumps.len());
+        jumps
     }
 
     pub(super) fn palms(&self) -> Vec<PalmPair> {

@@ -90,8 +90,10 @@ impl Scene {
     /// The costs of the steps from the pose of the sample before `to` to these poses.
     fn steps_to(&self, to: usize, barrier_sd_m: f64, still_m: f64, blind: bool, ends: &[f64]) -> Vec<f64> {
         let (shape, table, instant) = (&self.shape, &self.table(), &self.measurements.instants[to]);
+        let work = &self.measurements.work;
         let still_between_turning = true;
-        let ahead = Transition { shape, table, instant, barrier_sd_m, still_m, still_between_turning, period: TAU };
+        let ahead =
+            Transition { shape, table, instant, barrier_sd_m, still_m, still_between_turning, period: TAU, work };
         let choice = |&psi: &f64| Choice { psi, misfit: 0.0 };
         let (from, ends) = ([choice(&self.psi[to - 1])], ends.iter().map(choice).collect::<Vec<_>>());
         steps(&ahead, &self.measurements.instants[to - 1], &from, &ends, blind)
@@ -238,6 +240,7 @@ fn the_costs_of_steps_go_from_pose_to_pose_in_order() {
         still_m: 0.0,
         still_between_turning: false,
         period: TAU,
+        work: &scene.measurements.work,
     };
     let choice = |psi: f64| Choice { psi, misfit: 0.0 };
     let psi = scene.psi[SLOW];
@@ -268,6 +271,7 @@ fn an_object_between_crossed_palms_stays_where_it_was() {
             still_m: 0.0,
             still_between_turning: false,
             period: TAU,
+            work: &scene.measurements.work,
         }
         .rest(before, scene.psi[scene.jump - 1])
     };
@@ -479,6 +483,7 @@ fn contacts_that_do_not_move_exclude_a_jump_between_palms_at_rest() {
             still_m: 1e-6,
             still_between_turning,
             period: TAU,
+            work: &scene.measurements.work,
         };
         ahead.still_since(&before)
     };

@@ -118,7 +118,8 @@ pub(super) fn grown(job: &Job) -> Option<Grown> {
     }
     tried.truncate(GROWN);
     let mut parts: Vec<Stretch> = Vec::new();
-    while !tried.is_empty() && !parts.iter().any(|part| part.range.len() == samples && part.is_explained()) {
+    let enough = |parts: &[Stretch]| parts.iter().any(|part| part.range.len() == samples && part.is_explained());
+    while !tried.is_empty() && !enough(&parts) && !job.is_spent() {
         let some: Vec<Stretch> = tried.drain(..GROWN_AT_ONCE.min(tried.len())).collect();
         parts.par_extend(some.into_par_iter().map(|stretch| strided.grown(stretch, AtLast::Stop)));
     }
@@ -126,7 +127,7 @@ pub(super) fn grown(job: &Job) -> Option<Grown> {
     let joined = strided.joined(&parts);
     parts.extend(joined);
     // Where nothing is explained all over, the longest goes on through what makes it worse: it jumps there, perhaps.
-    if !parts.iter().any(|part| whole(part) && part.is_explained()) {
+    if !enough(&parts) && !job.is_spent() {
         parts.sort_by_key(|part| std::cmp::Reverse(part.range.len()));
         let longest: Vec<Stretch> = parts.drain(..GROWN_AT_ONCE.min(parts.len())).collect();
         parts.par_extend(longest.into_par_iter().map(|stretch| strided.grown(stretch, AtLast::GoOn)));
