@@ -225,14 +225,14 @@ impl<'a> Reconstructor<'a> {
         let brief = matches!(extent, Extent::Brief);
         // One that may be right is a result where nothing else explains the log.
         let by_forces: RefCell<Option<Candidate>> = RefCell::new(None);
-        let (swung, rolled) = (Cell::new(false), Cell::new(false));
+        let (inertia_asked, friction_asked) = (Cell::new(false), Cell::new(false));
         let explained_by_forces = |stage: Stage| {
-            if !explained_one.get() && !swung.replace(true) {
-                by_forces.replace(job.explained_by_swinging());
+            if !explained_one.get() && !inertia_asked.replace(true) {
+                by_forces.replace(job.explained_by_inertia_alone());
             }
             let is_explained = || by_forces.borrow().as_ref().is_some_and(explains_forces);
             // Of flat sides few harmonics explain nothing either: only an arrangement that balance contradicts is worth that.
-            if stage == Stage::FirstArrangement && !is_explained() && !rolled.replace(true) {
+            if stage == Stage::FirstArrangement && !is_explained() && !friction_asked.replace(true) {
                 by_forces.replace(job.explained_by_rolling());
             }
             is_explained()
@@ -246,7 +246,7 @@ impl<'a> Reconstructor<'a> {
             &|found, trust| job.corrected(found, LEFT[trust]),
             &|share| self.tell("searching for arrangements", 0.9 * share),
             &mut || {
-                let found = job.explained_by_sliding();
+                let found = job.explained_by_forces();
                 if found.as_ref().is_some_and(explains_forces) || by_forces.borrow().is_none() {
                     by_forces.replace(found);
                 }

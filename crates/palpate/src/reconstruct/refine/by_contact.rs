@@ -1,7 +1,7 @@
 //! Refinement by contact alone, for objects on which friction acts (`docs/theory.md`, friction): form and motion from the contacts, whatever the
 //! forces are; then centre of mass and friction from what the forces within the friction cones ask of them.
 
-use super::calibrated::{LEFT, trusts};
+use super::calibrated::LEFT;
 use super::job::{Job, LEAST_FIRST_SD, ORDER_SAMPLES, Refined};
 use super::resample::{carry_over, thinned_in_ranges};
 use crate::estimate::evidence::fit::{ROUNDS, fit};
@@ -17,30 +17,32 @@ use crate::reconstruct::verdict::assemble::Candidate;
 use nalgebra::{Matrix2, Vector2};
 
 /// What a search by contact alone is worth, as a share of what all others are: where inertia is what is the matter, which a twentieth of that finds, and
-/// which is asked of every log that few harmonics do not explain; and where friction is, in the end.
+/// which is asked of every log that few harmonics do not explain; and where that or friction is, in the end.
 const FOR_INERTIA: f64 = 0.1;
-const FOR_FRICTION: f64 = 0.25;
+const FOR_FORCES: f64 = 0.25;
 
 /// Standard deviation of the origin of the form, as a share of the size: contact does not tell it, so it is held where it is.
 const ORIGIN_SD: f64 = 1e-6;
 
 impl Job<'_> {
     /// The result of a search by contact alone, where inertia explains what the forces then ask.
-    pub fn explained_by_swinging(&self) -> Option<Candidate> {
+    pub fn explained_by_inertia_alone(&self) -> Option<Candidate> {
         let mut explained = None;
         self.without_balance_worth(FOR_INERTIA).each_by_contact(&mut |job, refined| {
-            let (balanced, missed_m) = job.balanced(refined);
-            explained = job.explained_by_inertia(refined, balanced, missed_m);
+            explained = job.inertia_of(refined);
             explained.is_some()
         });
         explained
     }
 
-    /// The same where friction explains it, or may.
-    pub fn explained_by_sliding(&self) -> Option<Candidate> {
+    /// The same where inertia or friction explains it, or friction may.
+    pub fn explained_by_forces(&self) -> Option<Candidate> {
         let (mut explained, mut plausible) = (None, None);
-        self.without_balance_worth(FOR_FRICTION).each_by_contact(&mut |job, refined| {
-            if let Some(candidate) = job.explained_by_friction(refined) {
+        self.without_balance_worth(FOR_FORCES).each_by_contact(&mut |job, refined| {
+            explained = job.inertia_of(refined);
+            if explained.is_none()
+                && let Some(candidate) = job.explained_by_friction(refined)
+            {
                 let place = if candidate.result.verdict.doubts_friction() { &mut plausible } else { &mut explained };
                 place.get_or_insert(candidate);
             }
@@ -49,10 +51,16 @@ impl Job<'_> {
         explained.or(plausible)
     }
 
-    /// The same log without the balance, worth such a share of what it is with it and one trust in the calibration; that keeps what it is worth.
+    /// What inertia makes of an optimum by contact alone.
+    fn inertia_of(&self, refined: &Refined) -> Option<Candidate> {
+        let (balanced, missed_m) = self.balanced(refined);
+        self.explained_by_inertia(refined, balanced, missed_m)
+    }
+
+    /// The same log without the balance, worth such a share of what it is with it; that keeps what it is worth.
     pub(super) fn without_balance_worth(&self, share: f64) -> Self {
         let mut job = self.clone().without_balance();
-        job.measurements.work = job.measurements.work.afresh(share / trusts(job.options) as f64);
+        job.measurements.work = job.measurements.work.afresh(share);
         job
     }
 

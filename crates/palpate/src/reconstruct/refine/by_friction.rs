@@ -8,6 +8,7 @@ mod profile;
 mod rotations;
 
 use self::growth::Grown;
+use super::calibrated::trusts;
 use super::job::{Job, Refined};
 use crate::estimate::friction::falls::falls;
 use crate::estimate::friction::modes::{Decoded, Object, Sds, decode};
@@ -297,7 +298,7 @@ impl Job<'_> {
         if !is_hinged(self.raw) {
             return None;
         }
-        let job = self.without_balance_worth(WORTH);
+        let job = self.without_balance_worth(WORTH / trusts(self.options) as f64);
         let Grown { mut fit, mut unknowns, mut noise } = growth::grown(&job)?;
         let mut best: Option<(Setting, Settled)> = None;
         for order in MORE_HARMONICS {
