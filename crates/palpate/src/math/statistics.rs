@@ -1,4 +1,9 @@
-//! Median, spread and autocorrelation.
+//! Mean, median, spread and autocorrelation.
+
+/// The root of the mean of the squares; 0 of no value.
+pub(crate) fn root_mean_square(values: &[f64]) -> f64 {
+    (values.iter().map(|value| value * value).sum::<f64>() / values.len().max(1) as f64).sqrt()
+}
 
 /// Median; 0 for an empty list.
 pub(crate) fn median(values: &mut [f64]) -> f64 {

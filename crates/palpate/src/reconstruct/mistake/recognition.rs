@@ -1,6 +1,6 @@
 //! Mistakes recognised by undoing them: each of the commonest is undone in a part of the log, and the first without which that is certified
 //! is named. What is cheap comes first: the readings alone, then palms that would hold nothing, then a brief search. The commonest are tried as soon as
-//! the first way of the search has not explained the log as it is written: all that comes after it takes ten times as long as they do.
+//! neither the first way of the search nor inertia has explained the log as it is written: all that comes after it takes ten times as long as they do.
 
 use std::borrow::Cow;
 use std::cell::OnceCell;

@@ -33,6 +33,7 @@ use crate::estimate::motion::{moved, piece_starts, unwrap};
 use crate::estimate::solver::gauss_newton::{Estimate, Fit};
 use crate::estimate::work::Work;
 use crate::log::Log;
+use crate::math::statistics::root_mean_square;
 use crate::palms::PalmPair;
 use crate::reconstruct::options::ReconstructOptions;
 use crate::reconstruct::options::error::ReconstructError;
@@ -298,8 +299,7 @@ impl<'a> Job<'a> {
 
     /// The same of an optimum that cannot be certified, since what is ambiguous of it may be anywhere: what would decide that has not been found so far.
     fn is_worth_no_more(&self, refined: &Refined) -> bool {
-        let squares: f64 = refined.ambiguity_rad.iter().map(|ambiguity_rad| ambiguity_rad * ambiguity_rad).sum();
-        let is_ambiguous = || (squares / self.measurements.len() as f64).sqrt() > self.options.limits.ambiguity_rad;
+        let is_ambiguous = || root_mean_square(&refined.ambiguity_rad) > self.options.limits.ambiguity_rad;
         let is_contradicted = || self.is_contradicted(&refined.fine, &self.jumps(&refined.fine.estimate, TAU));
         self.is_spent() && (is_ambiguous() || is_contradicted())
     }
@@ -678,6 +678,47 @@ mod tests {
         let start = Estimate { coefficients, psi, cost: f64::INFINITY };
         let found = job.fit_all(4, start, Noise { sensor_m: 5e-5, balance_m: 1e-3 }, job.prior).expect("an optimum");
         assert!(found.fit.noise.balance_m < 0.2 * found.fit.noise.sensor_m, "{:?}", found.fit.noise);
+    }
+
+    #[test]
+    fn what_cannot_be_certified_is_worth_no_more_once_the_work_is_spent() {
+        use crate::palms::PalmMotion;
+        use crate::sensor::Touchpad;
+        use crate::shape::NamedShape;
+        use crate::simulate::{SimulateOptions, simulate};
+
+        let shape = NamedShape::Egg.shape(0.03).expect("a valid size");
+        let motion = PalmMotion::random(4, 20.0, 0.2).and_then(|motion| motion.sample(10.0)).expect("possible");
+        let touchpad = Touchpad { noise_sd_m: 5e-5, ..Touchpad::ideal() };
+        let run =
+            simulate(&shape, &motion, &SimulateOptions { touchpad, ..SimulateOptions::default() }).expect("possible");
+        let options = ReconstructOptions::default();
+        let job = Job::new(&run.log, &options);
+        let psi: Vec<f64> = run.truth.motion.iter().map(|pose| pose.psi_rad).collect();
+        let is_worth_no_more = |spent: bool, sensor_sds: f64, ambiguity_share: f64| {
+            let estimate = Estimate { coefficients: shape.coefficients(), psi: psi.clone(), cost: 0.0 };
+            let noise = Noise { sensor_m: sensor_sds * job.scatter_m, balance_m: 5e-5 };
+            let order = shape.harmonics_m().len();
+            let fit = Fit { estimate, order, noise, prior: job.prior, log_evidence: 0.0 };
+            let refined = Refined {
+                coarse: fit.clone(),
+                fine: fit,
+                measurements: job.measurements.clone(),
+                ambiguity_rad: vec![ambiguity_share * options.limits.ambiguity_rad; psi.len()],
+                symmetry: FoundSymmetry::default(),
+                settled: true,
+                log_posterior: 0.0,
+                rivals: Vec::new(),
+                as_likely: Vec::new(),
+            };
+            let mut job = job.clone();
+            job.measurements.work = job.measurements.work.afresh(if spent { 0.0 } else { 1.0 });
+            job.measurements.work.add_decoding(1);
+            job.is_worth_no_more(&refined)
+        };
+        assert!(is_worth_no_more(true, 1.0, 1.01) && !is_worth_no_more(true, 1.0, 0.99));
+        assert!(is_worth_no_more(true, 1.01 * CONTRADICTED, 0.0) && !is_worth_no_more(true, 0.99 * CONTRADICTED, 0.0));
+        assert!(!is_worth_no_more(false, 2.0 * CONTRADICTED, 2.0));
     }
 
     #[test]

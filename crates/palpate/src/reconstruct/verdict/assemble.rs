@@ -13,7 +13,7 @@ use crate::estimate::model::noise_from_log::angle_residual_m;
 use crate::estimate::motion::unwrap;
 use crate::estimate::solver::gauss_newton::Fit;
 use crate::log::{Log, Sample};
-use crate::math::statistics::{autocorrelation, correlation_time, typical_sd};
+use crate::math::statistics::{autocorrelation, correlation_time, root_mean_square, typical_sd};
 use crate::mechanics::Jump;
 use crate::palms::PalmPair;
 use crate::reconstruct::options::limits::CertificateLimits;
@@ -178,9 +178,7 @@ pub(crate) fn assemble(
         },
         coverage: felt.len() as f64 / NODES as f64,
         ambiguous,
-        ambiguity_rad: (ambiguity_rad.iter().map(|ambiguity_rad| ambiguity_rad * ambiguity_rad).sum::<f64>()
-            / ambiguity_rad.len().max(1) as f64)
-            .sqrt(),
+        ambiguity_rad: root_mean_square(ambiguity_rad),
         psi_sd_rad: mean_square.sqrt(),
         largest_psi_sd_rad: unambiguous().map(|pose| pose.psi_sd_rad).fold(0.0, f64::max),
         largest_felt_r_sd_m: outline.iter().filter(|p| p.touches > 0).map(|p| p.r_sd_m).fold(0.0, f64::max),
