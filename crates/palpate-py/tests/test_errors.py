@@ -39,7 +39,7 @@ def things() -> dict[str, list[object]]:
     wild = palpate.SupportFunction(1e300, [(1e300, -1e300)] * 3)
     tiny = palpate.SupportFunction(1e-300, [(0, 1e-300)] * 2)
     palms = [palpate.PalmPair(0.7, 1.6), palpate.PalmPair(-12.0, 12.0), palpate.PalmPair(0, 0, (1e300, 0), (0, -1e300))]
-    log = palpate.simulate(egg, palpate.PalmMotion.random(1, 5), rate_hz=4).log
+    log = palpate.simulate(egg, palpate.PalmMotion.random(1, 3), rate_hz=4).log
     return {
         "shape": [egg, wild, tiny],
         "palms": [*palms],
@@ -80,6 +80,8 @@ def calls() -> list[tuple[object, list[list[object]]]]:
         needed = [each.name for each in parameters if each.default is each.empty and each.kind < each.VAR_POSITIONAL]
         for choice in plain:
             every.append((target, [known.get(name, choice) for name in needed]))
+            if all(name in known for name in needed):
+                break
     return every
 
 
