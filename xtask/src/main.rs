@@ -49,6 +49,8 @@ enum Task {
     Deny(deny::Arguments),
     /// Measure accuracy over many simulated objects and write the tables that the documentation quotes.
     MonteCarlo(studies::monte_carlo::Arguments),
+    /// Measure accuracy and honesty of strokes of a pivoting grasp over many simulated objects, and print the table as Markdown
+    MonteCarloPivot(studies::pivot::Arguments),
     /// Count what half and twice each limit of the certificate would do, and write the table that the documentation quotes.
     Limits(studies::limits::Arguments),
     /// Compare the trials of two studies row by row; fails where a verdict differs.
@@ -79,6 +81,7 @@ fn main() -> ExitCode {
         Some(Task::Dist(arguments)) => dist::run(&arguments),
         Some(Task::Deny(arguments)) => deny::run(&arguments),
         Some(Task::MonteCarlo(arguments)) => studies::monte_carlo::run(&arguments),
+        Some(Task::MonteCarloPivot(arguments)) => studies::pivot::run(&arguments),
         Some(Task::Limits(arguments)) => studies::limits::run(&arguments),
         Some(Task::CompareRows(arguments)) => studies::rows::run(&arguments),
         Some(Task::Methods(arguments)) => studies::methods::run(&arguments),

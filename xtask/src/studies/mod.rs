@@ -7,6 +7,7 @@ pub(crate) mod limits;
 pub(crate) mod methods;
 pub(crate) mod monte_carlo;
 pub(crate) mod paper;
+pub(crate) mod pivot;
 pub(crate) mod python_cost;
 pub(crate) mod ray_cost;
 pub(crate) mod rows;

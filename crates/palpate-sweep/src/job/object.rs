@@ -5,7 +5,7 @@ use std::str::FromStr;
 use std::sync::Arc;
 
 use palpate::shape::{NamedShape, RandomShape, ShapeError, SupportFunction, ellipse, random_shape, rounded_polygon};
-use rand::RngExt;
+use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
@@ -107,6 +107,14 @@ const CORNER_RADIUS: f64 = 0.35;
 const CORNER_SMOOTHNESS_RAD: f64 = 0.4;
 
 impl Object {
+    /// The object of a seed: what it is called in the table, and its support function about the centre of mass.
+    ///
+    /// # Errors
+    /// When a number is out of range.
+    pub fn of_seed(&self, seed: u64) -> Result<(String, SupportFunction), ShapeError> {
+        self.draw(&mut ChaCha8Rng::seed_from_u64(seed))
+    }
+
     /// Draws one: what it is called in the table, and its support function about the centre of mass.
     pub(crate) fn draw(&self, rng: &mut ChaCha8Rng) -> Result<(String, SupportFunction), ShapeError> {
         match *self {

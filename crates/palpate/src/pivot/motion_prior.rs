@@ -4,6 +4,8 @@
 use std::ops::Range;
 
 use crate::math::angle::wrapped;
+use crate::math::statistics::median;
+use crate::pivot::calibration::Reading;
 
 /// A leap within a segment costs so much: it is rare, and no reading contradicts one, as a shape may have a loop of the curve (r, d) that
 /// was not felt.
@@ -15,6 +17,12 @@ const LEAP_RAD: f64 = 0.15;
 
 /// … and where the object tips over by more than this share of it, which the quadrature may be off by over one step.
 const LEAP_SHARE: f64 = 0.5;
+
+/// … if the angles of so many samples before and after it, their medians, differ by as much: single ones scatter.
+const SCATTER_REACH: usize = 4;
+
+/// Samples between two leaps that may be one mistake.
+const LONGEST_BRIDGE: usize = 20;
 
 /// A stroke that begins elsewhere than most costs so much: of ten objects nine swing to rest, to a twentieth of a radian.
 const OTHER_START_NATS: f64 = 6.0;
@@ -30,6 +38,9 @@ const TIPS_OVER_REACH: usize = 5;
 
 /// … and by at least so much of the object's size: height and offset.
 const TIPS_OVER_SHARES: [f64; 2] = [0.01, 0.03];
+
+/// The height of a pivot that is lifted grows from sample to sample by more than so many of its standard deviations.
+const LIFTED_SDS: f64 = 6.0;
 
 /// Whether height or offset leap up to each sample.
 pub(super) fn tips_over(r_m: &[f64], d_m: &[f64], size_m: f64) -> Vec<bool> {
@@ -48,6 +59,16 @@ pub(super) fn tips_over(r_m: &[f64], d_m: &[f64], size_m: f64) -> Vec<bool> {
     std::iter::once(false).chain(either).take(r_m.len()).collect()
 }
 
+/// Whether the pivot is lifted off the pad up to each sample: away from it by more than the noise of its height, and more than along it. An object that
+/// hangs lower and lower on its contact tips over to another one in the end, or swings free.
+pub(super) fn lifted(readings: &[Reading], height_sd_m: f64) -> Vec<bool> {
+    let is_lifted = |pair: &[Reading]| {
+        let (up_m, along_m) = (pair[1].above_m - pair[0].above_m, pair[1].along_m - pair[0].along_m);
+        up_m > LIFTED_SDS * height_sd_m && up_m > along_m.abs()
+    };
+    std::iter::once(false).chain(readings.windows(2).map(is_lifted)).take(readings.len()).collect()
+}
+
 /// Segments of a log, and which of them begin after the object was lifted.
 #[derive(Clone, Debug)]
 pub(super) struct MotionPrior {
@@ -57,12 +78,19 @@ pub(super) struct MotionPrior {
     pub relative_rad: [Vec<f64>; 2],
     /// Whether height or offset leap as well up to each sample: the object tips over.
     pub tips_over: Vec<bool>,
+    /// Whether the pivot is lifted up to each sample.
+    pub lifted: Vec<bool>,
 }
 
 impl MotionPrior {
     /// −ln of the prior of a motion, up to a constant.
     pub fn cost(&self, theta_rad: &[f64]) -> f64 {
         LEAP_NATS * self.leaps(theta_rad).count() as f64 + OTHER_START_NATS * self.other_starts(theta_rad) as f64
+    }
+
+    /// The samples at which the contact arrives by a leap that nothing explains: the object is not lifted.
+    pub fn unexplained_leaps<'a>(&'a self, theta_rad: &'a [f64]) -> impl Iterator<Item = usize> + 'a {
+        self.leaps(theta_rad).filter(|&index| !self.lifted[index])
     }
 
     /// The samples of segments at which the contact arrives by a leap.
@@ -73,7 +101,46 @@ impl MotionPrior {
 
     /// Whether the step that ends at a sample, of the same segment as the one before it, is a leap that the readings do not make.
     fn is_leap(&self, theta_rad: &[f64], index: usize) -> bool {
-        self.is_break(theta_rad, index) && !self.tips_over[index]
+        self.is_break(theta_rad, index) && !self.tips_over[index] && self.stays(theta_rad, index)
+    }
+
+    /// Whether what lies beyond a step is elsewhere for longer than a sample or two: where readings hardly tell an angle it scatters.
+    fn stays(&self, theta_rad: &[f64], index: usize) -> bool {
+        let Some(range) = self.ranges.iter().find(|range| range.contains(&index)) else { return false };
+        let off = |relative: &[f64]| {
+            let side = |places: Range<usize>| median(&mut places.map(|at| theta_rad[at] - relative[at]).collect::<Vec<f64>>());
+            let before = side(index.saturating_sub(SCATTER_REACH).max(range.start)..index);
+            let after = side(index..(index + SCATTER_REACH).min(range.end));
+            (after - before).abs()
+        };
+        self.relative_rad.iter().all(|relative| off(relative) > LEAP_RAD)
+    }
+
+    /// The same angles where what lies between two leaps soon after each other follows its neighbours at less cost than the two leaps. `cost` is that of
+    /// a sample at an angle, and the angle next to it that costs least.
+    pub fn bridged(&self, theta_rad: &[f64], cost: &dyn Fn(usize, f64) -> (f64, f64)) -> Option<Vec<f64>> {
+        let mut bridged = theta_rad.to_vec();
+        let mut any = false;
+        for range in &self.ranges {
+            let breaks: Vec<usize> =
+                range.clone().skip(1).filter(|&at| self.is_break(theta_rad, at) && !self.tips_over[at]).collect();
+            for pair in breaks.windows(2) {
+                let (first, next) = (pair[0], pair[1]);
+                if next - first > LONGEST_BRIDGE || bridged[first] != theta_rad[first] {
+                    continue;
+                }
+                let (from, to) = (bridged[first - 1], bridged[next]);
+                let line = |at: usize| from + (to - from) * (at + 1 - first) as f64 / (next + 1 - first) as f64;
+                let there: Vec<(f64, f64)> = (first..next).map(|at| cost(at, line(at))).collect();
+                let more: f64 = (first..next).zip(&there).map(|(at, there)| there.0 - cost(at, theta_rad[at]).0).sum();
+                let is_near = |(at, there): (usize, &(f64, f64))| (there.1 - line(at)).abs() < LEAP_RAD;
+                if more < 2.0 * LEAP_NATS && (first..next).zip(&there).all(is_near) {
+                    (first..next).zip(there).for_each(|(at, there)| bridged[at] = there.1);
+                    any = true;
+                }
+            }
+        }
+        any.then_some(bridged)
     }
 
     /// Whether the step that ends at a sample, of the same segment as the one before it, is none that the closed form makes.
@@ -141,6 +208,7 @@ mod tests {
             begins_at_rest: vec![true; 3],
             relative_rad: [relative_rad.clone(), relative_rad],
             tips_over: vec![false; 8],
+            lifted: vec![false; 8],
         }
     }
 
@@ -162,8 +230,21 @@ mod tests {
         assert_eq!(prior().cost(&elsewhere), OTHER_START_NATS);
         let tipped = MotionPrior { tips_over: vec![true; 8], ..prior() };
         assert_eq!(tipped.cost(&leapt), 0.0);
-        let lifted = MotionPrior { begins_at_rest: vec![true, true, false], ..prior() };
-        assert_eq!(lifted.cost(&elsewhere), 0.0);
+        let held = MotionPrior { begins_at_rest: vec![true, true, false], ..prior() };
+        assert_eq!(held.cost(&elsewhere), 0.0);
+        // A leap is as rare where the object is lifted, but no riddle.
+        let lifted = MotionPrior { lifted: vec![true; 8], ..prior() };
+        assert_eq!(lifted.cost(&leapt), LEAP_NATS);
+        assert_eq!((prior().unexplained_leaps(&leapt).count(), lifted.unexplained_leaps(&leapt).count()), (1, 0));
+    }
+
+    #[test]
+    fn a_pivot_that_goes_up_more_than_along_is_lifted() {
+        let reading = |along_m: f64, above_m: f64| Reading { along_m, above_m, s_m: 0.0 };
+        let is_lifted = |along_m: f64, above_m: f64| lifted(&[reading(0.1, 0.03), reading(0.1 + along_m, 0.03 + above_m)], 1e-5)[1];
+        assert!(is_lifted(0.0, 1.01e-5 * LIFTED_SDS) && !is_lifted(0.0, 0.99e-5 * LIFTED_SDS));
+        assert!(is_lifted(-9.9e-4, 1e-3) && !is_lifted(-1.01e-3, 1e-3) && !is_lifted(0.0, -1e-3));
+        assert!(lifted(&[], 1e-5).is_empty());
     }
 
     #[test]

@@ -14,7 +14,7 @@ use crate::pivot::error::PivotReconstructError;
 use crate::pivot::error_bars::ErrorBars;
 use crate::pivot::evidence::{self, Fit, Stated, choose_order};
 use crate::pivot::log::PivotLog;
-use crate::pivot::motion_prior::{MotionPrior, tips_over};
+use crate::pivot::motion_prior::{MotionPrior, lifted, tips_over};
 use crate::pivot::posterior::PivotPosterior;
 use crate::pivot::result::{PivotPose, PivotReconstruction};
 use crate::pivot::rig::PivotRig;
@@ -215,14 +215,13 @@ impl<'a> Prepared<'a> {
         };
         let start = whole_state(arrangements.first()?)?;
         let problem = Problem { readings: &readings, noise, ..search.clone() };
+        let of_used = |all: &[bool]| used.iter().map(|&index| all[index]).collect();
         let prior = MotionPrior {
             ranges: self.ranges_of_used(),
             begins_at_rest: self.begins_at_rest(),
             relative_rad: [relative_rad.clone(), other_rad],
-            tips_over: {
-                let all = tips_over(&self.r_m, &self.d_m, self.size_m);
-                used.iter().map(|&index| all[index]).collect()
-            },
+            tips_over: of_used(&tips_over(&self.r_m, &self.d_m, self.size_m)),
+            lifted: of_used(&lifted(&self.readings, self.scatter.r_m)),
         };
         let choose = |start: State| {
             let mut fit = match self.options.harmonics {
@@ -237,7 +236,10 @@ impl<'a> Prepared<'a> {
             let state = &fit.optimum.state;
             let continuous = prior.without_leaps(&state.theta_rad);
             let continuous = continuous.map(|theta_rad| State { theta_rad, ..state.clone() });
-            let starts = [continuous, self.mended(&readings, &fit)];
+            let own = Problem { noise: fit.noise, ..problem.clone() };
+            let bridged = prior.bridged(&state.theta_rad, &|index, theta_rad| own.settled(state, index, theta_rad));
+            let bridged = bridged.map(|theta_rad| State { theta_rad, ..state.clone() });
+            let starts = [continuous, bridged, self.mended(&readings, &fit)];
             let tried = starts.into_iter().flatten().filter_map(choose);
             let Some(next) = tried.max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence)) else { break };
             if next.log_evidence <= fit.log_evidence + 1.0 {
@@ -421,7 +423,7 @@ impl<'a> Prepared<'a> {
             .fold(0.0, f64::max);
         // Where readings hardly tell an angle it may seem to leap.
         let is_told = |index: usize| bars.theta_sd_rad[index].max(bars.theta_sd_rad[index - 1]) < TOLD_RAD;
-        let leaps = prior.leaps(&state.theta_rad).filter(|&index| is_told(index)).count();
+        let leaps = prior.unexplained_leaps(&state.theta_rad).filter(|&index| is_told(index)).count();
         let stated = rig.calibration.told();
         let rig_off_sds = problem
             .open

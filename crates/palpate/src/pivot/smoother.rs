@@ -28,6 +28,9 @@ const FIRST_DAMPING: f64 = 1e-4;
 /// The damping falls by no more than this at once.
 const LEAST_SHRINKAGE: f64 = 0.05;
 
+/// Newton steps of a single angle to its minimum.
+const SETTLING_STEPS: usize = 10;
+
 /// With so much damping no step helps.
 const MOST_DAMPING: f64 = 1e6;
 
@@ -274,6 +277,20 @@ impl Problem<'_> {
             }
         }
         Some(Optimum { state, cost, linear })
+    }
+
+    /// What a sample costs at the angle next to this one that costs least, half a χ², and that angle.
+    pub fn settled(&self, state: &State, index: usize, theta_rad: f64) -> (f64, f64) {
+        let measured = self.readings[index].measured(&self.stated.with_told(state.told));
+        let mut theta = theta_rad;
+        let mut square = 0.0;
+        for _ in 0..SETTLING_STEPS {
+            let ContactSupport { r, d, v } = support(&state.coefficients, theta);
+            let residual = [(r - measured.r_m) / self.noise.r_m, (d - measured.d_m) / self.noise.d_m];
+            square = residual[0] * residual[0] + residual[1] * residual[1];
+            theta += turn(residual, [-d / self.noise.r_m, (r - v) / self.noise.d_m]);
+        }
+        (0.5 * square, theta)
     }
 
     /// One Newton step of every θ.

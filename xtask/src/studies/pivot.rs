@@ -1,0 +1,337 @@
+//! `cargo xtask monte-carlo-pivot`: strokes of a pivoting grasp from nothing, many objects, as a Markdown table.
+//!
+//! Objects of the mixture, each held at a point of its own, five to eight strokes to and fro with friction of 0.3 to 0.6. *Right* is a felt boundary
+//! within 0.5 % of the radius and a motion within 2 degrees; *wrong* is what is certified, not right, and beyond five of its own error bars.
+
+use std::f64::consts::TAU;
+use std::num::NonZero;
+use std::panic::catch_unwind;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Instant;
+
+use palpate::pivot::{
+    PadPose, PivotCalibration, PivotOptions, PivotReconstruction, PivotRig, PivotSimulateOptions, PivotSimulation,
+    PivotTolerances, PivotTruthError, Stroke, compare_strokes, observability, reconstruct_strokes, simulate_strokes,
+};
+use palpate::sensor::Touchpad;
+use palpate::shape::SupportFunction;
+use palpate_sweep::Object;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+
+use crate::studies::monte_carlo::quantile;
+use crate::studies::tables::{self, Place, Write};
+
+/// Options of `cargo xtask monte-carlo-pivot`.
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// Trials
+    #[arg(long, default_value_t = 500)]
+    trials: u64,
+    /// Seed of the first trial
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Rigs that nobody calibrated, drawn from the default tolerances
+    #[arg(long)]
+    rig: bool,
+    /// Print a line for each trial that was not right or not certified
+    #[arg(long)]
+    verbose: bool,
+    #[command(flatten)]
+    write: Write,
+}
+
+impl Arguments {
+    fn command(&self) -> String {
+        let rig = if self.rig { " --rig" } else { "" };
+        format!("cargo xtask monte-carlo-pivot{rig} --trials {} --seed {}", self.trials, self.seed)
+    }
+
+    fn place(&self) -> Place {
+        if self.rig { tables::MONTE_CARLO_PIVOT_RIG } else { tables::MONTE_CARLO_PIVOT }
+    }
+}
+
+/// Noise of pad and arm, standard deviations in metres.
+const NOISE_M: [f64; 2] = [1e-4, 2e-5];
+/// Right is an error of the boundary within this share of the mean radius, and of the motion within so many radians.
+const RIGHT_R: f64 = 0.005;
+const RIGHT_PSI_RAD: f64 = 2.0 * std::f64::consts::PI / 180.0;
+/// Wrong is beyond so many error bars as well.
+const WRONG_SDS: f64 = 5.0;
+/// Standard deviations on either side that hold 95 %.
+const BAND_95_SDS: f64 = 1.959_964;
+
+/// A trial that gave a log.
+struct Trial {
+    seed: u64,
+    name: String,
+    radius_m: f64,
+    samples: usize,
+    leaps: usize,
+    /// Cramér–Rao bound of the felt boundary, root mean square, metres.
+    bound_m: Option<f64>,
+    seconds: f64,
+    found: Result<(PivotReconstruction, PivotTruthError), String>,
+    /// Share of the felt boundary within its 95 % band.
+    inside: f64,
+    panicked: bool,
+}
+
+/// What a seed draws.
+struct Drawn {
+    name: String,
+    /// About the pivot.
+    shape: SupportFunction,
+    strokes: Vec<Stroke>,
+    rig: PivotRig,
+    options: PivotSimulateOptions,
+}
+
+fn drawn(seed: u64, uncalibrated: bool) -> anyhow::Result<Drawn> {
+    let (name, about_mass) = Object::Mixed.of_seed(seed)?;
+    let mut rng = ChaCha8Rng::seed_from_u64(seed ^ 0x7069_766f_7400);
+    let radius_m = about_mass.mean_radius_m();
+    // The pivot is not in the middle: about a circle's no angle is told.
+    let (towards, away_m) = (rng.random_range(0.0..TAU), radius_m * rng.random_range(0.1..0.45));
+    let pivot_m = [away_m * towards.cos(), away_m * towards.sin()];
+    let shape = about_mass.translated(-pivot_m[0], -pivot_m[1]);
+    let count = rng.random_range(5..=8);
+    let strokes = (0..count).map(|index| {
+        let side = if index % 2 == 0 { 1.0 } else { -1.0 };
+        let from_m = 0.5 + radius_m * rng.random_range(-1.0..1.0);
+        let there_m = from_m + side * radius_m * rng.random_range(2.5..5.0);
+        let back_m = there_m - side * radius_m * rng.random_range(0.5..2.5);
+        Stroke { along_m: vec![from_m, there_m, back_m], press: rng.random_range(2.0..4.0) }
+    });
+    let strokes: Vec<Stroke> = strokes.collect();
+    let pad = PadPose { tilt_rad: rng.random_range(-0.2..0.2), ..PadPose::default() };
+    let mut within = |sd: f64| sd * rng.random_range(-1.7..1.7);
+    let tolerances = PivotTolerances::UNCALIBRATED;
+    let errors = PivotCalibration {
+        zero_m: within(tolerances.zero_sd_m),
+        scale: within(tolerances.scale_sd),
+        tilt_rad: within(tolerances.tilt_sd_rad),
+        height_m: 0.0,
+    };
+    let (calibration, rig) = if uncalibrated {
+        (errors, PivotRig::uncalibrated(pad))
+    } else {
+        (PivotCalibration::default(), PivotRig::exact(pad))
+    };
+    let options = PivotSimulateOptions {
+        rig: PivotRig { calibration, ..PivotRig::exact(pad) },
+        touchpad: Touchpad { length_m: 1.0, noise_sd_m: NOISE_M[0], ..Touchpad::ideal() },
+        arm_noise_sd_m: NOISE_M[1],
+        center_of_mass_m: [-pivot_m[0], -pivot_m[1]],
+        friction: rng.random_range(0.3..0.6),
+        rate_hz: rng.random_range(15.0..30.0),
+        seed,
+        ..PivotSimulateOptions::default()
+    };
+    Ok(Drawn { name, shape, strokes, rig, options })
+}
+
+/// Share of the felt boundary that the truth, turned as the errors say, is inside of.
+fn inside(found: &PivotReconstruction, truth: &SupportFunction, errors: &PivotTruthError) -> f64 {
+    let turned = truth.rotated(errors.rotation_rad);
+    let felt = found.outline.iter().filter(|point| point.touches > 0);
+    let off = |theta_rad: f64, r_m: f64| (turned.radius_m(theta_rad) - r_m).abs();
+    let (all, within) = felt.fold((0, 0), |(all, within), point| {
+        let is_within = off(point.theta_rad, point.r_m) <= BAND_95_SDS * point.r_sd_m;
+        (all + 1, within + usize::from(is_within))
+    });
+    f64::from(within as u32) / f64::from(all.max(1) as u32)
+}
+
+fn bound_m(drawn: &Drawn, simulation: &PivotSimulation) -> Option<f64> {
+    let pad = drawn.options.rig.pad;
+    let samples = &simulation.log.samples;
+    let along: Vec<f64> =
+        samples.iter().map(|sample| pad.along_and_above(sample.pivot_x_m, sample.pivot_y_m)[0]).collect();
+    let told = observability(&drawn.shape, &simulation.theta_rad, &along, &drawn.rig, NOISE_M).ok()?;
+    told.bound.map(|bound| bound.rms_r_sd_m())
+}
+
+fn trial(seed: u64, uncalibrated: bool) -> Option<Trial> {
+    let drawn = drawn(seed, uncalibrated).ok()?;
+    let simulation = simulate_strokes(&drawn.shape, &drawn.strokes, &drawn.options).ok()?;
+    let started = Instant::now();
+    let solved = catch_unwind(|| reconstruct_strokes(&simulation.log, &PivotOptions::new(drawn.rig)));
+    let seconds = started.elapsed().as_secs_f64();
+    if std::env::var("DEBUG").is_ok() && let Ok(Ok(found)) = &solved {
+        let pad = drawn.options.rig.pad;
+        for index in 1..found.motion.len() {
+            let (a, b) = (found.motion[index - 1], found.motion[index]);
+            if let (Some(from), Some(to), Some(s0), Some(s1)) = (a.theta_rad, b.theta_rad, a.segment, b.segment) && s0 == s1 {
+                let real = simulation.theta_rad[index].zip(simulation.theta_rad[index - 1]).map_or(f64::NAN, |(b, a)| b - a);
+                let step = to - from;
+                if step.abs() > 0.15 || real.abs() > 0.15 {
+                    let rd = |p: &palpate::pivot::PivotPose, i: usize| { let [al, ab] = pad.along_and_above(p.pivot_x_m, p.pivot_y_m); [1e3 * ab, 1e3 * (al - simulation.log.samples[i].s_m.unwrap_or(f64::NAN))] };
+                    let (x, y) = (rd(&a, index - 1), rd(&b, index));
+                    println!("   {index} seg {s0} step {step:.2} real {real:.2} sd {:.3} {:.3} r,d ({:.2} {:.2}) -> ({:.2} {:.2})", a.psi_sd_rad.unwrap_or(9.0), b.psi_sd_rad.unwrap_or(9.0), x[0], x[1], y[0], y[1]);
+                }
+            }
+        }
+    }
+    let panicked = solved.is_err();
+    let solved = solved.unwrap_or(Err(palpate::pivot::PivotReconstructError::NotSolvable));
+    let found = solved.map_err(|error| error.to_string()).and_then(|found| {
+        let errors = compare_strokes(&found, &simulation.truth).map_err(|error| error.to_string())?;
+        Ok((found, errors))
+    });
+    Some(Trial {
+        seed,
+        radius_m: drawn.shape.mean_radius_m(),
+        samples: simulation.log.samples.iter().filter(|sample| sample.s_m.is_some()).count(),
+        leaps: simulation.leaps.len(),
+        bound_m: bound_m(&drawn, &simulation),
+        seconds,
+        inside: found.as_ref().map_or(f64::NAN, |(found, errors)| inside(found, &drawn.shape, errors)),
+        found,
+        panicked,
+        name: drawn.name,
+    })
+}
+
+impl Trial {
+    fn is_right(&self) -> bool {
+        self.found.as_ref().is_ok_and(|(_, errors)| {
+            errors.rms_r_m < RIGHT_R * self.radius_m && errors.rms_psi_rad < RIGHT_PSI_RAD
+        })
+    }
+
+    fn is_certified(&self) -> bool {
+        self.found.as_ref().is_ok_and(|(found, _)| found.is_certified())
+    }
+
+    fn is_wrong(&self) -> bool {
+        let beyond = self.found.as_ref().is_ok_and(|(found, errors)| {
+            let felt: Vec<f64> =
+                found.outline.iter().filter(|point| point.touches > 0).map(|point| point.r_sd_m).collect();
+            let poses: Vec<f64> = found.motion.iter().filter_map(|pose| pose.psi_sd_rad).collect();
+            errors.rms_r_m > WRONG_SDS * rms(&felt) || errors.rms_psi_rad > WRONG_SDS * rms(&poses)
+        });
+        self.is_certified() && !self.is_right() && beyond
+    }
+
+    fn tell(&self) {
+        let (r_mm, psi_deg, felt, why) = match &self.found {
+            Ok((found, errors)) => {
+                let doubts: Vec<String> = found.doubts.iter().map(ToString::to_string).collect();
+                (1e3 * errors.rms_r_m, errors.rms_psi_rad.to_degrees(), found.coverage, doubts.join("; "))
+            }
+            Err(error) => (f64::NAN, f64::NAN, f64::NAN, error.clone()),
+        };
+        println!(
+            "seed {} {}: samples {} leaps {} felt {felt:.2} right {} certified {} wrong {} r {r_mm:.4} mm (bound {:.4}) psi {psi_deg:.2} deg {:.2} s; {why}",
+            self.seed,
+            self.name,
+            self.samples,
+            self.leaps,
+            self.is_right(),
+            self.is_certified(),
+            self.is_wrong(),
+            1e3 * self.bound_m.unwrap_or(f64::NAN),
+            self.seconds,
+        );
+    }
+}
+
+fn rms(values: &[f64]) -> f64 {
+    (values.iter().map(|value| value * value).sum::<f64>() / values.len().max(1) as f64).sqrt()
+}
+
+/// Runs the study, prints its table, and writes it where that is asked for.
+pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let place = arguments.place();
+    arguments.write.check(&[place])?;
+    let table = table(arguments)?;
+    println!("{table}");
+    arguments.write.tables(&[(place, table)], &arguments.command())
+}
+
+/// The table, with the command that made it above.
+fn table(arguments: &Arguments) -> anyhow::Result<String> {
+    let seeds: Vec<u64> = (arguments.seed..).take(arguments.trials as usize).collect();
+    let started = Instant::now();
+    let done = AtomicUsize::new(0);
+    let threads = std::thread::available_parallelism().unwrap_or(NonZero::<usize>::MIN);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.get()).build()?;
+    let trials: Vec<Trial> = pool.install(|| {
+        let one = |&seed: &u64| {
+            // Each trial on one thread, so that its seconds are its own.
+            let trial = trial(seed, arguments.rig);
+            let done = 1 + done.fetch_add(1, Ordering::Relaxed);
+            if done.is_multiple_of(50) {
+                eprintln!("{done} of {} trials", seeds.len());
+            }
+            trial
+        };
+        seeds.par_iter().map(one).collect::<Vec<_>>().into_iter().flatten().collect()
+    });
+    anyhow::ensure!(!trials.is_empty(), "no trial could be simulated");
+    for trial in trials.iter().filter(|trial| {
+        trial.panicked || trial.is_wrong() || (arguments.verbose && !(trial.is_right() && trial.is_certified()))
+    }) {
+        trial.tell();
+    }
+    let mut rows = String::new();
+    let felt = |trial: &Trial| trial.found.as_ref().map_or(0.0, |(found, _)| found.coverage);
+    let groups: [(&str, Vec<&Trial>); 4] = [
+        ("all", trials.iter().collect()),
+        ("no leaps", trials.iter().filter(|trial| trial.leaps == 0).collect()),
+        ("leaps between contacts", trials.iter().filter(|trial| trial.leaps > 0).collect()),
+        ("at least 60 % felt", trials.iter().filter(|trial| felt(trial) >= 0.6).collect()),
+    ];
+    for (name, group) in groups {
+        rows += &row(name, &group);
+    }
+    let panics = trials.iter().filter(|trial| trial.panicked).count();
+    Ok(format!(
+        "    {}\n\n{HEAD}{rows}\n{} trials in {:.0} s; {} gave a usable log; {panics} panics.",
+        arguments.command(),
+        seeds.len(),
+        started.elapsed().as_secs_f64(),
+        trials.len(),
+    ))
+}
+
+const HEAD: &str = "\
+| trials with | logs | right | certified | right and certified | certified, wrong | RMS r / bound (median) | RMS r (median, mm) | inside 95 % band: certified | seconds (median) | (95 %) |
+|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|
+";
+
+fn row(name: &str, trials: &[&Trial]) -> String {
+    if trials.is_empty() {
+        return String::new();
+    }
+    let share = |of: &dyn Fn(&Trial) -> bool| {
+        100.0 * trials.iter().filter(|trial| of(trial)).count() as f64 / trials.len() as f64
+    };
+    let certified: Vec<&&Trial> = trials.iter().filter(|trial| trial.is_certified()).collect();
+    let errors = |trial: &&&Trial| trial.found.as_ref().ok().map(|(_, errors)| errors.rms_r_m);
+    let over_bound: Vec<f64> = certified.iter().filter_map(|trial| Some(errors(trial)? / trial.bound_m?)).collect();
+    let of_r: Vec<f64> = certified.iter().filter_map(|trial| Some(1e3 * errors(trial)?)).collect();
+    let seconds: Vec<f64> = trials.iter().map(|trial| trial.seconds).collect();
+    let inside = certified.iter().map(|trial| trial.inside).sum::<f64>() / certified.len().max(1) as f64;
+    format!(
+        "| {name} | {} | {:.1} % | {:.1} % | {:.1} % | {} | {:.2} | {:.4} | {:.1} % | {:.2} | {:.2} |\n",
+        trials.len(),
+        share(&Trial::is_right),
+        share(&Trial::is_certified),
+        share(&|trial| trial.is_right() && trial.is_certified()),
+        trials.iter().filter(|trial| trial.is_wrong()).count(),
+        sorted_quantile(over_bound, 0.5),
+        sorted_quantile(of_r, 0.5),
+        100.0 * inside,
+        sorted_quantile(seconds.clone(), 0.5),
+        sorted_quantile(seconds, 0.95),
+    )
+}
+
+fn sorted_quantile(mut values: Vec<f64>, share: f64) -> f64 {
+    values.sort_by(f64::total_cmp);
+    quantile(&values, share).unwrap_or(f64::NAN)
+}
