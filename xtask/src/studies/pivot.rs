@@ -160,6 +160,24 @@ fn trial(seed: u64, uncalibrated: bool) -> Option<Trial> {
     let started = Instant::now();
     let solved = catch_unwind(|| reconstruct_strokes(&simulation.log, &PivotOptions::new(drawn.rig)));
     let seconds = started.elapsed().as_secs_f64();
+    if std::env::var("ORDERS").is_ok() {
+        for order in [None, Some(6), Some(8), Some(12), Some(16), Some(20), Some(24), Some(32), Some(40)] {
+            if let Ok(found) = reconstruct_strokes(&simulation.log, &PivotOptions::new(drawn.rig).harmonics(order)) {
+                let e = compare_strokes(&found, &simulation.truth).unwrap();
+                let sds: Vec<f64> = found.outline.iter().filter(|p| p.touches > 0).map(|p| 1e3 * p.r_sd_m).collect();
+                let psis: Vec<f64> = found.motion.iter().filter_map(|p| p.psi_sd_rad).collect();
+                if order == Some(24) {
+                    let turned = drawn.shape.rotated(e.rotation_rad);
+                    for p in found.outline.iter().step_by(15) {
+                        println!("     theta {:.2} r err {:.4} sd {:.4} touches {} r {:.2} d {:.2} v {:.2}", p.theta_rad, 1e3*(p.r_m - turned.radius_m(p.theta_rad)), 1e3*p.r_sd_m, p.touches, 1e3*p.r_m, 1e3*turned.at(p.theta_rad).d, 1e3*turned.at(p.theta_rad).v);
+                    }
+                    let mut last = f64::NAN;
+                    for (i, (p, t)) in found.motion.iter().zip(&simulation.theta_rad).enumerate() { if let (Some(a), Some(b)) = (p.theta_rad, t) { let off = (a - b - e.rotation_rad + 9.0 * 3.14159265358979).rem_euclid(TAU) - 3.14159265358979; if !((off - last).abs() < 0.02) || i % 40 == 0 { println!("     sample {i} seg {:?} theta {:.2} off {off:.3} sd {:.3}", p.segment, a.rem_euclid(TAU), p.psi_sd_rad.unwrap()); } last = off; } }
+                }
+                println!("   order {order:?} -> {} r {:.4} sd {:.4} psi {:.2} sd {:.2} chi2 {:.3} noise {:.4} {:.4} inside {:.2} doubts {:?}", found.shape.harmonics_m().len(), 1e3*e.rms_r_m, rms(&sds), e.rms_psi_rad.to_degrees(), rms(&psis).to_degrees(), found.chi2_per_dof, 1e3*found.sensor_sd_m, 1e3*found.arm_sd_m, inside(&found, &drawn.shape, &e), found.doubts.len());
+            }
+        }
+    }
     if std::env::var("DEBUG").is_ok() && let Ok(Ok(found)) = &solved {
         let pad = drawn.options.rig.pad;
         for index in 1..found.motion.len() {

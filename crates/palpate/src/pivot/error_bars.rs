@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::estimate::model::layout::Layout;
 use crate::estimate::solver::posterior::Posterior;
-use crate::pivot::smoother::{Linear, State};
+use crate::pivot::smoother::{Linear, State, curve_row};
 
 /// Covariance of the unknowns where a common rotation is no error.
 #[derive(Clone, Debug)]
@@ -52,29 +52,25 @@ impl ErrorBars {
     }
 }
 
-/// Standard deviations of the contact angles: what their own readings leave, and what shape and constants add.
+/// Standard deviations of the contact angles: what readings and the motion between them leave, and what shape and constants add.
 fn angles(linear: &Linear, state: &State, covariance: &DMatrix<f64>, order: usize) -> Vec<f64> {
+    let own = linear.angle_variances();
+    if let Some(gains) = linear.angles_by_unknowns() {
+        let spread = covariance * &gains;
+        let added = gains.column_iter().zip(spread.column_iter()).map(|(gain, spread)| gain.dot(&spread).max(0.0));
+        return own.iter().zip(added).map(|(own, added)| (own + added).sqrt()).collect();
+    }
     let unknowns = covariance.nrows();
     let mut row = DVector::zeros(unknowns);
-    state
-        .theta_rad
-        .iter()
-        .zip(&linear.slopes)
-        .zip(&linear.constants)
-        .map(|((theta, slope), constants)| {
-            let scale = linear.scales;
-            let square = slope[0] * slope[0] + slope[1] * slope[1] + 1e-3;
-            let along = [slope[0] / scale[0], slope[1] / scale[1]];
-            row[0] = along[0];
-            for k in 1..=order {
-                let (sin, cos) = (k as f64 * theta).sin_cos();
-                row[k] = along[0] * cos + along[1] * k as f64 * sin;
-                row[order + k] = along[0] * sin - along[1] * k as f64 * cos;
-            }
+    let samples = state.theta_rad.iter().zip(&linear.slopes).zip(&linear.constants).zip(own);
+    samples
+        .map(|(((theta, slope), constants), own)| {
+            let along = [slope[0] / linear.scales[0], slope[1] / linear.scales[1]];
+            row.rows_mut(0, 2 * order + 1).copy_from(&curve_row(*theta, order, along));
             for (place, by) in constants.iter().enumerate() {
                 row[2 * order + 1 + place] = -(along[0] * by[0] + along[1] * by[1]);
             }
-            (1.0 / square + (covariance * &row).dot(&row).max(0.0) / (square * square)).sqrt()
+            (own + (covariance * &row).dot(&row).max(0.0) * own * own).sqrt()
         })
         .collect()
 }

@@ -9,6 +9,9 @@ const ORDERS: [usize; 12] = [4, 6, 8, 10, 12, 14, 16, 20, 24, 32, 40, 48];
 /// Numbers tried beyond the best one.
 const BEYOND: usize = 1;
 
+/// More harmonics are not excluded where the evidence for them is less by no more than this, nats.
+const NOT_EXCLUDED_NATS: f64 = 12.0;
+
 /// Rounds of variance components at most.
 const ROUNDS: usize = 6;
 
@@ -28,7 +31,17 @@ pub(super) struct Fit {
     pub noise: Noise,
     pub order: usize,
     pub spread_m: f64,
+    /// Scale of the motion between the readings, radians, where it is believed to be smooth.
+    pub between_rad: Option<f64>,
     pub log_evidence: f64,
+}
+
+impl Fit {
+    /// A problem with the noise, spread and scale of this fit.
+    pub fn like<'a>(&self, problem: Problem<'a>) -> Problem<'a> {
+        let between = problem.between.zip(self.between_rad).map(|((between, _), sd_rad)| (between, sd_rad));
+        Problem { noise: self.noise, spread_m: self.spread_m, between, ..problem }
+    }
 }
 
 /// Noise that is stated, metres, and is not estimated.
@@ -56,22 +69,35 @@ pub(super) fn fit(mut problem: Problem, start: State, stated: Stated) -> Option<
             && change(spread_m, problem.spread_m) < 0.1;
         problem.noise = noise;
         problem.spread_m = spread_m;
+        if let (Some((between, sd_rad)), Some((factor, _))) = (problem.between, &optimum.linear.joined) {
+            let sd_rad = between.scale_rad(&optimum.state.theta_rad, sd_rad, &factor.inverse_in_band());
+            problem.between = Some((between, sd_rad));
+        }
         optimum = problem.solve(optimum.state)?;
         if settled {
             break;
         }
     }
     let log_evidence = log_evidence(&problem, &optimum)?;
-    Some(Fit { noise: problem.noise, order: problem.order, spread_m: problem.spread_m, optimum, log_evidence })
+    let between_rad = problem.between.map(|(_, sd_rad)| sd_rad);
+    Some(Fit {
+        noise: problem.noise,
+        order: problem.order,
+        spread_m: problem.spread_m,
+        between_rad,
+        optimum,
+        log_evidence,
+    })
 }
 
 /// The optimum with as many harmonics as the evidence likes best: from those of the start up, then down. Too few of them would spoil the
-/// angles of the start.
+/// angles of the start. Of the next number that it does not exclude the error bars tell what few harmonics leave out.
 pub(super) fn choose_order(problem: &Problem, start: State, stated: Stated) -> Option<Fit> {
     let first = ORDERS.iter().position(|order| *order >= problem.order).unwrap_or(ORDERS.len() - 1);
     let mut best = fit(Problem { order: ORDERS[first], ..problem.clone() }, start, stated)?;
     let up: Vec<usize> = ORDERS[first + 1..].to_vec();
     let down: Vec<usize> = ORDERS[..first].iter().rev().copied().collect();
+    let mut richer = None;
     for orders in [up, down] {
         let mut worse = 0;
         for order in orders {
@@ -79,34 +105,54 @@ pub(super) fn choose_order(problem: &Problem, start: State, stated: Stated) -> O
             if 2 * (2 * order + 1) > problem.readings.len() {
                 break;
             }
-            let tried = Problem { order, noise: best.noise, spread_m: best.spread_m, ..problem.clone() };
+            let tried = best.like(Problem { order, ..problem.clone() });
             match fit(tried, best.optimum.state.clone(), stated) {
                 Some(fit) if fit.log_evidence > best.log_evidence => {
-                    best = fit;
+                    // What it is better than has more harmonics, on the way down.
+                    let before = std::mem::replace(&mut best, fit);
+                    richer = (before.order > best.order).then_some(before);
                     worse = 0;
                 }
-                _ => worse += 1,
+                fit => {
+                    richer = richer.or(fit.filter(|fit| fit.order > best.order));
+                    worse += 1;
+                }
             }
             if worse >= BEYOND {
                 break;
             }
         }
     }
-    Some(best)
+    let richer = richer.filter(|richer| richer.log_evidence > best.log_evidence - NOT_EXCLUDED_NATS);
+    Some(richer.unwrap_or(best))
+}
+
+/// Squares of the residuals of r and of d over their noise, and how many of each are redundant.
+pub(super) fn squares_and_redundancies(optimum: &Optimum) -> Option<[[f64; 2]; 2]> {
+    let linear = &optimum.linear;
+    let leverages = linear.leverages(&linear.factorised(&optimum.state.coefficients, 0.0)?);
+    let (mut squares, mut redundancies) = ([0.0; 2], [0.0; 2]);
+    // Of what is measured along the curve the angle takes all, or what it is believed to be leaves it.
+    let taken = linear
+        .slopes
+        .iter()
+        .zip(linear.angle_variances())
+        .map(|(slope, variance)| ((slope[0] * slope[0] + slope[1] * slope[1]) * variance).min(1.0));
+    let samples = linear.residuals.iter().zip(&linear.slopes).zip(leverages).zip(taken);
+    for (((residual, slope), leverage), taken) in samples {
+        let share = across(*slope);
+        for which in 0..2 {
+            let (across, along) = (share[which] * share[which], share[1 - which] * share[1 - which]);
+            squares[which] += residual[which] * residual[which];
+            redundancies[which] += across * (1.0 - leverage) + along * (1.0 - taken);
+        }
+    }
+    Some([squares, redundancies])
 }
 
 /// Noise by what its residuals leave over their redundancy.
 fn components(problem: &Problem, optimum: &Optimum, stated: Stated) -> Option<Noise> {
-    let linear = &optimum.linear;
-    let leverages = linear.leverages(&linear.factorised(&optimum.state.coefficients, 0.0)?);
-    let (mut squares, mut redundancies) = ([0.0; 2], [0.0; 2]);
-    for ((residual, slope), leverage) in linear.residuals.iter().zip(&linear.slopes).zip(leverages) {
-        let share = across(*slope);
-        for which in 0..2 {
-            squares[which] += residual[which] * residual[which];
-            redundancies[which] += share[which] * share[which] * (1.0 - leverage);
-        }
-    }
+    let [squares, redundancies] = squares_and_redundancies(optimum)?;
     let least_m = LEAST_NOISE * problem.size_m;
     let most_m = problem.size_m;
     let new = |which: usize, old: f64, stated: Option<f64>| {
@@ -143,8 +189,7 @@ pub(super) fn log_evidence(problem: &Problem, optimum: &Optimum) -> Option<f64> 
     let held = linear.information.diagonal().max().ln();
     let log_determinant = 2.0 * factor.l_dirty().diagonal().iter().map(|value| value.ln()).sum::<f64>() - held;
     let prior: f64 = prior_sds(problem.order, problem.size_m, problem.spread_m).iter().map(|sd| sd.ln()).sum();
-    let angles: f64 =
-        linear.slopes.iter().map(|slope| 0.5 * (slope[0] * slope[0] + slope[1] * slope[1] + 1e-3).ln()).sum();
+    let angles = linear.half_ln_angles();
     let readings = problem.readings.len() as f64 * (problem.noise.r_m.ln() + problem.noise.d_m.ln());
     let value = -optimum.cost - 0.5 * log_determinant - prior - angles - readings;
     value.is_finite().then_some(value)

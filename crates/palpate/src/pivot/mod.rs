@@ -40,6 +40,7 @@ mod error;
 mod error_bars;
 mod evidence;
 mod log;
+mod motion_between;
 mod motion_prior;
 mod observability;
 mod plan;

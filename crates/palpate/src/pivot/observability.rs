@@ -86,6 +86,7 @@ pub fn observability(
         spread_m: shape.mean_radius_m(),
         stated: rig.calibration.with_told([0.0; TOLD]),
         open: told.into_iter().enumerate().filter(|(_, sd)| *sd > 0.0).collect(),
+        between: None,
     };
     let state = State {
         coefficients: shape.coefficients(),

@@ -12,8 +12,9 @@ use crate::pivot::closed_form::Stretch;
 use crate::pivot::decode::decoded;
 use crate::pivot::error::PivotReconstructError;
 use crate::pivot::error_bars::ErrorBars;
-use crate::pivot::evidence::{self, Fit, Stated, choose_order};
+use crate::pivot::evidence::{self, Fit, Stated, choose_order, squares_and_redundancies};
 use crate::pivot::log::PivotLog;
+use crate::pivot::motion_between::{FIRST_SD_RAD, MotionBetween};
 use crate::pivot::motion_prior::{MotionPrior, lifted, tips_over};
 use crate::pivot::posterior::PivotPosterior;
 use crate::pivot::result::{PivotPose, PivotReconstruction};
@@ -198,6 +199,7 @@ impl<'a> Prepared<'a> {
             spread_m: 0.5 * self.size_m,
             stated: self.options.rig.calibration,
             open,
+            between: None,
         };
         let used = self.used();
         let readings: Vec<Reading> = used.iter().map(|&index| self.readings[index]).collect();
@@ -214,7 +216,6 @@ impl<'a> Prepared<'a> {
             Some(State { theta_rad: thinning.spread(&relative_rad, &state.theta_rad), ..state })
         };
         let start = whole_state(arrangements.first()?)?;
-        let problem = Problem { readings: &readings, noise, ..search.clone() };
         let of_used = |all: &[bool]| used.iter().map(|&index| all[index]).collect();
         let prior = MotionPrior {
             ranges: self.ranges_of_used(),
@@ -223,6 +224,11 @@ impl<'a> Prepared<'a> {
             tips_over: of_used(&tips_over(&self.r_m, &self.d_m, self.size_m)),
             lifted: of_used(&lifted(&self.readings, self.scatter.r_m)),
         };
+        let may_leap: Vec<bool> = prior.tips_over.iter().zip(&prior.lifted).map(|(tips, lifted)| *tips || *lifted).collect();
+        let numbers: Vec<usize> = used.iter().map(|&index| self.samples[index]).collect();
+        let between = MotionBetween::new(&prior.ranges, &numbers, &may_leap);
+        let believed = (!between.is_empty()).then_some((&between, FIRST_SD_RAD));
+        let problem = Problem { readings: &readings, noise, between: believed, ..search.clone() };
         let choose = |start: State| {
             let mut fit = match self.options.harmonics {
                 Some(order) => evidence::fit(Problem { order, ..problem.clone() }, start, self.stated()),
@@ -236,7 +242,7 @@ impl<'a> Prepared<'a> {
             let state = &fit.optimum.state;
             let continuous = prior.without_leaps(&state.theta_rad);
             let continuous = continuous.map(|theta_rad| State { theta_rad, ..state.clone() });
-            let own = Problem { noise: fit.noise, ..problem.clone() };
+            let own = Problem { noise: fit.noise, between: None, ..problem.clone() };
             let bridged = prior.bridged(&state.theta_rad, &|index, theta_rad| own.settled(state, index, theta_rad));
             let bridged = bridged.map(|theta_rad| State { theta_rad, ..state.clone() });
             let starts = [continuous, bridged, self.mended(&readings, &fit)];
@@ -248,12 +254,11 @@ impl<'a> Prepared<'a> {
             fit = next;
         }
         let rivals = Rivals { search: &search, readings: &readings, thinning: &thinning, prior: &prior };
-        let whole =
-            |fit: &Fit| Problem { noise: fit.noise, order: fit.order, spread_m: fit.spread_m, ..problem.clone() };
+        let whole = |fit: &Fit| fit.like(Problem { order: fit.order, ..problem.clone() });
         // Rivals that turn out better take its place, and are examined in their turn.
         let mut alternatives = Vec::new();
         // What is not explained is not certified, whatever its rivals.
-        let rounds = if self.chi2_per_dof(&whole(&fit), &fit) > EXPLAINED_CHI2 { 0 } else { MOST_BETTER_RIVALS };
+        let rounds = if self.chi2_per_dof(&fit).0 > EXPLAINED_CHI2 { 0 } else { MOST_BETTER_RIVALS };
         for _ in 0..rounds {
             let beam = arrangements.iter().skip(1).filter_map(whole_state);
             let found = rivals.of(&Whole { problem: &whole(&fit), fit: &fit }, beam);
@@ -281,16 +286,14 @@ impl<'a> Prepared<'a> {
         Some((reconstruction, posterior, fit.log_evidence))
     }
 
-    fn degrees_of_freedom(&self, problem: &Problem) -> f64 {
-        (problem.readings.len() as f64 - problem.unknowns() as f64).max(1.0)
-    }
-
-    /// What a fit leaves over what the noise explains, per degree of freedom.
-    fn chi2_per_dof(&self, problem: &Problem, fit: &Fit) -> f64 {
+    /// What a fit leaves over what the noise explains, per degree of freedom; and these.
+    fn chi2_per_dof(&self, fit: &Fit) -> (f64, f64) {
         let reference = self.reference();
-        let (r_ratio, d_ratio) = (fit.noise.r_m / reference.r_m, fit.noise.d_m / reference.d_m);
-        let squares = fit.optimum.linear.residuals.iter().map(|[r, d]| (r * r_ratio).powi(2) + (d * d_ratio).powi(2));
-        squares.sum::<f64>() / self.degrees_of_freedom(problem)
+        let Some([squares, redundancies]) = squares_and_redundancies(&fit.optimum) else { return (f64::NAN, 1.0) };
+        let dof = redundancies.iter().sum::<f64>().max(1.0);
+        let [r, d] = squares;
+        let square = r * (fit.noise.r_m / reference.r_m).powi(2) + d * (fit.noise.d_m / reference.d_m).powi(2);
+        (square / dof, dof)
     }
 
     /// Contact angles of the readings that are used by the closed form.
@@ -412,7 +415,7 @@ impl<'a> Prepared<'a> {
         let rms = |squares: f64, count: usize| (squares / count.max(1) as f64).sqrt();
         let theta_sd_rad = rms(bars.theta_sd_rad.iter().map(|sd| sd * sd).sum(), bars.theta_sd_rad.len());
         let r_sd_m = rms(felt.iter().map(|&node| outline[node].r_sd_m.powi(2)).sum(), felt.len());
-        let dof = self.degrees_of_freedom(problem);
+        let (chi2_per_dof, dof) = self.chi2_per_dof(fit);
         let coverage = felt.len() as f64 / NODES as f64;
         let concave_sds = felt_before
             .iter()
@@ -433,7 +436,7 @@ impl<'a> Prepared<'a> {
         let findings = Findings {
             size_m: shape.mean_radius_m(),
             least_r_m: felt.iter().map(|&node| outline[node].r_m).fold(f64::INFINITY, f64::min),
-            chi2_per_dof: self.chi2_per_dof(problem, fit),
+            chi2_per_dof,
             dof,
             noise_stated: self.stated().d_m.is_some(),
             coverage,

@@ -10,7 +10,9 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use crate::estimate::model::contact::support;
 use crate::estimate::model::layout::{Layout, coefficients_to_order};
+use crate::math::banded::BandedCholesky;
 use crate::pivot::calibration::{PivotCalibration, Reading, TOLD};
+use crate::pivot::motion_between::MotionBetween;
 use crate::shape::ContactSupport;
 
 /// Steps at most.
@@ -58,6 +60,8 @@ pub(super) struct Problem<'a> {
     pub stated: PivotCalibration,
     /// Which of the told constants are open, and their prior standard deviations.
     pub open: Vec<(usize, f64)>,
+    /// What is believed of the motion between the readings, and its scale, radians; `None`: nothing.
+    pub between: Option<(&'a MotionBetween, f64)>,
 }
 
 /// Shape, constants and contact angles.
@@ -97,6 +101,8 @@ pub(super) struct Linear {
     pub information: DMatrix<f64>,
     /// Gradient of the cost.
     pub gradient: DVector<f64>,
+    /// Where angles depend on each other: their information, and its products with coefficients and open constants, one column per sample.
+    pub joined: Option<(BandedCholesky, DMatrix<f64>)>,
 }
 
 impl Linear {
@@ -126,6 +132,35 @@ impl Linear {
             matrix[(index, index)] *= 1.0 + damping;
         }
         Cholesky::new(matrix)
+    }
+
+    /// Variances of the angles at known shape and constants, radians squared.
+    pub fn angle_variances(&self) -> Vec<f64> {
+        match &self.joined {
+            Some((factor, _)) => {
+                let inverse = factor.inverse_in_band();
+                (0..self.slopes.len()).map(|index| inverse.at(index, index)).collect()
+            }
+            None => self.slopes.iter().map(|slope| 1.0 / own_information(*slope)).collect(),
+        }
+    }
+
+    /// Half the logarithm of the determinant of the information on the angles at known shape and constants.
+    pub fn half_ln_angles(&self) -> f64 {
+        match &self.joined {
+            Some((factor, _)) => 0.5 * factor.ln_determinant(),
+            None => self.slopes.iter().map(|slope| 0.5 * own_information(*slope).ln()).sum(),
+        }
+    }
+
+    /// How far the angles go as shape and constants do, one column per sample.
+    pub fn angles_by_unknowns(&self) -> Option<DMatrix<f64>> {
+        let (factor, products) = self.joined.as_ref()?;
+        let mut gains = products.clone();
+        let unknowns = gains.nrows();
+        factor.solve_lower(gains.as_mut_slice(), unknowns);
+        factor.solve_upper(gains.as_mut_slice(), unknowns);
+        Some(-gains)
     }
 
     /// The share of its own residual in each sample's prediction.
@@ -170,7 +205,8 @@ impl Problem<'_> {
             square += ((contact.d - measured.d_m) / self.noise.d_m).powi(2);
         }
         let prior: f64 = self.off_prior(state).iter().zip(self.prior_sds()).map(|(off, sd)| (off / sd).powi(2)).sum();
-        0.5 * (square + prior)
+        let between = self.between.map_or(0.0, |(between, sd_rad)| between.cost(&state.theta_rad, sd_rad));
+        0.5 * (square + prior) + between
     }
 
     /// Residuals and derivatives at a state, every θ eliminated.
@@ -183,25 +219,27 @@ impl Problem<'_> {
         // Rows lie as columns, so that each is written in one run.
         let mut columns = DMatrix::zeros(unknowns, samples);
         let mut left = DVector::zeros(samples);
+        // The same along the slope, times its length; only where angles depend on each other.
+        let mut products = DMatrix::zeros(unknowns, if self.between.is_some() { samples } else { 0 });
         for (index, (reading, theta)) in self.readings.iter().zip(&state.theta_rad).enumerate() {
             let measured = reading.measured(&errors);
             let ContactSupport { r, d, v } = support(&state.coefficients, *theta);
             let residual = [(r - measured.r_m) / self.noise.r_m, (d - measured.d_m) / self.noise.d_m];
             let slope = [-d / self.noise.r_m, (r - v) / self.noise.d_m];
             let across = across(slope);
-            let (r_share, d_share) = (across[0] / self.noise.r_m, across[1] / self.noise.d_m);
-            let mut column = columns.column_mut(index);
-            let (sin1, cos1) = theta.sin_cos();
-            let (mut cos, mut sin) = (1.0, 0.0);
-            column[0] = r_share;
-            for k in 1..=order {
-                (cos, sin) = (cos * cos1 - sin * sin1, sin * cos1 + cos * sin1);
-                let k_share = k as f64 * d_share;
-                column[k] = r_share * cos + k_share * sin;
-                column[order + k] = r_share * sin - k_share * cos;
-            }
-            for (place, &(constant, _)) in self.open.iter().enumerate() {
-                column[2 * order + 1 + place] = -r_share * measured.r_by[constant] - d_share * measured.d_by[constant];
+            let turn = theta.sin_cos();
+            let by_constants = |[r_share, d_share]: [f64; 2], constant: usize| {
+                -r_share * measured.r_by[constant] - d_share * measured.d_by[constant]
+            };
+            let fill = |column: &mut [f64], shares: [f64; 2]| {
+                let shares = [shares[0] / self.noise.r_m, shares[1] / self.noise.d_m];
+                fill_curve_row(&mut column[..2 * order + 1], turn, shares);
+                let constants = column[2 * order + 1..].iter_mut().zip(&self.open);
+                constants.for_each(|(value, &(constant, _))| *value = by_constants(shares, constant));
+            };
+            fill(columns.column_mut(index).as_mut_slice(), across);
+            if self.between.is_some() {
+                fill(products.column_mut(index).as_mut_slice(), slope);
             }
             constants.push(self.open.iter().map(|&(which, _)| [measured.r_by[which], measured.d_by[which]]).collect());
             left[index] = across[0] * residual[0] + across[1] * residual[1];
@@ -215,7 +253,43 @@ impl Problem<'_> {
             gradient[index] += off / (sd * sd);
         }
         let scales = [self.noise.r_m, self.noise.d_m];
-        Linear { residuals, slopes, scales, constants, rows: columns.transpose(), left, information, gradient }
+        let joined = self.joined(state, &residuals, &slopes).map(|(factor, along)| {
+            // What the readings tell along the curve, less what the angles take of it.
+            let lengths = slopes.iter().map(|slope| own_information(*slope));
+            let mut told = products.clone();
+            for (mut column, length) in told.column_iter_mut().zip(lengths) {
+                column /= length.sqrt();
+            }
+            information += &told * told.transpose();
+            let mut taken = products.clone();
+            factor.solve_lower(taken.as_mut_slice(), unknowns);
+            information -= &taken * taken.transpose();
+            let of_own = residuals.iter().zip(&slopes).map(|(residual, slope)| {
+                (residual[0] * slope[0] + residual[1] * slope[1]) / own_information(*slope)
+            });
+            let mut solved = along;
+            factor.solve_lower(&mut solved, 1);
+            factor.solve_upper(&mut solved, 1);
+            let shares = DVector::from_iterator(samples, of_own.zip(&solved).map(|(own, solved)| own - solved));
+            gradient += &products * shares;
+            (factor, products)
+        });
+        Linear { residuals, slopes, scales, constants, rows: columns.transpose(), left, information, gradient, joined }
+    }
+
+    /// Information on the angles that depend on each other, and the gradient by them.
+    fn joined(
+        &self,
+        state: &State,
+        residuals: &[[f64; 2]],
+        slopes: &[[f64; 2]],
+    ) -> Option<(BandedCholesky, Vec<f64>)> {
+        let (between, sd_rad) = self.between?;
+        let own = residuals.iter().zip(slopes).map(|(residual, slope)| residual[0] * slope[0] + residual[1] * slope[1]);
+        let mut gradient: Vec<f64> = own.collect();
+        let information = slopes.iter().map(|slope| own_information(*slope));
+        let factor = between.joined(information, &state.theta_rad, sd_rad, &mut gradient)?;
+        Some((factor, gradient))
     }
 
     /// The state after a step of the unknowns, each θ at its best for it.
@@ -296,11 +370,28 @@ impl Problem<'_> {
     /// One Newton step of every θ.
     fn settle(&self, state: &mut State) {
         let errors = self.stated.with_told(state.told);
-        for (reading, theta) in self.readings.iter().zip(&mut state.theta_rad) {
-            let measured = reading.measured(&errors);
-            let ContactSupport { r, d, v } = support(&state.coefficients, *theta);
-            let residual = [(r - measured.r_m) / self.noise.r_m, (d - measured.d_m) / self.noise.d_m];
-            *theta += turn(residual, [-d / self.noise.r_m, (r - v) / self.noise.d_m]);
+        let (residuals, slopes): (Vec<[f64; 2]>, Vec<[f64; 2]>) = self
+            .readings
+            .iter()
+            .zip(&state.theta_rad)
+            .map(|(reading, theta)| {
+                let measured = reading.measured(&errors);
+                let ContactSupport { r, d, v } = support(&state.coefficients, *theta);
+                let residual = [(r - measured.r_m) / self.noise.r_m, (d - measured.d_m) / self.noise.d_m];
+                (residual, [-d / self.noise.r_m, (r - v) / self.noise.d_m])
+            })
+            .unzip();
+        match self.joined(state, &residuals, &slopes) {
+            Some((factor, mut steps)) => {
+                factor.solve_lower(&mut steps, 1);
+                factor.solve_upper(&mut steps, 1);
+                let limited = steps.iter().map(|step| (-step).clamp(-LONGEST_TURN_RAD, LONGEST_TURN_RAD));
+                state.theta_rad.iter_mut().zip(limited).for_each(|(theta, step)| *theta += step);
+            }
+            None => {
+                let steps = residuals.iter().zip(&slopes).map(|(residual, slope)| turn(*residual, *slope));
+                state.theta_rad.iter_mut().zip(steps).for_each(|(theta, step)| *theta += step);
+            }
         }
     }
 }
@@ -315,15 +406,23 @@ pub(super) fn prior_sds(order: usize, size_m: f64, spread_m: f64) -> Vec<f64> {
 }
 
 /// Derivative of r(θ) times one share plus d(θ) times another by the coefficients.
-pub(super) fn curve_row(theta: f64, order: usize, [r_share, d_share]: [f64; 2]) -> DVector<f64> {
+pub(super) fn curve_row(theta: f64, order: usize, shares: [f64; 2]) -> DVector<f64> {
     let mut row = DVector::zeros(2 * order + 1);
+    fill_curve_row(row.as_mut_slice(), theta.sin_cos(), shares);
+    row
+}
+
+/// The same from sine and cosine of θ.
+fn fill_curve_row(row: &mut [f64], (sin1, cos1): (f64, f64), [r_share, d_share]: [f64; 2]) {
+    let order = row.len() / 2;
+    let (mut cos, mut sin) = (1.0, 0.0);
     row[0] = r_share;
     for k in 1..=order {
-        let (sin, cos) = (k as f64 * theta).sin_cos();
-        row[k] = r_share * cos + d_share * k as f64 * sin;
-        row[order + k] = r_share * sin - d_share * k as f64 * cos;
+        (cos, sin) = (cos * cos1 - sin * sin1, sin * cos1 + cos * sin1);
+        let k_share = k as f64 * d_share;
+        row[k] = r_share * cos + k_share * sin;
+        row[order + k] = r_share * sin - k_share * cos;
     }
-    row
 }
 
 /// The unit vector across a slope; along d where there is none.
@@ -332,10 +431,14 @@ pub(super) fn across(slope: [f64; 2]) -> [f64; 2] {
     if length > 0.0 { [slope[1] / length, -slope[0] / length] } else { [0.0, 1.0] }
 }
 
+/// Information of a reading on its own θ. Without a slope it has none: a thousandth of a unit per radian squared holds it.
+fn own_information(slope: [f64; 2]) -> f64 {
+    slope[0] * slope[0] + slope[1] * slope[1] + 1e-3
+}
+
 /// The change of θ that lowers two residuals most.
 fn turn(residual: [f64; 2], slope: [f64; 2]) -> f64 {
-    // A reading alone, without a slope, says nothing of θ: a thousandth of a reading's information per radian squared holds it.
-    let square = slope[0] * slope[0] + slope[1] * slope[1] + 1e-3;
+    let square = own_information(slope);
     (-(slope[0] * residual[0] + slope[1] * residual[1]) / square).clamp(-LONGEST_TURN_RAD, LONGEST_TURN_RAD)
 }
 
@@ -365,6 +468,7 @@ mod tests {
             spread_m: 0.03,
             stated: PivotCalibration::default(),
             open: vec![(0, 5e-4), (1, 0.01), (2, 0.01)],
+            between: None,
         }
     }
 

@@ -1,0 +1,124 @@
+//! What is believed of the motion between samples: the contact angle changes at a rate that hardly changes. Second differences of θ within a segment are
+//! independent and of Student's t: where the object begins to slide, tips over or is dragged the other way they are large. Weights and scale by
+//! iteration (Lange, Little & Taylor, *Journal of the American Statistical Association* 84, 1989).
+//!
+//! It decides where readings alone hardly tell an angle, as around d = 0: there the sides of the crossing could be shifted against each other.
+
+use std::ops::Range;
+
+use crate::math::banded::{Banded, BandedCholesky, HALF_BANDWIDTH};
+
+/// Degrees of freedom.
+const DEGREES: f64 = 2.0;
+
+/// Samples that are further apart than this many of the usual spacing tell nothing of each other.
+const FURTHEST: usize = 3;
+
+/// Least scale, radians: no motion is smoother.
+pub(super) const LEAST_SD_RAD: f64 = 1e-3;
+
+/// Scale that a fit begins with, radians.
+pub(super) const FIRST_SD_RAD: f64 = 0.02;
+
+/// Second differences of the angles of three readings one after another: shares of each.
+#[derive(Clone, Copy, Debug)]
+struct Triple {
+    first: usize,
+    shares: [f64; 3],
+}
+
+/// The second differences of a log.
+#[derive(Clone, Debug, Default)]
+pub(super) struct MotionBetween {
+    triples: Vec<Triple>,
+    readings: usize,
+}
+
+impl MotionBetween {
+    /// Of the readings of segments, which are the samples of these numbers; at some of them the object may well leap.
+    pub fn new(ranges: &[Range<usize>], numbers: &[usize], leaps_there: &[bool]) -> Self {
+        let triple = |first: usize| {
+            let [before, after] = [1, 2].map(|next| numbers[first + next] - numbers[first + next - 1]);
+            let near = before.max(after) <= FURTHEST && !leaps_there[first + 1] && !leaps_there[first + 2];
+            let (before, after) = (before as f64, after as f64);
+            let half = 0.5 * (before + after);
+            near.then(|| Triple {
+                first,
+                shares: [1.0 / (before * half), -(1.0 / before + 1.0 / after) / half, 1.0 / (after * half)],
+            })
+        };
+        let within = ranges.iter().flat_map(|range| range.start..range.end.saturating_sub(2).max(range.start));
+        let readings = numbers.len();
+        Self { triples: if readings > HALF_BANDWIDTH { within.filter_map(triple).collect() } else { Vec::new() }, readings }
+    }
+
+    fn second_difference(&self, triple: &Triple, theta_rad: &[f64]) -> f64 {
+        triple.shares.iter().zip(&theta_rad[triple.first..]).map(|(share, theta)| share * theta).sum()
+    }
+
+    /// −ln of the prior of a motion, up to a constant.
+    pub fn cost(&self, theta_rad: &[f64], sd_rad: f64) -> f64 {
+        let of = |triple: &Triple| (self.second_difference(triple, theta_rad) / sd_rad).powi(2);
+        let sum: f64 = self.triples.iter().map(|triple| (of(triple) / DEGREES).ln_1p()).sum();
+        0.5 * (DEGREES + 1.0) * sum + self.triples.len() as f64 * sd_rad.ln()
+    }
+
+    /// The weight of a second difference, over the square of the scale.
+    fn weight(difference: f64, sd_rad: f64) -> f64 {
+        (DEGREES + 1.0) / (DEGREES * sd_rad * sd_rad + difference * difference)
+    }
+
+    /// The place of a triple in a row of the band: where it begins, and its entries.
+    fn row(&self, triple: &Triple) -> (usize, [f64; HALF_BANDWIDTH + 1]) {
+        let begins = triple.first.min(self.readings - HALF_BANDWIDTH - 1);
+        let mut row = [0.0; HALF_BANDWIDTH + 1];
+        row[triple.first - begins..triple.first - begins + 3].copy_from_slice(&triple.shares);
+        (begins, row)
+    }
+
+    /// The information on the angles, of their own readings and of each other, and the gradient of the cost by them: to what readings alone say this adds
+    /// the prior. `None` where it is no minimum of either.
+    pub fn joined(
+        &self,
+        own: impl Iterator<Item = f64>,
+        theta_rad: &[f64],
+        sd_rad: f64,
+        gradient: &mut [f64],
+    ) -> Option<BandedCholesky> {
+        let mut information = Banded::zeros(self.readings);
+        let mut unit = [0.0; HALF_BANDWIDTH + 1];
+        for (index, own) in own.enumerate() {
+            let begins = index.min(self.readings.saturating_sub(HALF_BANDWIDTH + 1));
+            unit[index - begins] = 1.0;
+            information.add_outer_product(begins, &unit, own);
+            unit[index - begins] = 0.0;
+        }
+        for triple in &self.triples {
+            let difference = self.second_difference(triple, theta_rad);
+            let weight = Self::weight(difference, sd_rad);
+            let (begins, row) = self.row(triple);
+            information.add_outer_product(begins, &row, weight);
+            let places = gradient[triple.first..].iter_mut();
+            places.zip(triple.shares).for_each(|(place, share)| *place += weight * difference * share);
+        }
+        information.cholesky()
+    }
+
+    /// The scale by what the second differences leave over their redundancy; `inverse` is that of [`joined`](Self::joined).
+    pub fn scale_rad(&self, theta_rad: &[f64], sd_rad: f64, inverse: &Banded) -> f64 {
+        let (mut squares, mut redundancy) = (0.0, 0.0);
+        for triple in &self.triples {
+            let difference = self.second_difference(triple, theta_rad);
+            let weight = Self::weight(difference, sd_rad) * sd_rad * sd_rad;
+            let (begins, row) = self.row(triple);
+            squares += weight * difference * difference;
+            redundancy += 1.0 - (weight * inverse.quadratic(begins, &row) / (sd_rad * sd_rad)).min(1.0);
+        }
+        if redundancy > 3.0 { (squares / redundancy).sqrt().max(LEAST_SD_RAD) } else { sd_rad }
+    }
+
+    /// Whether there is anything to believe.
+    pub fn is_empty(&self) -> bool {
+        self.triples.is_empty()
+    }
+}
