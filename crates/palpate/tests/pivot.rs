@@ -265,7 +265,11 @@ fn a_circle_about_its_pivot_is_never_certified() {
     let simulation = simulate_strokes(&circle, &strokes(), &options(PivotRig::default(), 1.0)).expect("it runs");
     match reconstruct_strokes(&simulation.log, &PivotOptions::default()) {
         Ok(found) => {
-            assert!(found.doubts.iter().any(|doubt| matches!(doubt, PivotDoubt::UncertainMotion { .. })), "{found:?}");
+            // Either no angle is told, or the object hardly turned.
+            let is_meant = |doubt: &PivotDoubt| {
+                matches!(doubt, PivotDoubt::UncertainMotion { .. } | PivotDoubt::LittleFelt { .. })
+            };
+            assert!(found.doubts.iter().any(is_meant), "{:?}", found.doubts);
         }
         Err(error) => assert_eq!(error, PivotReconstructError::NotSolvable),
     }

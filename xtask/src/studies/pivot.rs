@@ -160,39 +160,6 @@ fn trial(seed: u64, uncalibrated: bool) -> Option<Trial> {
     let started = Instant::now();
     let solved = catch_unwind(|| reconstruct_strokes(&simulation.log, &PivotOptions::new(drawn.rig)));
     let seconds = started.elapsed().as_secs_f64();
-    if std::env::var("ORDERS").is_ok() {
-        for order in [None, Some(6), Some(8), Some(12), Some(16), Some(20), Some(24), Some(32), Some(40)] {
-            if let Ok(found) = reconstruct_strokes(&simulation.log, &PivotOptions::new(drawn.rig).harmonics(order)) {
-                let e = compare_strokes(&found, &simulation.truth).unwrap();
-                let sds: Vec<f64> = found.outline.iter().filter(|p| p.touches > 0).map(|p| 1e3 * p.r_sd_m).collect();
-                let psis: Vec<f64> = found.motion.iter().filter_map(|p| p.psi_sd_rad).collect();
-                if order == Some(24) {
-                    let turned = drawn.shape.rotated(e.rotation_rad);
-                    for p in found.outline.iter().step_by(15) {
-                        println!("     theta {:.2} r err {:.4} sd {:.4} touches {} r {:.2} d {:.2} v {:.2}", p.theta_rad, 1e3*(p.r_m - turned.radius_m(p.theta_rad)), 1e3*p.r_sd_m, p.touches, 1e3*p.r_m, 1e3*turned.at(p.theta_rad).d, 1e3*turned.at(p.theta_rad).v);
-                    }
-                    let mut last = f64::NAN;
-                    for (i, (p, t)) in found.motion.iter().zip(&simulation.theta_rad).enumerate() { if let (Some(a), Some(b)) = (p.theta_rad, t) { let off = (a - b - e.rotation_rad + 9.0 * 3.14159265358979).rem_euclid(TAU) - 3.14159265358979; if !((off - last).abs() < 0.02) || i % 40 == 0 { println!("     sample {i} seg {:?} theta {:.2} off {off:.3} sd {:.3}", p.segment, a.rem_euclid(TAU), p.psi_sd_rad.unwrap()); } last = off; } }
-                }
-                println!("   order {order:?} -> {} r {:.4} sd {:.4} psi {:.2} sd {:.2} chi2 {:.3} noise {:.4} {:.4} inside {:.2} doubts {:?}", found.shape.harmonics_m().len(), 1e3*e.rms_r_m, rms(&sds), e.rms_psi_rad.to_degrees(), rms(&psis).to_degrees(), found.chi2_per_dof, 1e3*found.sensor_sd_m, 1e3*found.arm_sd_m, inside(&found, &drawn.shape, &e), found.doubts.len());
-            }
-        }
-    }
-    if std::env::var("DEBUG").is_ok() && let Ok(Ok(found)) = &solved {
-        let pad = drawn.options.rig.pad;
-        for index in 1..found.motion.len() {
-            let (a, b) = (found.motion[index - 1], found.motion[index]);
-            if let (Some(from), Some(to), Some(s0), Some(s1)) = (a.theta_rad, b.theta_rad, a.segment, b.segment) && s0 == s1 {
-                let real = simulation.theta_rad[index].zip(simulation.theta_rad[index - 1]).map_or(f64::NAN, |(b, a)| b - a);
-                let step = to - from;
-                if step.abs() > 0.15 || real.abs() > 0.15 {
-                    let rd = |p: &palpate::pivot::PivotPose, i: usize| { let [al, ab] = pad.along_and_above(p.pivot_x_m, p.pivot_y_m); [1e3 * ab, 1e3 * (al - simulation.log.samples[i].s_m.unwrap_or(f64::NAN))] };
-                    let (x, y) = (rd(&a, index - 1), rd(&b, index));
-                    println!("   {index} seg {s0} step {step:.2} real {real:.2} sd {:.3} {:.3} r,d ({:.2} {:.2}) -> ({:.2} {:.2})", a.psi_sd_rad.unwrap_or(9.0), b.psi_sd_rad.unwrap_or(9.0), x[0], x[1], y[0], y[1]);
-                }
-            }
-        }
-    }
     let panicked = solved.is_err();
     let solved = solved.unwrap_or(Err(palpate::pivot::PivotReconstructError::NotSolvable));
     let found = solved.map_err(|error| error.to_string()).and_then(|found| {
@@ -215,9 +182,9 @@ fn trial(seed: u64, uncalibrated: bool) -> Option<Trial> {
 
 impl Trial {
     fn is_right(&self) -> bool {
-        self.found.as_ref().is_ok_and(|(_, errors)| {
-            errors.rms_r_m < RIGHT_R * self.radius_m && errors.rms_psi_rad < RIGHT_PSI_RAD
-        })
+        self.found
+            .as_ref()
+            .is_ok_and(|(_, errors)| errors.rms_r_m < RIGHT_R * self.radius_m && errors.rms_psi_rad < RIGHT_PSI_RAD)
     }
 
     fn is_certified(&self) -> bool {

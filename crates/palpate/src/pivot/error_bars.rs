@@ -17,12 +17,14 @@ pub(super) struct ErrorBars {
 }
 
 impl ErrorBars {
-    /// At an optimum, whose boundary was felt at these angles (radians).
-    pub fn new(linear: &Linear, state: &State, felt_rad: &[f64]) -> Option<Self> {
+    /// At an optimum, whose boundary was felt at these angles (radians). What is believed of the motion between readings decides which side of d = 0 they
+    /// are on, and how far an angle is known; it does not narrow the bars of the shape, which are those of the readings `alone`: how an object is dragged
+    /// is no law.
+    pub fn new(linear: &Linear, alone: &Linear, state: &State, felt_rad: &[f64]) -> Option<Self> {
         let layout = linear.layout(&state.coefficients);
         let mut mean = DVector::zeros(layout.unknowns());
         mean.rows_mut(0, state.coefficients.len()).copy_from_slice(&state.coefficients);
-        let posterior = Posterior { layout, mean, information: linear.held(&state.coefficients) };
+        let posterior = Posterior { layout, mean, information: alone.held(&state.coefficients) };
         let covariance = posterior.covariance_over(felt_rad)?;
         let theta_sd_rad = angles(linear, state, &covariance, layout.order);
         Some(Self { layout, covariance, theta_sd_rad })

@@ -49,7 +49,10 @@ impl MotionBetween {
         };
         let within = ranges.iter().flat_map(|range| range.start..range.end.saturating_sub(2).max(range.start));
         let readings = numbers.len();
-        Self { triples: if readings > HALF_BANDWIDTH { within.filter_map(triple).collect() } else { Vec::new() }, readings }
+        Self {
+            triples: if readings > HALF_BANDWIDTH { within.filter_map(triple).collect() } else { Vec::new() },
+            readings,
+        }
     }
 
     fn second_difference(&self, triple: &Triple, theta_rad: &[f64]) -> f64 {
@@ -120,5 +123,82 @@ impl MotionBetween {
     /// Whether there is anything to believe.
     pub fn is_empty(&self) -> bool {
         self.triples.is_empty()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SD_RAD: f64 = 0.01;
+
+    fn motion() -> (MotionBetween, Vec<f64>) {
+        let numbers: Vec<usize> = (0..12).chain([14, 15, 16, 30, 31, 32]).collect();
+        let theta = (0..18).map(|i| 0.05 * f64::from(i) + 0.02 * (1.7 * f64::from(i)).sin()).collect();
+        (MotionBetween::new(&[0..9, 9..18], &numbers, &[false; 18]), theta)
+    }
+
+    #[test]
+    fn gradient_and_information_are_those_of_finite_differences() {
+        let (between, theta) = motion();
+        let mut gradient = vec![0.0; 18];
+        between.joined([1.0; 18].into_iter(), &theta, SD_RAD, &mut gradient).expect("positive definite");
+        for (index, exact) in gradient.iter().enumerate() {
+            let cost = |by: f64| {
+                let mut moved = theta.clone();
+                moved[index] += by;
+                between.cost(&moved, SD_RAD)
+            };
+            let slope = (cost(1e-6) - cost(-1e-6)) / 2e-6;
+            assert!((slope - exact).abs() < 1e-4 * exact.abs().max(1.0), "{index}: {slope} {exact}");
+        }
+    }
+
+    #[test]
+    fn a_steady_turn_costs_nothing_wherever_samples_are_missing() {
+        let (between, _) = motion();
+        let numbers: Vec<f64> = (0..12).chain([14, 15, 16, 30, 31, 32]).map(f64::from).collect();
+        let steady: Vec<f64> = numbers.iter().map(|number| 0.3 - 0.04 * number).collect();
+        let still = between.cost(&[0.0; 18], SD_RAD);
+        assert!((between.cost(&steady, SD_RAD) - still).abs() < 1e-9);
+    }
+
+    #[test]
+    fn segments_gaps_and_leaps_are_not_bridged() {
+        let numbers: Vec<usize> = (0..18).collect();
+        let whole = MotionBetween::new(std::slice::from_ref(&(0..18)), &numbers, &[false; 18]);
+        assert_eq!(whole.triples.len(), 16);
+        let apart = |gap: usize| {
+            let numbers: Vec<usize> = (0..9).chain(8 + gap..17 + gap).collect();
+            MotionBetween::new(std::slice::from_ref(&(0..18)), &numbers, &[false; 18]).triples.len()
+        };
+        assert_eq!((apart(FURTHEST), apart(FURTHEST + 1)), (16, 14));
+        let mut leaps = [false; 18];
+        leaps[9] = true;
+        assert_eq!(MotionBetween::new(std::slice::from_ref(&(0..18)), &numbers, &leaps).triples.len(), 14);
+        let few = MotionBetween::new(std::slice::from_ref(&(0..5)), &[0, 1, 2, 3, 4], &[false; 5]);
+        assert!(few.is_empty());
+    }
+
+    #[test]
+    fn the_scale_is_found_again() {
+        let numbers: Vec<usize> = (0..4000).collect();
+        let between = MotionBetween::new(std::slice::from_ref(&(0..4000)), &numbers, &vec![false; 4000]);
+        // Second differences of Student's t with two degrees of freedom, in closed form from the uniform ones.
+        let (mut theta, mut rate, mut state) = (vec![0.0], 0.0, 1_u64);
+        for _ in 1..4000 {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            let uniform = ((state >> 11) as f64 + 0.5) / (1_u64 << 53) as f64;
+            rate += 0.004 * (2.0 * uniform - 1.0) / (2.0 * uniform * (1.0 - uniform)).sqrt();
+            theta.push(theta.last().expect("there is one") + rate);
+        }
+        // Readings that tell every angle exactly.
+        let mut sd_rad = FIRST_SD_RAD;
+        for _ in 0..50 {
+            let mut gradient = vec![0.0; 4000];
+            let factor = between.joined((0..4000).map(|_| 1e12), &theta, sd_rad, &mut gradient).expect("definite");
+            sd_rad = between.scale_rad(&theta, sd_rad, &factor.inverse_in_band());
+        }
+        assert!((sd_rad / 0.004 - 1.0).abs() < 0.1, "{sd_rad}");
     }
 }

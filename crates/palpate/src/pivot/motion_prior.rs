@@ -108,7 +108,8 @@ impl MotionPrior {
     fn stays(&self, theta_rad: &[f64], index: usize) -> bool {
         let Some(range) = self.ranges.iter().find(|range| range.contains(&index)) else { return false };
         let off = |relative: &[f64]| {
-            let side = |places: Range<usize>| median(&mut places.map(|at| theta_rad[at] - relative[at]).collect::<Vec<f64>>());
+            let side =
+                |places: Range<usize>| median(&mut places.map(|at| theta_rad[at] - relative[at]).collect::<Vec<f64>>());
             let before = side(index.saturating_sub(SCATTER_REACH).max(range.start)..index);
             let after = side(index..(index + SCATTER_REACH).min(range.end));
             (after - before).abs()
@@ -241,7 +242,8 @@ mod tests {
     #[test]
     fn a_pivot_that_goes_up_more_than_along_is_lifted() {
         let reading = |along_m: f64, above_m: f64| Reading { along_m, above_m, s_m: 0.0 };
-        let is_lifted = |along_m: f64, above_m: f64| lifted(&[reading(0.1, 0.03), reading(0.1 + along_m, 0.03 + above_m)], 1e-5)[1];
+        let is_lifted =
+            |along_m: f64, above_m: f64| lifted(&[reading(0.1, 0.03), reading(0.1 + along_m, 0.03 + above_m)], 1e-5)[1];
         assert!(is_lifted(0.0, 1.01e-5 * LIFTED_SDS) && !is_lifted(0.0, 0.99e-5 * LIFTED_SDS));
         assert!(is_lifted(-9.9e-4, 1e-3) && !is_lifted(-1.01e-3, 1e-3) && !is_lifted(0.0, -1e-3));
         assert!(lifted(&[], 1e-5).is_empty());

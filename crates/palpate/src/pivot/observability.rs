@@ -118,7 +118,7 @@ pub fn observability(
         let counts = touches(&paths);
         let felt_rad: Vec<f64> =
             (0..NODES).filter(|&node| counts[node] > 0).map(|node| TAU * node as f64 / NODES as f64).collect();
-        let bars = ErrorBars::new(&linear, &state, &felt_rad);
+        let bars = ErrorBars::new(&linear, &linear, &state, &felt_rad);
         bars.and_then(|bars| Information::from_parts(bars.of_shape(), felt_rad).ok())
     } else {
         None

@@ -43,6 +43,10 @@ const ASTRAY_SDS: f64 = 5.0;
 /// A fit that leaves more than this, χ² per degree of freedom, is not certified: its rivals are not looked for.
 const EXPLAINED_CHI2: f64 = 1.6;
 
+/// Second differences of the contact angle that a result believes in, standard deviation in radians: those across a gap in the shape are ten times
+/// as large, those of an object that begins to slide as large.
+const LOOSE_SD_RAD: f64 = 0.02;
+
 /// Rivals that turn out better are examined in their turn, so many times.
 const MOST_BETTER_RIVALS: usize = 3;
 
@@ -224,7 +228,8 @@ impl<'a> Prepared<'a> {
             tips_over: of_used(&tips_over(&self.r_m, &self.d_m, self.size_m)),
             lifted: of_used(&lifted(&self.readings, self.scatter.r_m)),
         };
-        let may_leap: Vec<bool> = prior.tips_over.iter().zip(&prior.lifted).map(|(tips, lifted)| *tips || *lifted).collect();
+        let may_leap: Vec<bool> =
+            prior.tips_over.iter().zip(&prior.lifted).map(|(tips, lifted)| *tips || *lifted).collect();
         let numbers: Vec<usize> = used.iter().map(|&index| self.samples[index]).collect();
         let between = MotionBetween::new(&prior.ranges, &numbers, &may_leap);
         let believed = (!between.is_empty()).then_some((&between, FIRST_SD_RAD));
@@ -277,6 +282,7 @@ impl<'a> Prepared<'a> {
                 }
             }
         }
+        let fit = self.loosened(&whole(&fit), fit);
         let (mut reconstruction, posterior) = self.assembled(&whole(&fit), &fit, &prior, 1 + alternatives.len())?;
         let others = alternatives
             .iter()
@@ -284,6 +290,18 @@ impl<'a> Prepared<'a> {
             .filter_map(|other| self.assembled(&whole(&fit), other, &prior, 1 + alternatives.len()));
         reconstruction.others = others.map(|(other, _)| other).collect();
         Some((reconstruction, posterior, fit.log_evidence))
+    }
+
+    /// The optimum next to a fit where the motion between readings is believed to be smooth no more than decides on which side of d = 0 they are: what is
+    /// believed of it beyond that bends the shape where the object begins to slide.
+    fn loosened(&self, problem: &Problem, fit: Fit) -> Fit {
+        let Some((between, sd_rad)) = problem.between else { return fit };
+        let loose_rad = sd_rad.max(LOOSE_SD_RAD);
+        let loose = Problem { between: Some((between, loose_rad)), ..problem.clone() };
+        match loose.solve(fit.optimum.state.clone()) {
+            Some(optimum) => Fit { optimum, between_rad: Some(loose_rad), ..fit },
+            None => fit,
+        }
     }
 
     /// What a fit leaves over what the noise explains, per degree of freedom; and these.
@@ -395,7 +413,8 @@ impl<'a> Prepared<'a> {
         let angle = |node: usize| TAU * node as f64 / NODES as f64;
         // Error bars belong to the shape before it was turned.
         let felt_before: Vec<f64> = felt.iter().map(|&node| angle(node) - turn_rad).collect();
-        let bars = ErrorBars::new(linear, state, &felt_before)?;
+        let alone = Problem { between: None, ..problem.clone() }.linearised(state);
+        let bars = ErrorBars::new(linear, &alone, state, &felt_before)?;
         let outline: Vec<OutlinePoint> = (0..NODES)
             .map(|node| {
                 let theta_rad = angle(node);

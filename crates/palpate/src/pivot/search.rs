@@ -186,7 +186,13 @@ impl Segments<'_> {
         // Thinned samples lie further apart than a leap is long.
         let ranges = ranges.map(|range| range.start..range.start + 1).collect();
         let begins_at_rest = placed.iter().map(|&segment| self.begins_at_rest[segment]).collect();
-        MotionPrior { ranges, begins_at_rest, relative_rad: [Vec::new(), Vec::new()], tips_over: Vec::new(), lifted: Vec::new() }
+        MotionPrior {
+            ranges,
+            begins_at_rest,
+            relative_rad: [Vec::new(), Vec::new()],
+            tips_over: Vec::new(),
+            lifted: Vec::new(),
+        }
     }
 }
 

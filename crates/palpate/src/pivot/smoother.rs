@@ -264,9 +264,10 @@ impl Problem<'_> {
             let mut taken = products.clone();
             factor.solve_lower(taken.as_mut_slice(), unknowns);
             information -= &taken * taken.transpose();
-            let of_own = residuals.iter().zip(&slopes).map(|(residual, slope)| {
-                (residual[0] * slope[0] + residual[1] * slope[1]) / own_information(*slope)
-            });
+            let of_own = residuals
+                .iter()
+                .zip(&slopes)
+                .map(|(residual, slope)| (residual[0] * slope[0] + residual[1] * slope[1]) / own_information(*slope));
             let mut solved = along;
             factor.solve_lower(&mut solved, 1);
             factor.solve_upper(&mut solved, 1);
@@ -278,12 +279,7 @@ impl Problem<'_> {
     }
 
     /// Information on the angles that depend on each other, and the gradient by them.
-    fn joined(
-        &self,
-        state: &State,
-        residuals: &[[f64; 2]],
-        slopes: &[[f64; 2]],
-    ) -> Option<(BandedCholesky, Vec<f64>)> {
+    fn joined(&self, state: &State, residuals: &[[f64; 2]], slopes: &[[f64; 2]]) -> Option<(BandedCholesky, Vec<f64>)> {
         let (between, sd_rad) = self.between?;
         let own = residuals.iter().zip(slopes).map(|(residual, slope)| residual[0] * slope[0] + residual[1] * slope[1]);
         let mut gradient: Vec<f64> = own.collect();
@@ -500,6 +496,46 @@ mod tests {
             let slope = (problem.cost(&off(unknown, step)) - problem.cost(&off(unknown, -step))) / (2.0 * step);
             let exact = linear.gradient[unknown];
             assert!((slope - exact).abs() < 1e-4 * exact.abs().max(1e3), "{unknown}: {slope} {exact}");
+        }
+    }
+
+    #[test]
+    fn angles_that_depend_on_each_other_are_eliminated_as_well() {
+        let (readings, state) = example();
+        let samples = readings.len();
+        let numbers: Vec<usize> = (0..samples).collect();
+        let whole = 0..samples;
+        let between = MotionBetween::new(std::slice::from_ref(&whole), &numbers, &vec![false; samples]);
+        let problem = Problem { between: Some((&between, 0.01)), ..problem(&readings) };
+        let off = |unknown: usize, by: f64| {
+            let mut moved = state.clone();
+            moved.coefficients[2] += 2e-4;
+            moved.coefficients[4] -= 1e-4;
+            moved.told = [1e-4, 2e-3, 1e-3];
+            let coefficients = moved.coefficients.len();
+            if unknown < coefficients {
+                moved.coefficients[unknown] += by;
+            } else {
+                moved.told[unknown - coefficients] += by;
+            }
+            for _ in 0..100 {
+                problem.settle(&mut moved);
+            }
+            moved
+        };
+        let linear = problem.linearised(&off(0, 0.0));
+        for unknown in 0..problem.unknowns() {
+            let step = if unknown < 7 { 1e-8 } else { 1e-6 };
+            let slope = (problem.cost(&off(unknown, step)) - problem.cost(&off(unknown, -step))) / (2.0 * step);
+            let exact = linear.gradient[unknown];
+            assert!((slope - exact).abs() < 1e-4 * exact.abs().max(1e3), "{unknown}: {slope} {exact}");
+        }
+        // With nothing believed, the angles are known as well as their own readings tell, and no better.
+        let loose = Problem { between: Some((&between, 1e3)), ..problem.clone() }.linearised(&state);
+        let alone = Problem { between: None, ..problem }.linearised(&state);
+        assert!((&loose.information - &alone.information).norm() < 1e-5 * alone.information.norm());
+        for (joined, own) in loose.angle_variances().into_iter().zip(alone.angle_variances()) {
+            assert!((joined / own - 1.0).abs() < 1e-6);
         }
     }
 
