@@ -51,6 +51,14 @@ impl LogSource<'_> {
         map.is_some() || self.0.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(&MCAP[1..]))
     }
 
+    /// Whether it is a file that holds a log of strokes of a pivoting grasp, and none of palms.
+    pub fn is_strokes(self) -> Result<bool, ReadError> {
+        if self.is_standard_input() || self.is_mcap(None) {
+            return Ok(false);
+        }
+        Ok(palpate_io::is_strokes_log(&self.bytes()?))
+    }
+
     /// The folder for its result where none is given: its name with `.palpate` in place of `.csv`.
     pub fn result_dir(self) -> PathBuf {
         self.0.with_file_name(format!("{}.palpate", self.stem()))

@@ -19,6 +19,7 @@ mod record;
 mod rig;
 mod simulate;
 mod source;
+mod strokes;
 #[cfg(feature = "sweep")]
 mod sweep;
 mod terminal;
@@ -50,6 +51,7 @@ Examples:
   palpate watch serial:/dev/ttyUSB0                what it is that the rig feels, while it feels it
   palpate rig --template > rig.toml                what is known of pads and encoders, for reconstruct --rig
   palpate calibrate day/*.csv -o rig.toml          pads and encoders, calibrated by logs of any objects
+  palpate simulate --rig pivot -o strokes.csv      the other rig of the paper: an arm drags the object over one pad
   palpate paper                                    the figures of Moll & Erdmann (2001), reproduced
   palpate sweep plan.toml -o study                 thousands of logs, simulated or recorded, in one table
 

@@ -13,6 +13,7 @@ use palpate_io::{ConstantSummary, FrictionSummary, LogFile, Summary, TruthSummar
 use palpate_report::{ReportInput, TruthOverlay};
 
 use crate::log_source::LogSource;
+use crate::strokes;
 use crate::terminal::{Ending, Failure, Terminal, print};
 use crate::values;
 
@@ -26,6 +27,10 @@ force1_n and force2_n.
 DIR receives report.html (open it first), shape.csv, motion.csv and summary.json. Where several objects explain the log equally well,
 DIR/alternatives holds the others. An earlier result in DIR is replaced; a folder that holds anything else is left alone. Of several logs,
 a.csv goes to DIR/a, b.csv to DIR/b; one that cannot be used does not stop the others, and the exit code is the worst.
+
+A log with the columns time_s, pivot_x_m, pivot_y_m and s_m is one of the other rig of the paper: an arm holds the object at a pivot and drags
+it over one pad. DIR then receives shape.csv (about the pivot), motion.csv and summary.json, and --rig takes a file with the tables pad,
+calibration and tolerances (docs/formats.md).
 
 The object may jump from one resting pose to another; the segments of the motion between the jumps are arranged.
 
@@ -167,8 +172,39 @@ fn result_dirs(sources: &[LogSource], out: Option<&Path>) -> Result<Vec<PathBuf>
     Ok(dirs)
 }
 
+/// A log of strokes of the other rig; what is asked of palms alone is refused.
+fn of_strokes(arguments: &Arguments, source: LogSource, out: &Path, terminal: &Terminal) -> Result<Ending, Failure> {
+    let of_palms = [
+        (arguments.map.is_some(), "--map"),
+        (arguments.method != Method::default(), "--method"),
+        (arguments.min_touches > 1, "--min-touches"),
+        (arguments.diagnostics, "--diagnostics"),
+        (arguments.animation.is_some(), "--animation"),
+    ];
+    if let Some((_, option)) = of_palms.iter().find(|(given, _)| *given) {
+        let log = source.0.display();
+        return Err(Failure::Input(format!(
+            "{log} is a log of a pivoting grasp, for which there is no {option}; leave it out"
+        )));
+    }
+    let asked = strokes::Reconstruct {
+        log: source.0,
+        out,
+        rig: arguments.rig.as_deref(),
+        exact: arguments.calibrated,
+        truth: arguments.truth.as_deref(),
+        harmonics: arguments.harmonics,
+        sensor_sd_m: arguments.sensor_sd_mm.map(|sd| 1e-3 * sd),
+        json: arguments.json,
+    };
+    asked.run(terminal)
+}
+
 /// The same for one log.
 fn one(arguments: &Arguments, source: LogSource, out: &Path, terminal: &Terminal) -> Result<Ending, Failure> {
+    if source.is_strokes()? {
+        return of_strokes(arguments, source, out, terminal);
+    }
     let (file, rig) = source.read(arguments.rig.as_deref(), arguments.calibrated, arguments.map.as_deref())?;
     let truth = arguments.truth.as_deref().map(|dir| read_truth(dir, &file)).transpose()?;
     file.notes.iter().for_each(|note| terminal.note(note));

@@ -12,6 +12,7 @@ use palpate::simulate::{ObjectInertia, SimulateError, SimulateOptions, Simulatio
 use palpate_io::RigFile;
 
 use crate::source::{self, MotionSource, PadSource, ShapeSource};
+use crate::strokes;
 use crate::terminal::{Ending, Failure, Terminal};
 use crate::values;
 
@@ -39,6 +40,7 @@ Examples:
   palpate simulate --speed 10 --rate-hz 100 -o fast.csv            the same motion in a tenth of the time: the object swings
   palpate simulate --shape soap.svg --com-mm 2,0 -o soap.csv       your own object, its centre of mass 2 mm off the centroid
   palpate simulate --motion trial.csv -o again.csv                 another object between palms that move as in your log
+  palpate simulate --rig pivot --shape egg -o strokes.csv          an arm drags the object over one pad, in six strokes
   palpate simulate --rig rig.toml -o off.csv                       as a rig with the errors and conventions of this file writes it
   palpate reconstruct pebble.csv -o pebble --truth pebble.truth";
 
@@ -83,8 +85,9 @@ pub struct Arguments {
     #[arg(long, value_name = "MM", value_parser = values::positive)]
     palm_length_mm: Option<f64>,
     /// The rig that writes the log, a file as `palpate rig --template` prints it: its constants are the errors of the readings, its
-    /// signs, directions and base points are those of the log [default: a rig without errors]
-    #[arg(long, value_name = "RIG.toml")]
+    /// signs, directions and base points are those of the log [default: a rig without errors]. Or `pivot`: the other rig of the paper, an arm that
+    /// drags the object over one pad
+    #[arg(long, value_name = "RIG.toml|pivot")]
     rig: Option<PathBuf>,
     /// Draw the errors of the rig: its constants, and random errors of its standard deviations on top of them
     #[arg(long, requires = "rig")]
@@ -128,6 +131,9 @@ pub struct Arguments {
     quiet: bool,
 }
 
+/// The other rig of the paper, in place of a file.
+const PIVOT: &str = "pivot";
+
 /// Noise of the contact positions if nothing is said of it, metres.
 const USUAL_NOISE_M: f64 = 1e-4;
 
@@ -142,6 +148,9 @@ pub fn run(arguments: &Arguments) -> Result<Ending, Failure> {
         return Err(Failure::Input(format!("{}: this is a folder; give the file to write", arguments.out.display())));
     }
     let shape = shape(arguments, &terminal)?;
+    if arguments.rig.as_deref() == Some(Path::new(PIVOT)) {
+        return of_strokes(arguments, &shape, &terminal);
+    }
     let rig = arguments.rig.as_deref().map(palpate_io::read_rig).transpose()?.unwrap_or_else(RigFile::exact);
     let calibration = if arguments.draw_rig { rig.rig.drawn(arguments.seed) } else { rig.rig.calibration };
     let touchpad = touchpad(arguments, &rig)?;
@@ -175,6 +184,31 @@ pub fn run(arguments: &Arguments) -> Result<Ending, Failure> {
     palpate_io::write_log(&arguments.out, &simulation.log, &metadata)?;
     terminal.say(&told(arguments, &simulation))?;
     Ok(Ending::Success)
+}
+
+/// Strokes of a pivoting grasp; what is asked of palms alone is refused.
+fn of_strokes(arguments: &Arguments, shape: &SupportFunction, terminal: &Terminal) -> Result<Ending, Failure> {
+    let of_palms = [
+        (arguments.draw_rig, "--draw-rig"),
+        (arguments.speed.is_some(), "--speed"),
+        (arguments.mass_g.is_some(), "--mass-g"),
+        (arguments.duration_s.is_some(), "--duration-s"),
+        (!matches!(arguments.motion, MotionSource::Turn), "--motion"),
+        (arguments.state_noise, "--state-noise"),
+    ];
+    if let Some((_, option)) = of_palms.iter().find(|(given, _)| *given) {
+        return Err(Failure::Input(format!("a pivoting grasp has no {option}; leave it out")));
+    }
+    let asked = strokes::Simulate {
+        out: &arguments.out,
+        shape,
+        touchpad: touchpad(arguments, &RigFile::exact())?,
+        friction: arguments.friction.map(|[friction, _]| friction),
+        rate_hz: arguments.rate_hz.unwrap_or(USUAL_RATE_HZ),
+        seed: arguments.seed,
+        name: arguments.shape.to_string(),
+    };
+    asked.run(terminal)
 }
 
 /// The object about its centre of mass, after notes on how it was made.

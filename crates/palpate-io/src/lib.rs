@@ -36,6 +36,8 @@
 //! A rig file says what is known of the palms and pads before a log is read: calibration constants with their standard deviations, and
 //! conventions that differ from those of a palm log. See [`read_rig`], [`rig_to_toml`] and the commented [`rig_template`].
 //!
+//! The other rig, a pivoting grasp, has logs of its own: [`read_strokes`], [`read_pivot_rig`], [`write_strokes_result`].
+//!
 //! The outline of an object comes from points in a CSV file, a support function, or a drawing in SVG: see [`read_outline`].
 //!
 //! Nothing here knows how a shape is estimated.
@@ -48,6 +50,7 @@ mod outline;
 mod read_error;
 mod result;
 mod rig;
+mod strokes;
 mod truth;
 mod write_error;
 
@@ -74,5 +77,11 @@ pub use rig::parse::{parse_rig, read_rig};
 pub use rig::rig_error::{RigError, RigProblem};
 pub use rig::to_toml::rig_to_toml;
 pub use rig::{Pad, RigFile, rig_template};
+pub use strokes::reader::{StrokesFile, is_strokes_log, parse_strokes, read_strokes};
+pub use strokes::result::{
+    StrokesReason, StrokesRig, StrokesSummary, StrokesTruth, check_strokes_target, write_strokes_result,
+};
+pub use strokes::rig::read_pivot_rig;
+pub use strokes::writer::write_strokes;
 pub use truth::{read_truth, truth_dir_of, write_truth};
 pub use write_error::{WriteError, WriteProblem};

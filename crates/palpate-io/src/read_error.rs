@@ -463,6 +463,20 @@ pub enum ReadProblem {
         /// Fewest that can be solved.
         needed: usize,
     },
+    /// The period of swinging above a log of strokes is no period.
+    #[error("swing_period_s is {text}; write the period of small swings of the lifted object in seconds, such as 0.41")]
+    SwingPeriod {
+        /// What it says.
+        text: String,
+    },
+    /// A file of the rig of a pivoting grasp cannot be understood.
+    #[error(
+        "{message}; a rig of a pivoting grasp has the tables pad, calibration and tolerances, and reading_sd_m and arm_sd_m"
+    )]
+    PivotRig {
+        /// What the reader says.
+        message: String,
+    },
     /// Too few rows in a table of a truth or result folder.
     #[error("there are {rows} rows, and at least {needed} are needed; write it again")]
     TooFewRows {

@@ -8,7 +8,7 @@ use crate::pivot::rig::PadPose;
 
 /// Constant errors. The default is none.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default, deny_unknown_fields))]
 pub struct PivotCalibration {
     /// Added by the pad to every position, metres; takes an offset of the pivot along the pad with it.
     pub zero_m: f64,
@@ -23,7 +23,7 @@ pub struct PivotCalibration {
 
 /// Standard deviations of the constants; 0 = exact, the default.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default, deny_unknown_fields))]
 pub struct PivotTolerances {
     /// Of [`PivotCalibration::zero_m`], metres.
     pub zero_sd_m: f64,

@@ -4,7 +4,7 @@ use crate::pivot::calibration::{PivotCalibration, PivotTolerances};
 
 /// Where the pad lies. Its outward normal points to the object.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default, deny_unknown_fields))]
 pub struct PadPose {
     /// Base point, from which contacts are counted, X in the global frame, metres.
     pub base_x_m: f64,
@@ -36,7 +36,7 @@ impl PadPose {
 
 /// What is known of the rig before a log is read.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(default, deny_unknown_fields))]
 pub struct PivotRig {
     /// Where the pad lies.
     pub pad: PadPose,

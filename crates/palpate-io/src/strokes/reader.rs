@@ -1,0 +1,112 @@
+//! The log of a pivoting grasp from a CSV file.
+
+use std::path::Path;
+
+use palpate::pivot::{PivotLog, PivotSample};
+
+use crate::csv::bytes::read_bytes;
+use crate::csv::table::{Quantity, Table};
+use crate::csv::unit::Dimension;
+use crate::read_error::{ReadError, ReadProblem};
+
+const TIME: Quantity = Quantity::new("time", Dimension::Time).also_named(&["timestamp", "time_stamp"]);
+const PIVOT_X: Quantity = Quantity::new("pivot_x", Dimension::Length);
+const PIVOT_Y: Quantity = Quantity::new("pivot_y", Dimension::Length);
+const S: Quantity = Quantity::or_empty("s", Dimension::Length, "no contact was seen");
+const ALL: [Quantity; 4] = [TIME, PIVOT_X, PIVOT_Y, S];
+pub(super) const HEADER: &str = "time_s,pivot_x_m,pivot_y_m,s_m";
+
+/// Metadata of a log of strokes: the period of small swings of the lifted object, seconds.
+pub(super) const SWING_PERIOD: &str = "swing_period_s";
+
+/// Arms and pads reach no further, metres: beyond, lengths are in another unit than their name says.
+const FURTHEST_M: f64 = 10.0;
+
+/// A log of strokes as it came from a file.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct StrokesFile {
+    /// The samples, in SI units.
+    pub log: PivotLog,
+    /// The `# key: value` lines, in the order of the file.
+    pub metadata: Vec<(String, String)>,
+}
+
+/// Whether the header of a file has the columns of a pivot: it is a log of strokes and no palm log.
+pub fn is_strokes_log(bytes: &[u8]) -> bool {
+    let text = String::from_utf8_lossy(&bytes[..bytes.len().min(64 << 10)]);
+    let header = text.lines().map(str::trim).find(|line| !line.is_empty() && !line.starts_with('#'));
+    header.is_some_and(|header| header.to_lowercase().contains(PIVOT_X.stem))
+}
+
+/// Reads a log of strokes of a pivoting grasp (Moll & Erdmann 2001, figure 9).
+///
+/// Columns are found by name, in any order and with other units if the names say so, as in [`read_log`](crate::read_log). Required: time,
+/// pivot_x and pivot_y (where the arm holds the object), s (where the pad feels it, along the pad from its base). An empty cell in s means that no
+/// contact was seen. A comment `# swing_period_s: 0.41` gives the period of small swings of the lifted object.
+///
+/// # Errors
+/// The file cannot be read or is no such log; time must increase, lengths must be within 10 m.
+pub fn read_strokes(path: &Path) -> Result<StrokesFile, ReadError> {
+    parse_strokes(&path.to_string_lossy(), &read_bytes(path)?)
+}
+
+/// The same from memory; `name` stands for the file in messages.
+///
+/// # Errors
+/// As [`read_strokes`].
+pub fn parse_strokes(name: &str, bytes: &[u8]) -> Result<StrokesFile, ReadError> {
+    let table = Table::parse(name, bytes, HEADER)?;
+    let [time, x, y, s] = table.require_all([TIME, PIVOT_X, PIVOT_Y, S], &ALL)?;
+    table.require_rows()?;
+    table.require_one_decimal_mark(&[time, x, y, s])?;
+    let mut samples: Vec<PivotSample> = Vec::with_capacity(table.rows());
+    for row in 0..table.rows() {
+        let length = |column, length_m| table.within(row, column, length_m, FURTHEST_M);
+        let time_s = table.number(row, time)?;
+        if let Some(before) = samples.last() {
+            table.require_increase(row, time, before.time_s, time_s, "time")?;
+        }
+        samples.push(PivotSample {
+            time_s,
+            pivot_x_m: length(x, table.number(row, x)?)?,
+            pivot_y_m: length(y, table.number(row, y)?)?,
+            s_m: table.value(row, s)?.map(|s_m| length(s, s_m)).transpose()?,
+        });
+    }
+    let swing_period_s =
+        table.metadata.iter().find(|(key, _)| key == SWING_PERIOD).map(|(_, value)| {
+            value.parse::<f64>().ok().filter(|period_s| *period_s > 0.0 && period_s.is_finite()).ok_or_else(|| {
+                ReadError::in_file(name, ReadProblem::SwingPeriod { text: crate::csv::text::quoted(value) })
+            })
+        });
+    Ok(StrokesFile { log: PivotLog { samples, swing_period_s: swing_period_s.transpose()? }, metadata: table.metadata })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn strokes_are_read_in_any_unit_and_order() {
+        let text = "# swing_period_s: 0.4\ns_mm,time_ms,Pivot_X (cm),pivot_y_m\n12.5,0,1.5,0.03\n,50,1.6,0.04\n";
+        assert!(is_strokes_log(text.as_bytes()) && !is_strokes_log(b"time_s,phi1_rad,phi2_rad,s1_m,s2_m\n"));
+        let file = parse_strokes("log", text.as_bytes()).expect("a log");
+        assert_eq!(file.log.swing_period_s, Some(0.4));
+        let [first, second] = file.log.samples[..] else { panic!("two samples") };
+        assert_eq!((first.time_s, first.pivot_x_m, first.pivot_y_m, first.s_m), (0.0, 0.015, 0.03, Some(0.0125)));
+        assert_eq!((second.time_s, second.s_m), (0.05, None));
+    }
+
+    #[test]
+    fn faults_are_named_by_line_and_column() {
+        let fault = |text: &str| parse_strokes("log", text.as_bytes()).expect_err("a fault");
+        let error = fault("time_s,pivot_x_m,pivot_y_m,s_m\n0,0.1,0.03,0.1\n1,0.1,30,0.1\n");
+        assert_eq!((error.line, error.column.as_deref()), (Some(3), Some("pivot_y_m")));
+        let error = fault("time_s,pivot_x_m,pivot_y_m,s_m\n1,0.1,0.03,0.1\n1,0.1,0.03,0.1\n");
+        assert_eq!((error.line, error.column.as_deref()), (Some(3), Some("time_s")));
+        let error = fault("time_s,pivot_x_m,s_m\n1,0.1,0.03\n");
+        assert!(error.to_string().contains("pivot_y_m"), "{error}");
+        let error = fault("# swing_period_s: soon\ntime_s,pivot_x_m,pivot_y_m,s_m\n1,0.1,0.03,0.1\n");
+        assert!(error.to_string().contains("\"soon\""), "{error}");
+    }
+}
