@@ -24,8 +24,9 @@ const SCATTER_REACH: usize = 4;
 /// Samples between two leaps that may be one mistake.
 const LONGEST_BRIDGE: usize = 20;
 
-/// A stroke that begins elsewhere than most costs so much: of ten objects nine swing to rest, to a twentieth of a radian.
-const OTHER_START_NATS: f64 = 6.0;
+/// A stroke that begins elsewhere than most costs so much: an object that is lifted swings to rest with its centre of mass under the pivot, and where one
+/// does not the shape must tell it.
+const OTHER_START_NATS: f64 = 30.0;
 
 /// Strokes begin at the same angle when it differs by less than this, radians: a touch may move the contact by as much.
 const SAME_START_RAD: f64 = 0.15;
@@ -155,7 +156,7 @@ impl MotionPrior {
     }
 
     /// Strokes that do not begin where most do.
-    fn other_starts(&self, theta_rad: &[f64]) -> usize {
+    pub fn other_starts(&self, theta_rad: &[f64]) -> usize {
         let starts: Vec<f64> = self
             .ranges
             .iter()

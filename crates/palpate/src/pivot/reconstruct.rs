@@ -24,7 +24,7 @@ use crate::pivot::search::{Arrangement, SEARCH_ORDER, Segments, search_noise};
 use crate::pivot::segments::{LIFTED_SAMPLES, segments};
 use crate::pivot::smoother::{Noise, Problem, State};
 use crate::pivot::thinning::Thinning;
-use crate::pivot::verdict::{Findings, MODEL_ALLOWANCE, PivotDoubt};
+use crate::pivot::verdict::{Findings, MODEL_ALLOWANCE, PivotDoubt, RIVAL_NATS};
 use crate::reconstruct::OutlinePoint;
 use crate::shape::SupportFunction;
 
@@ -33,6 +33,9 @@ const FEWEST_SAMPLES: usize = 30;
 
 /// The crossings of d = 0 are taken so many times as wide, and rolled through or not, in turn, until the readings are explained.
 const CROSSINGS: [(f64, bool); 4] = [(1.0, true), (1.0, false), (2.0, true), (0.5, false)];
+
+/// So many of them are tried even where the first explains the readings: where the others lead elsewhere, the log does not tell.
+const ALWAYS_TRIED: usize = 2;
 
 /// Contact angles are decoded anew at most so many times.
 const MOST_DECODINGS: usize = 3;
@@ -99,27 +102,56 @@ pub fn reconstruct_with_posterior(
 ) -> Result<(PivotReconstruction, PivotPosterior), PivotReconstructError> {
     check(log, options)?;
     let prepared = Prepared::new(log, options)?;
-    let mut best: Option<(PivotReconstruction, PivotPosterior, f64)> = None;
-    for crossings in CROSSINGS {
-        let Some(found) = prepared.solved(crossings) else { continue };
-        // Only a misfit is mended by another start.
-        let explained = !found.0.doubts.iter().any(|doubt| {
+    let mut found: Vec<Found> = Vec::new();
+    for (index, crossings) in CROSSINGS.into_iter().enumerate() {
+        if index >= ALWAYS_TRIED && found.iter().any(Found::is_explained) {
+            break;
+        }
+        found.extend(prepared.solved(crossings));
+    }
+    // Of those that explain the log the likeliest, or else of all.
+    let likeliest =
+        |a: &Found, b: &Found| (a.is_explained(), a.log_evidence).partial_cmp(&(b.is_explained(), b.log_evidence));
+    found.sort_by(|a, b| likeliest(b, a).unwrap_or(std::cmp::Ordering::Equal));
+    let mut found = found.into_iter();
+    let Found { mut reconstruction, posterior, log_evidence } =
+        found.next().ok_or(PivotReconstructError::NotSolvable)?;
+    let rivals = found.filter(|rival| {
+        rival.is_explained()
+            && rival.log_evidence > log_evidence - RIVAL_NATS
+            && reconstruction.turns_otherwise(&rival.reconstruction)
+    });
+    let rivals: Vec<PivotReconstruction> = rivals.map(|rival| rival.reconstruction).collect();
+    if !rivals.is_empty() {
+        reconstruction.alternatives += rivals.len();
+        reconstruction.doubts.retain(|doubt| !matches!(doubt, PivotDoubt::Ambiguous { .. }));
+        reconstruction.doubts.push(PivotDoubt::Ambiguous { alternatives: reconstruction.alternatives });
+        reconstruction.others.extend(rivals);
+    }
+    Ok((reconstruction, posterior))
+}
+
+/// A result, and ln of its evidence.
+struct Found {
+    reconstruction: PivotReconstruction,
+    posterior: PivotPosterior,
+    log_evidence: f64,
+}
+
+impl Found {
+    /// Whether no other start could mend it.
+    fn is_explained(&self) -> bool {
+        !self.reconstruction.doubts.iter().any(|doubt| {
             matches!(
                 doubt,
                 PivotDoubt::Misfit { .. }
                     | PivotDoubt::NotConvex
                     | PivotDoubt::Leaps { .. }
+                    | PivotDoubt::OtherStarts { .. }
                     | PivotDoubt::UncertainMotion { .. }
             )
-        });
-        if explained || best.as_ref().is_none_or(|best| found.2 > best.2) {
-            best = Some(found);
-        }
-        if explained {
-            break;
-        }
+        })
     }
-    best.map(|(reconstruction, posterior, _)| (reconstruction, posterior)).ok_or(PivotReconstructError::NotSolvable)
 }
 
 /// A log made ready.
@@ -190,7 +222,7 @@ impl<'a> Prepared<'a> {
     }
 
     /// The best result with crossings so wide, rolled through or not, and its evidence.
-    fn solved(&self, (width, may_roll): (f64, bool)) -> Option<(PivotReconstruction, PivotPosterior, f64)> {
+    fn solved(&self, (width, may_roll): (f64, bool)) -> Option<Found> {
         let [relative_rad, other_rad] = [may_roll, !may_roll].map(|may_roll| self.relative(width, may_roll));
         let told = self.options.rig.tolerances.told();
         let open: Vec<(usize, f64)> = told.into_iter().enumerate().filter(|(_, sd)| *sd > 0.0).collect();
@@ -289,7 +321,7 @@ impl<'a> Prepared<'a> {
             .take(4)
             .filter_map(|other| self.assembled(&whole(&fit), other, &prior, 1 + alternatives.len()));
         reconstruction.others = others.map(|(other, _)| other).collect();
-        Some((reconstruction, posterior, fit.log_evidence))
+        Some(Found { reconstruction, posterior, log_evidence: fit.log_evidence })
     }
 
     /// The optimum next to a fit where the motion between readings is believed to be smooth no more than decides on which side of d = 0 they are: what is
@@ -465,6 +497,7 @@ impl<'a> Prepared<'a> {
             concave_sds,
             alternatives,
             leaps,
+            other_starts: prior.other_starts(&state.theta_rad),
             rig_off_sds,
             left_out: 1.0 - linear.residuals.len() as f64 / self.readings.len() as f64,
         };

@@ -1,9 +1,13 @@
 //! The result of a reconstruction from strokes: plain data, shared by files, the report and Python.
 
+use crate::math::angle::{mean_direction, wrapped};
 use crate::pivot::calibration::{PivotCalibration, PivotTolerances};
 use crate::pivot::verdict::PivotDoubt;
 use crate::reconstruct::OutlinePoint;
 use crate::shape::SupportFunction;
+
+/// Motions that are further apart than this, root mean square in radians, are not the same.
+const OTHERWISE_RAD: f64 = 0.05;
 
 /// Shape about the pivot and motion of the object behind a log of strokes, with error bars and a verdict.
 ///
@@ -46,6 +50,15 @@ impl PivotReconstruction {
     /// Shape and motion are statistically consistent with the log, unique and convex.
     pub fn is_certified(&self) -> bool {
         self.doubts.is_empty()
+    }
+
+    /// Whether another result of the same log has the object turn otherwise.
+    pub(super) fn turns_otherwise(&self, other: &Self) -> bool {
+        let both = self.motion.iter().zip(&other.motion).filter_map(|(a, b)| a.psi_rad.zip(b.psi_rad));
+        let apart: Vec<f64> = both.map(|(a, b)| a - b).collect();
+        let turn = mean_direction(apart.iter().copied());
+        let off = apart.iter().map(|apart| wrapped(apart - turn).powi(2)).sum::<f64>();
+        off > OTHERWISE_RAD * OTHERWISE_RAD * apart.len() as f64
     }
 }
 

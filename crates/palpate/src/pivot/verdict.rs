@@ -73,6 +73,11 @@ pub enum PivotDoubt {
         /// How often.
         leaps: usize,
     },
+    /// Some strokes begin at another angle than most, though the object hung free before each.
+    OtherStarts {
+        /// How many.
+        strokes: usize,
+    },
     /// The boundary is not known well enough.
     WideErrorBars {
         /// Standard deviation of r over the felt boundary, root mean square, metres.
@@ -119,6 +124,10 @@ impl fmt::Display for PivotDoubt {
             Self::Leaps { leaps } => {
                 write!(f, "the object leaps {leaps} times from one sample to the next, and nothing says how far")
             }
+            Self::OtherStarts { strokes } => write!(
+                f,
+                "{strokes} of the strokes begin with the object turned otherwise than most, though it hung free before each of them"
+            ),
             Self::WideErrorBars { r_sd_m } => {
                 write!(f, "the felt boundary is known to {:.3} mm only", 1e3 * r_sd_m)
             }
@@ -150,6 +159,7 @@ impl PivotDoubt {
             Self::NotConvex => "Check zero and scale of the pad; a hollow side is bridged and cannot be felt.",
             Self::LittleFelt { .. } => "Drag further, in both directions, or press harder so that the object rolls.",
             Self::Ambiguous { .. } => "Make strokes longer, so that they feel boundary in common.",
+            Self::OtherStarts { .. } => "Let the object swing to rest before it is set down, and its axis turn freely.",
             Self::WideErrorBars { .. } => "Make more strokes over the same boundary.",
             Self::UncertainMotion { .. } => "Hold the object at another place, further from the middle.",
             Self::RigOff { .. } => "Measure the rig again, or state what is known of it.",
@@ -174,6 +184,7 @@ pub(super) struct Findings {
     pub concave_sds: f64,
     pub alternatives: usize,
     pub leaps: usize,
+    pub other_starts: usize,
     pub rig_off_sds: f64,
     pub left_out: f64,
 }
@@ -201,6 +212,9 @@ impl Findings {
         }
         if self.leaps > 0 {
             doubts.push(PivotDoubt::Leaps { leaps: self.leaps });
+        }
+        if self.other_starts > 0 {
+            doubts.push(PivotDoubt::OtherStarts { strokes: self.other_starts });
         }
         if !(self.r_sd_m <= MOST_R_SD * self.size_m) {
             doubts.push(PivotDoubt::WideErrorBars { r_sd_m: self.r_sd_m });
@@ -238,6 +252,7 @@ mod tests {
         concave_sds: 0.0,
         alternatives: 1,
         leaps: 0,
+        other_starts: 0,
         rig_off_sds: 0.0,
         left_out: 0.0,
     };
@@ -249,7 +264,7 @@ mod tests {
         let chi2 =
             |dof: f64, noise_stated: bool, chi2_per_dof: f64| Findings { dof, noise_stated, chi2_per_dof, ..GOOD };
         let few = CHI2_SDS * 0.2_f64.sqrt();
-        let pairs: [(Findings, Findings); 13] = [
+        let pairs: [(Findings, Findings); 14] = [
             (chi2(900.0, true, 1.0 + 0.99 * CHI2_SDS * (2.0_f64 / 900.0).sqrt()), chi2(900.0, true, 1.3)),
             (chi2(1e6, true, 0.99 + CHI2_EXCESS_STATED), chi2(1e6, true, 1.01 + CHI2_EXCESS_STATED)),
             (chi2(1e6, false, 0.99 + CHI2_EXCESS_ESTIMATED), chi2(1e6, false, 1.01 + CHI2_EXCESS_ESTIMATED)),
@@ -281,6 +296,7 @@ mod tests {
             (Findings { left_out: 0.99 * MOST_LEFT_OUT, ..GOOD }, Findings { left_out: 1.01 * MOST_LEFT_OUT, ..GOOD }),
             (GOOD, Findings { alternatives: 2, ..GOOD }),
             (GOOD, Findings { leaps: 1, ..GOOD }),
+            (GOOD, Findings { other_starts: 1, ..GOOD }),
         ];
         for (within, beyond) in pairs {
             assert_eq!(within.doubts(), [], "{within:?}");
