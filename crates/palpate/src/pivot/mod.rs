@@ -10,9 +10,8 @@
 //! [`reconstruct_strokes`] finds the shape about P and the motion; the centre of mass is not in these equations
 //! ([`CenterOfMassEstimate`] says what adds it), and [`observability`](fn@observability) says what else is not.
 //!
-//! **Under construction**, and not in the reference for that reason. Of 95 random objects under five strokes (0.1 mm of noise of the pad, 0.02 mm of the arm),
-//! 93 came out right and 79 of these certified, one was certified *wrongly* (r 2.6 mm off), and one log takes 0.3 s: the certificate cannot be trusted yet.
-//! There is no reader, no command and no report.
+//! **Under construction**, and not in the reference for that reason: its certificate is not yet as good as that of palms (`docs/monte-carlo.md`, the
+//! pivoting grasp), and it has no report.
 //!
 //! ```
 //! use palpate::pivot::{PivotOptions, PivotSimulateOptions, Stroke, reconstruct_strokes, simulate_strokes};
