@@ -57,8 +57,6 @@ pub const MONTE_CARLO_FRICTION: Place = Place { file: "docs/monte-carlo.md", nam
 pub const MONTE_CARLO_FAST: Place = Place { file: "docs/monte-carlo.md", name: "monte-carlo-fast" };
 /// `cargo xtask monte-carlo-pivot`.
 pub const MONTE_CARLO_PIVOT: Place = Place { file: "docs/monte-carlo.md", name: "monte-carlo-pivot" };
-/// The same with rigs that nobody calibrated.
-pub const MONTE_CARLO_PIVOT_RIG: Place = Place { file: "docs/monte-carlo.md", name: "monte-carlo-pivot-rig" };
 /// `cargo xtask limits --jumps`.
 pub const LIMITS: Place = Place { file: "docs/constants.md", name: "limits" };
 /// `cargo xtask methods`.
