@@ -51,12 +51,10 @@ impl LogSource<'_> {
         map.is_some() || self.0.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(&MCAP[1..]))
     }
 
-    /// Whether it is a file that holds a log of strokes of a pivoting grasp, and none of palms.
-    pub fn is_strokes(self) -> Result<bool, ReadError> {
-        if self.is_standard_input() || self.is_mcap(None) {
-            return Ok(false);
-        }
-        Ok(palpate_io::is_strokes_log(&self.bytes()?))
+    /// Whether it is a file that holds a log of strokes of a pivoting grasp, and none of palms. What cannot be read is neither.
+    pub fn is_strokes(self) -> bool {
+        let is_file = !self.is_standard_input() && !self.is_mcap(None);
+        is_file && self.bytes().is_ok_and(|bytes| palpate_io::is_strokes_log(&bytes))
     }
 
     /// The folder for its result where none is given: its name with `.palpate` in place of `.csv`.

@@ -202,7 +202,7 @@ fn of_strokes(arguments: &Arguments, source: LogSource, out: &Path, terminal: &T
 
 /// The same for one log.
 fn one(arguments: &Arguments, source: LogSource, out: &Path, terminal: &Terminal) -> Result<Ending, Failure> {
-    if source.is_strokes()? {
+    if source.is_strokes() {
         return of_strokes(arguments, source, out, terminal);
     }
     let (file, rig) = source.read(arguments.rig.as_deref(), arguments.calibrated, arguments.map.as_deref())?;
