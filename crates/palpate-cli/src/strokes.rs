@@ -2,10 +2,9 @@
 
 use std::path::Path;
 
-use palpate::pivot::{PadPose, PivotReconstructError, PivotSimulateError};
 use palpate::pivot::{
-    PivotOptions, PivotRig, PivotSimulateOptions, PivotTruthError, Stroke, compare_strokes, reconstruct_strokes,
-    simulate_strokes,
+    PadPose, PivotOptions, PivotReconstructError, PivotRig, PivotSimulateError, PivotSimulateOptions, PivotTruthError,
+    Stroke, compare_strokes, reconstruct_strokes, simulate_strokes,
 };
 use palpate::sensor::Touchpad;
 use palpate::shape::SupportFunction;

@@ -46,7 +46,7 @@ pub use job::forces::{ActingForces, DrawnForces, ForcesJob};
 pub use job::log_job::LogJob;
 pub use job::object::{Object, ShapeName};
 pub use job::row::{Row, Status};
-pub use job::score::{ReconstructChoice, ScoreChoice};
+pub use job::score::{BAND_95_SDS, ReconstructChoice, ScoreChoice};
 pub use job::simulate_job::{MotionKind, NoLog, SimulateJob, Simulated};
 pub use job::touchpad::Touchpads;
 pub use job::varied::{Conditions, MotionConditions, MotionShape, NoiseShape, SensorConditions, VariedJob};

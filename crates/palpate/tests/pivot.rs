@@ -121,8 +121,7 @@ fn constants_of_an_uncalibrated_rig_are_found_with_the_shape() {
     // The height of the pad is not told: its tolerance stays.
     assert_eq!(sd.height_sd_m, PivotTolerances::UNCALIBRATED.height_sd_m);
     // Taken as exact, the same readings are refused, or miss the shape by more than the others.
-    let taken = PivotOptions::default().harmonics(Some(4));
-    let taken = reconstruct_strokes(&simulation.log, &taken).expect("it is solvable");
+    let taken = reconstruct_strokes(&simulation.log, &PivotOptions::default()).expect("it is solvable");
     assert!(!taken.is_certified());
 }
 

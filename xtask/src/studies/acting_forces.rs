@@ -6,7 +6,8 @@ use std::time::Instant;
 
 use anyhow::bail;
 use palpate_sweep::{
-    ActingForces, DrawnForces, ForcesJob, Job, Outcome, ReconstructChoice, Row, ScoreChoice, Source, Status, Sweep,
+    ActingForces, BAND_95_SDS, DrawnForces, ForcesJob, Job, Outcome, ReconstructChoice, Row, ScoreChoice, Source,
+    Status, Sweep,
 };
 
 use crate::studies::monte_carlo::quantile;
@@ -14,9 +15,6 @@ use crate::studies::monte_carlo::quantile;
 /// A form is right within this share of the mean radius (RMS error after the best translation), a motion within so many radians.
 const RIGHT_FORM: f64 = 0.003;
 const RIGHT_PSI_RAD: f64 = 1.5 * std::f64::consts::PI / 180.0;
-
-/// Standard deviations on either side that hold 95 %.
-const BAND_95_SDS: f64 = 1.959_964;
 
 /// A coefficient of friction is wrong beyond so many of its own standard deviations, where it is off by more than harms nobody.
 const WRONG_SDS: f64 = 5.0;

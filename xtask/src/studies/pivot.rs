@@ -15,7 +15,7 @@ use palpate::pivot::{
 };
 use palpate::sensor::Touchpad;
 use palpate::shape::SupportFunction;
-use palpate_sweep::Object;
+use palpate_sweep::{BAND_95_SDS, Object};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
@@ -61,8 +61,6 @@ const RIGHT_R: f64 = 0.005;
 const RIGHT_PSI_RAD: f64 = 2.0 * std::f64::consts::PI / 180.0;
 /// Wrong is beyond so many error bars as well.
 const WRONG_SDS: f64 = 5.0;
-/// Standard deviations on either side that hold 95 %.
-const BAND_95_SDS: f64 = 1.959_964;
 
 /// A trial that gave a log.
 struct Trial {
@@ -194,10 +192,7 @@ impl Trial {
 
     fn is_wrong(&self) -> bool {
         let beyond = self.found.as_ref().is_ok_and(|(found, errors)| {
-            let felt: Vec<f64> =
-                found.outline.iter().filter(|point| point.touches > 0).map(|point| point.r_sd_m).collect();
-            let poses: Vec<f64> = found.motion.iter().filter_map(|pose| pose.psi_sd_rad).collect();
-            errors.rms_r_m > WRONG_SDS * rms(&felt) || errors.rms_psi_rad > WRONG_SDS * rms(&poses)
+            errors.rms_r_m > WRONG_SDS * found.r_sd_m() || errors.rms_psi_rad > WRONG_SDS * found.psi_sd_rad()
         });
         self.is_certified() && !self.is_right() && beyond
     }
@@ -223,10 +218,6 @@ impl Trial {
             self.seconds,
         );
     }
-}
-
-fn rms(values: &[f64]) -> f64 {
-    (values.iter().map(|value| value * value).sum::<f64>() / values.len().max(1) as f64).sqrt()
 }
 
 /// Runs the study, prints its table, and writes it where that is asked for.

@@ -103,8 +103,6 @@ pub struct StrokesTruth {
 impl StrokesSummary {
     /// Of a result, and its errors where the truth is known.
     pub fn new(found: &PivotReconstruction, truth: Option<&PivotTruthError>) -> Self {
-        let felt: Vec<f64> = found.outline.iter().filter(|point| point.touches > 0).map(|point| point.r_sd_m).collect();
-        let mean_square = felt.iter().map(|sd| sd * sd).sum::<f64>() / felt.len().max(1) as f64;
         let reason = |doubt: &PivotDoubt| StrokesReason {
             doubt: *doubt,
             message: doubt.to_string(),
@@ -119,7 +117,7 @@ impl StrokesSummary {
             segments: found.segments,
             coverage: found.coverage,
             mean_radius_m: found.shape.mean_radius_m(),
-            r_sd_m: (!felt.is_empty()).then(|| mean_square.sqrt()),
+            r_sd_m: (found.coverage > 0.0).then(|| found.r_sd_m()),
             harmonics_m: found.shape.harmonics_m().to_vec(),
             chi2_per_dof: found.chi2_per_dof,
             sensor_sd_m: found.sensor_sd_m,

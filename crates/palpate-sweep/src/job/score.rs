@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 use crate::job::row::{Claimed, HARMLESS_LENGTH, HARMLESS_RAD, Row, Status};
 
 /// Standard deviations on either side of a value that hold 95 % of a Gaussian.
-const BAND_95_SDS: f64 = 1.959_964;
+pub const BAND_95_SDS: f64 = 1.959_964;
 
 /// What a plan may choose of the [`ReconstructOptions`].
 ///

@@ -240,6 +240,46 @@ mod tests {
         assert_eq!((prior().unexplained_leaps(&leapt).count(), lifted.unexplained_leaps(&leapt).count()), (1, 0));
     }
 
+    /// A segment that rolls steadily, by both closed forms.
+    fn steady(samples: usize) -> (MotionPrior, Vec<f64>) {
+        let theta: Vec<f64> = (0..samples).map(|index| 0.02 * index as f64).collect();
+        let prior = MotionPrior {
+            ranges: std::iter::once(0..samples).collect(),
+            begins_at_rest: vec![true],
+            relative_rad: [theta.clone(), theta.clone()],
+            tips_over: vec![false; samples],
+            lifted: vec![false; samples],
+        };
+        (prior, theta)
+    }
+
+    #[test]
+    fn single_angles_scatter_and_do_not_leap() {
+        let off = |samples: usize| {
+            let (prior, mut theta) = steady(40);
+            theta[20..20 + samples].iter_mut().for_each(|theta| *theta += 0.5);
+            prior.leaps(&theta).count()
+        };
+        // The median of the four on either side does not see one of them, and is one of them when all four are.
+        assert_eq!((off(1), off(SCATTER_REACH / 2 - 1), off(SCATTER_REACH)), (0, 0, 2));
+    }
+
+    #[test]
+    fn what_lies_between_two_leaps_follows_its_neighbours_where_that_costs_less_than_they_do() {
+        let bridged = |samples: usize, nats: f64| {
+            let (prior, straight) = steady(60);
+            let mut theta = straight.clone();
+            theta[20..20 + samples].iter_mut().for_each(|theta| *theta += 0.5);
+            let on_line = |index: usize, angle: f64| (angle - straight[index]).abs() < 0.1;
+            let cost = |index, angle| (if on_line(index, angle) { nats } else { 0.0 }, angle);
+            let found = prior.bridged(&theta, &cost);
+            found.map(|found| found.iter().zip(&straight).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max))
+        };
+        assert!(bridged(5, 0.99 * 2.0 * LEAP_NATS / 5.0).is_some_and(|off| off < 1e-12));
+        assert_eq!(bridged(5, 1.01 * 2.0 * LEAP_NATS / 5.0), None);
+        assert!(bridged(LONGEST_BRIDGE, 0.0).is_some() && bridged(LONGEST_BRIDGE + 1, 0.0).is_none());
+    }
+
     #[test]
     fn a_pivot_that_goes_up_more_than_along_is_lifted() {
         let reading = |along_m: f64, above_m: f64| Reading { along_m, above_m, s_m: 0.0 };

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use crate::estimate::coverage::{LONGEST_SLIDE, NODES, touches};
 use crate::math::angle::wrapped;
-use crate::math::statistics::{median, typical_sd};
+use crate::math::statistics::{median, root_mean_square, typical_sd};
 use crate::pivot::calibration::{Reading, TOLD};
 use crate::pivot::center_of_mass::{self, FirstContact};
 use crate::pivot::closed_form::Stretch;
@@ -463,9 +463,8 @@ impl<'a> Prepared<'a> {
             })
             .collect();
         let motion = self.motion(problem, fit, &bars, turn_rad, tilt_rad);
-        let rms = |squares: f64, count: usize| (squares / count.max(1) as f64).sqrt();
-        let theta_sd_rad = rms(bars.theta_sd_rad.iter().map(|sd| sd * sd).sum(), bars.theta_sd_rad.len());
-        let r_sd_m = rms(felt.iter().map(|&node| outline[node].r_sd_m.powi(2)).sum(), felt.len());
+        let theta_sd_rad = root_mean_square(&bars.theta_sd_rad);
+        let r_sd_m = root_mean_square(&felt.iter().map(|&node| outline[node].r_sd_m).collect::<Vec<f64>>());
         let (chi2_per_dof, dof) = self.chi2_per_dof(fit);
         let coverage = felt.len() as f64 / NODES as f64;
         let concave_sds = felt_before

@@ -1,6 +1,9 @@
 //! The result of a reconstruction from strokes: plain data, shared by files, the report and Python.
 
-use crate::math::angle::{mean_direction, wrapped};
+use std::f64::consts::TAU;
+
+use crate::compare::mean_angle;
+use crate::math::statistics::root_mean_square;
 use crate::pivot::calibration::{PivotCalibration, PivotTolerances};
 use crate::pivot::verdict::PivotDoubt;
 use crate::reconstruct::OutlinePoint;
@@ -52,13 +55,22 @@ impl PivotReconstruction {
         self.doubts.is_empty()
     }
 
+    /// Standard deviation of the felt boundary, root mean square, metres; 0 where nothing was felt.
+    pub fn r_sd_m(&self) -> f64 {
+        let felt = self.outline.iter().filter(|point| point.touches > 0);
+        root_mean_square(&felt.map(|point| point.r_sd_m).collect::<Vec<f64>>())
+    }
+
+    /// Standard deviation of ψ over the samples that were placed, root mean square, radians.
+    pub fn psi_sd_rad(&self) -> f64 {
+        root_mean_square(&self.motion.iter().filter_map(|pose| pose.psi_sd_rad).collect::<Vec<f64>>())
+    }
+
     /// Whether another result of the same log has the object turn otherwise.
     pub(super) fn turns_otherwise(&self, other: &Self) -> bool {
         let both = self.motion.iter().zip(&other.motion).filter_map(|(a, b)| a.psi_rad.zip(b.psi_rad));
-        let apart: Vec<f64> = both.map(|(a, b)| a - b).collect();
-        let turn = mean_direction(apart.iter().copied());
-        let off = apart.iter().map(|apart| wrapped(apart - turn).powi(2)).sum::<f64>();
-        off > OTHERWISE_RAD * OTHERWISE_RAD * apart.len() as f64
+        let (_, off_rad) = mean_angle(&both.map(|(a, b)| a - b).collect::<Vec<f64>>(), TAU);
+        off_rad > OTHERWISE_RAD
     }
 }
 
@@ -97,4 +109,65 @@ pub struct CenterOfMassEstimate {
     /// Distance from the pivot, metres, from the period of swinging and the radius of gyration of an even mass; `None` where the log has no
     /// period, or it fits no such object.
     pub distance_m: Option<f64>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn turning(psi_rad: impl Fn(usize) -> f64) -> PivotReconstruction {
+        let pose = |index: usize| PivotPose {
+            time_s: 0.1 * index as f64,
+            pivot_x_m: 0.0,
+            pivot_y_m: 0.03,
+            theta_rad: None,
+            psi_rad: (index > 0).then(|| psi_rad(index)),
+            psi_sd_rad: (index > 0).then_some(0.02),
+            segment: None,
+            height_residual_m: None,
+            offset_residual_m: None,
+        };
+        let point = |touches: u32| OutlinePoint {
+            theta_rad: 0.0,
+            r_m: 0.03,
+            r_sd_m: if touches > 0 { 3e-5 } else { 1.0 },
+            x_m: 0.03,
+            y_m: 0.0,
+            curvature_radius_m: 0.03,
+            touches,
+        };
+        PivotReconstruction {
+            shape: SupportFunction::new(0.03, vec![]),
+            outline: vec![point(2), point(0)],
+            motion: (0..101).map(pose).collect(),
+            doubts: Vec::new(),
+            chi2_per_dof: 1.0,
+            coverage: 0.5,
+            alternatives: 1,
+            others: Vec::new(),
+            segments: 1,
+            sensor_sd_m: 1e-4,
+            arm_sd_m: 2e-5,
+            calibration: PivotCalibration::default(),
+            calibration_sd: PivotTolerances::default(),
+            center_of_mass: None,
+        }
+    }
+
+    #[test]
+    fn motions_that_differ_by_a_constant_are_the_same_and_others_are_not() {
+        let one = turning(|index| 0.03 * index as f64);
+        assert!(!one.turns_otherwise(&turning(|index| 2.0 + 0.03 * index as f64)));
+        // Half of the samples to either side of the mean.
+        let apart = |by: f64| turning(move |index| 0.03 * index as f64 + if index % 2 == 0 { by } else { -by });
+        assert!(
+            !one.turns_otherwise(&apart(0.99 * OTHERWISE_RAD)) && one.turns_otherwise(&apart(1.01 * OTHERWISE_RAD))
+        );
+    }
+
+    #[test]
+    fn error_bars_are_of_what_was_felt_and_placed() {
+        let one = turning(|_| 0.0);
+        assert!((one.r_sd_m() - 3e-5).abs() < 1e-18 && (one.psi_sd_rad() - 0.02).abs() < 1e-15);
+    }
 }

@@ -11,7 +11,7 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use crate::estimate::model::contact::support;
 use crate::estimate::model::layout::{Layout, coefficients_to_order};
 use crate::math::banded::BandedCholesky;
-use crate::pivot::calibration::{PivotCalibration, Reading, TOLD};
+use crate::pivot::calibration::{Measured, PivotCalibration, Reading, TOLD};
 use crate::pivot::motion_between::MotionBetween;
 use crate::shape::ContactSupport;
 
@@ -223,9 +223,7 @@ impl Problem<'_> {
         let mut products = DMatrix::zeros(unknowns, if self.between.is_some() { samples } else { 0 });
         for (index, (reading, theta)) in self.readings.iter().zip(&state.theta_rad).enumerate() {
             let measured = reading.measured(&errors);
-            let ContactSupport { r, d, v } = support(&state.coefficients, *theta);
-            let residual = [(r - measured.r_m) / self.noise.r_m, (d - measured.d_m) / self.noise.d_m];
-            let slope = [-d / self.noise.r_m, (r - v) / self.noise.d_m];
+            let (residual, slope) = self.missed(&state.coefficients, &measured, *theta);
             let across = across(slope);
             let turn = theta.sin_cos();
             let by_constants = |[r_share, d_share]: [f64; 2], constant: usize| {
@@ -276,6 +274,13 @@ impl Problem<'_> {
             (factor, products)
         });
         Linear { residuals, slopes, scales, constants, rows: columns.transpose(), left, information, gradient, joined }
+    }
+
+    /// Residuals of r and d over their noise where the contact is at θ, and their derivatives by it.
+    fn missed(&self, coefficients: &[f64], measured: &Measured, theta_rad: f64) -> ([f64; 2], [f64; 2]) {
+        let ContactSupport { r, d, v } = support(coefficients, theta_rad);
+        let Noise { r_m, d_m } = self.noise;
+        ([(r - measured.r_m) / r_m, (d - measured.d_m) / d_m], [-d / r_m, (r - v) / d_m])
     }
 
     /// Information on the angles that depend on each other, and the gradient by them.
@@ -355,10 +360,9 @@ impl Problem<'_> {
         let mut theta = theta_rad;
         let mut square = 0.0;
         for _ in 0..SETTLING_STEPS {
-            let ContactSupport { r, d, v } = support(&state.coefficients, theta);
-            let residual = [(r - measured.r_m) / self.noise.r_m, (d - measured.d_m) / self.noise.d_m];
+            let (residual, slope) = self.missed(&state.coefficients, &measured, theta);
             square = residual[0] * residual[0] + residual[1] * residual[1];
-            theta += turn(residual, [-d / self.noise.r_m, (r - v) / self.noise.d_m]);
+            theta += turn(residual, slope);
         }
         (0.5 * square, theta)
     }
@@ -370,12 +374,7 @@ impl Problem<'_> {
             .readings
             .iter()
             .zip(&state.theta_rad)
-            .map(|(reading, theta)| {
-                let measured = reading.measured(&errors);
-                let ContactSupport { r, d, v } = support(&state.coefficients, *theta);
-                let residual = [(r - measured.r_m) / self.noise.r_m, (d - measured.d_m) / self.noise.d_m];
-                (residual, [-d / self.noise.r_m, (r - v) / self.noise.d_m])
-            })
+            .map(|(reading, theta)| self.missed(&state.coefficients, &reading.measured(&errors), *theta))
             .unzip();
         match self.joined(state, &residuals, &slopes) {
             Some((factor, mut steps)) => {
@@ -468,45 +467,8 @@ mod tests {
         }
     }
 
-    #[test]
-    fn rows_and_gradient_are_those_of_finite_differences() {
-        let (readings, state) = example();
-        let problem = problem(&readings);
-        // Off the optimum, every θ at its best.
-        let off = |unknown: usize, by: f64| {
-            let mut moved = state.clone();
-            moved.coefficients[2] += 2e-4;
-            moved.coefficients[4] -= 1e-4;
-            moved.told = [1e-4, 2e-3, 1e-3];
-            let coefficients = moved.coefficients.len();
-            if unknown < coefficients {
-                moved.coefficients[unknown] += by;
-            } else {
-                moved.told[unknown - coefficients] += by;
-            }
-            for _ in 0..100 {
-                problem.settle(&mut moved);
-            }
-            moved
-        };
-        let at = off(0, 0.0);
-        let linear = problem.linearised(&at);
-        for unknown in 0..problem.unknowns() {
-            let step = if unknown < 7 { 1e-8 } else { 1e-6 };
-            let slope = (problem.cost(&off(unknown, step)) - problem.cost(&off(unknown, -step))) / (2.0 * step);
-            let exact = linear.gradient[unknown];
-            assert!((slope - exact).abs() < 1e-4 * exact.abs().max(1e3), "{unknown}: {slope} {exact}");
-        }
-    }
-
-    #[test]
-    fn angles_that_depend_on_each_other_are_eliminated_as_well() {
-        let (readings, state) = example();
-        let samples = readings.len();
-        let numbers: Vec<usize> = (0..samples).collect();
-        let whole = 0..samples;
-        let between = MotionBetween::new(std::slice::from_ref(&whole), &numbers, &vec![false; samples]);
-        let problem = Problem { between: Some((&between, 0.01)), ..problem(&readings) };
+    /// The gradient is that of finite differences off the optimum, every θ at its best.
+    fn assert_gradient(problem: &Problem, state: &State) {
         let off = |unknown: usize, by: f64| {
             let mut moved = state.clone();
             moved.coefficients[2] += 2e-4;
@@ -530,6 +492,23 @@ mod tests {
             let exact = linear.gradient[unknown];
             assert!((slope - exact).abs() < 1e-4 * exact.abs().max(1e3), "{unknown}: {slope} {exact}");
         }
+    }
+
+    #[test]
+    fn rows_and_gradient_are_those_of_finite_differences() {
+        let (readings, state) = example();
+        assert_gradient(&problem(&readings), &state);
+    }
+
+    #[test]
+    fn angles_that_depend_on_each_other_are_eliminated_as_well() {
+        let (readings, state) = example();
+        let samples = readings.len();
+        let numbers: Vec<usize> = (0..samples).collect();
+        let whole = 0..samples;
+        let between = MotionBetween::new(std::slice::from_ref(&whole), &numbers, &vec![false; samples]);
+        let problem = Problem { between: Some((&between, 0.01)), ..problem(&readings) };
+        assert_gradient(&problem, &state);
         // With nothing believed, the angles are known as well as their own readings tell, and no better.
         let loose = Problem { between: Some((&between, 1e3)), ..problem.clone() }.linearised(&state);
         let alone = Problem { between: None, ..problem }.linearised(&state);
