@@ -324,7 +324,7 @@ fn an_impossible_simulation_is_refused() {
     let with = |options: &[&str]| misuse(|_| {}, &[&["simulate", "-o", "out.csv"], options].concat());
     assert_eq!(
         with(&["--shape", "banana"]),
-        "error: invalid value 'banana' for '--shape <NAME|FILE>': no shape is named \"banana\"; known are circle, disc, ellipse, egg, triangle, square, pebble, stone, random:SEED, rectangle:LENGTHxWIDTH[xCORNER], stadium:LENGTHxWIDTH, or a file .csv or .svg"
+        "error: invalid value 'banana' for '--shape <NAME|FILE>': no shape is named \"banana\"; known are circle, disc, ellipse, egg, triangle, square, pebble, stone, random:SEED, rectangle:LENGTHxWIDTH[xCORNER], stadium:LENGTHxWIDTH (sizes in millimetres), or a file .csv or .svg"
     );
     assert_eq!(with(&["--shape", "soap.svg"]), "error: soap.svg: no such file; check the path");
     assert_eq!(

@@ -13,7 +13,6 @@ use std::path::Path;
 use std::process::Command;
 
 use anyhow::Context;
-use sha2::{Digest, Sha256};
 
 use crate::workspace;
 
@@ -99,7 +98,7 @@ fn write_checksums(out: &Path) -> anyhow::Result<()> {
     files.sort();
     let mut text = String::new();
     for file in files {
-        let sum = Sha256::digest(fs::read(&file).with_context(|| file.display().to_string())?);
+        let sum = hmac_sha256::Hash::hash(&fs::read(&file).with_context(|| file.display().to_string())?);
         let sum = sum.iter().fold(String::new(), |sum, byte| sum + &format!("{byte:02x}"));
         writeln!(text, "{sum}  {}", file.file_name().unwrap_or_default().display())?;
     }

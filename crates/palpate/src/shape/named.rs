@@ -52,7 +52,7 @@ pub enum NamedShape {
 
 /// The name is not the name of a shape.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
-#[error("no shape is named \"{name}\"; known are {}", NamedShape::NAMES.join(", "))]
+#[error("no shape is named \"{name}\"; known are {} (sizes in millimetres)", NamedShape::NAMES.join(", "))]
 pub struct UnknownShape {
     /// What was asked for.
     pub name: String,
