@@ -187,8 +187,10 @@ fn of_strokes(arguments: &Arguments, source: LogSource, out: &Path, terminal: &T
             "{log} is a log of a pivoting grasp, for which there is no {option}; leave it out"
         )));
     }
+    let title = source.file_name();
     let asked = strokes::Reconstruct {
         log: source.0,
+        title: &title,
         out,
         rig: arguments.rig.as_deref(),
         exact: arguments.calibrated,
@@ -456,7 +458,7 @@ fn errors(reconstruction: &Reconstruction, truth: &Truth, terminal: &Terminal) -
 }
 
 /// What was typed, with the program's plain name.
-fn command_line() -> String {
+pub(crate) fn command_line() -> String {
     let quoted = |argument: std::ffi::OsString| {
         let text = argument.to_string_lossy().into_owned();
         let plain = |c: char| c.is_alphanumeric() || "-_./=,:+".contains(c);

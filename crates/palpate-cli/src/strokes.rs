@@ -1,15 +1,18 @@
 //! The second rig of the paper, a pivoting grasp: `palpate reconstruct` on a log of its strokes, and `palpate simulate --rig pivot`.
 
 use std::path::Path;
+use std::time::Instant;
 
 use palpate::pivot::{
-    PadPose, PivotOptions, PivotReconstructError, PivotRig, PivotSimulateError, PivotSimulateOptions, PivotTruthError,
-    Stroke, compare_strokes, reconstruct_strokes, simulate_strokes,
+    PadPose, PivotOptions, PivotReconstructError, PivotRig, PivotSimulateError, PivotSimulateOptions, Stroke,
+    compare_strokes, reconstruct_strokes, simulate_strokes,
 };
 use palpate::sensor::Touchpad;
 use palpate::shape::SupportFunction;
 use palpate_io::StrokesSummary;
+use palpate_report::{StrokesInput, StrokesTruthOverlay, strokes_page};
 
+use crate::reconstruct::command_line;
 use crate::terminal::{Ending, Failure, Terminal, print};
 
 /// Noise of the arm that is simulated, a fifth of that of the pad.
@@ -32,6 +35,8 @@ const PAD_LENGTH: f64 = 20.0;
 /// What is asked of a reconstruction.
 pub struct Reconstruct<'a> {
     pub log: &'a Path,
+    /// Heading of the report.
+    pub title: &'a str,
     pub out: &'a Path,
     pub rig: Option<&'a Path>,
     /// Readings are taken as they are.
@@ -54,15 +59,29 @@ impl Reconstruct<'_> {
         let rig = PivotRig { reading_sd_m: self.sensor_sd_m.or(rig.reading_sd_m), ..rig };
         let truth = self.truth.map(palpate_io::read_truth).transpose()?;
         palpate_io::check_strokes_target(self.out)?;
+        let started = Instant::now();
         let found = reconstruct_strokes(&file.log, &PivotOptions::new(rig).harmonics(self.harmonics))?;
-        let errors: Option<PivotTruthError> = match &truth {
+        let seconds = started.elapsed().as_secs_f64();
+        let truth = match &truth {
             Some(truth) => {
-                Some(compare_strokes(&found, truth).map_err(|error| Failure::Input(format!("the truth: {error}")))?)
+                let errors =
+                    compare_strokes(&found, truth).map_err(|error| Failure::Input(format!("the truth: {error}")))?;
+                Some(StrokesTruthOverlay { truth, errors })
             }
             None => None,
         };
-        let summary = StrokesSummary::new(&found, errors.as_ref());
-        palpate_io::write_strokes_result(self.out, &found, &summary)?;
+        let summary = StrokesSummary::new(&found, truth.map(|truth| truth.errors).as_ref());
+        let report = strokes_page(&StrokesInput {
+            title: self.title,
+            log: &file.log,
+            rig: &rig,
+            reconstruction: &found,
+            truth,
+            seconds,
+            command: Some(&command_line()),
+            version: env!("CARGO_PKG_VERSION"),
+        });
+        palpate_io::write_strokes_result(self.out, &found, &summary, &report)?;
         if self.json {
             let json = summary.to_json().map_err(|error| Failure::Other(format!("summary.json: {error}")))?;
             print(json.trim_end())?;
@@ -122,7 +141,7 @@ fn told(summary: &StrokesSummary, out: &Path) -> String {
             truth.rms_psi_rad.to_degrees()
         ));
     }
-    lines.push(format!("  files   {0}/shape.csv, {0}/motion.csv, {0}/summary.json", out.display()));
+    lines.push(format!("  report  {}", out.join("report.html").display()));
     lines.join("\n")
 }
 

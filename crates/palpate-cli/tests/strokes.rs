@@ -18,7 +18,7 @@ fn strokes_are_simulated_and_certified() {
     assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
     assert!(ran.stdout.starts_with("CERTIFIED"), "{}", ran.stdout);
     let found = dir.path().join("found");
-    assert_eq!(names(&found), ["motion.csv", "shape.csv", "summary.json"]);
+    assert_eq!(names(&found), ["motion.csv", "report.html", "shape.csv", "summary.json"]);
     let summary: Value =
         serde_json::from_slice(&fs::read(found.join("summary.json")).expect("a summary")).expect("JSON");
     assert_eq!((&summary["rig"], &summary["certified"]), (&"pivot".into(), &true.into()));

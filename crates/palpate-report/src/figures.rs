@@ -58,26 +58,62 @@ fn above_rounding(metres: f64) -> f64 {
     if metres.abs() < 1e-9 { 0.0 } else { metres }
 }
 
-fn length_text(metres: f64) -> String {
+pub(crate) fn length_text(metres: f64) -> String {
     let (value, unit) = length(metres);
     format!("{value} {unit}")
 }
 
-const CROSS: &str = "M5 5l10 10M15 5L5 15";
+/// What the badge shows: a tick, a line, a cross.
+pub(crate) const TICK: &str = "M4 10.5l4 4 8-9";
+const LINE: &str = "M4 10h12";
+pub(crate) const CROSS: &str = "M5 5l10 10M15 5L5 15";
+
+/// A badge of a class (`good`, `partial`, `bad`) with what stands beside it.
+pub(crate) fn badge(class: &str, icon: &str, badge: &str, beside: &str) -> String {
+    format!(
+        "<div class=\"verdict {class}\"><span class=\"badge\"><svg viewBox=\"0 0 20 20\" aria-hidden=\"true\">\
+         <path d=\"{icon}\"/></svg>{badge}</span><div>{beside}</div></div>"
+    )
+}
+
+/// Reasons, each with what to do about it and where that is explained; nothing where there are none.
+pub(crate) fn reasons(reasons: impl Iterator<Item = (String, String, String)>) -> String {
+    let item = |(what, next, docs): (String, String, String)| {
+        let docs = if docs.is_empty() { docs } else { format!(" <code>{docs}</code>") };
+        let next = if next.is_empty() { next } else { format!("<br>{}{docs}", escape(&next)) };
+        format!("<li>{}{next}</li>", escape(&what))
+    };
+    let items: String = reasons.map(item).collect();
+    if items.is_empty() {
+        items
+    } else {
+        format!("<div class=\"reason\"><b>Why, and what to do:</b><ul>{items}</ul></div>")
+    }
+}
+
+/// One of the key figures: label, number with its unit, and what it means.
+pub(crate) fn key_figure(label: &str, value: &str, unit: &str, tip: &str) -> String {
+    let missing = value.ends_with('–');
+    let value = if missing { "–" } else { value };
+    let unit = if missing || unit.is_empty() { String::new() } else { format!(" <small>{unit}</small>") };
+    format!(
+        "<div class=\"figure\" tabindex=\"0\"><dt>{label}</dt><dd>{value}{unit}</dd><dd class=\"tip\">{tip}</dd></div>"
+    )
+}
 
 /// The badge and the sentence beside it.
 pub(crate) fn verdict(result: &Reconstruction) -> String {
-    let (class, icon, badge, sentence) = match (result.is_certified(), result.is_com_certified()) {
+    let (class, icon, heading, sentence) = match (result.is_certified(), result.is_com_certified()) {
         (true, true) => (
             "good",
-            "M4 10.5l4 4 8-9",
+            TICK,
             "Certified",
             "The fit agrees with the sensor noise, no other arrangement fits as well, the shape is convex, and force balance \
              holds: shape, motion and centre of mass can be relied on within their error bars.",
         ),
         (true, false) => (
             "partial",
-            "M4 10h12",
+            LINE,
             "Shape and motion certified, centre of mass not",
             "Shape and motion are certified within their error bars. The centre of mass is an estimate without a certificate.",
         ),
@@ -89,18 +125,9 @@ pub(crate) fn verdict(result: &Reconstruction) -> String {
         ),
         (false, _) => ("bad", CROSS, "Not certified", "This is the best fit found. Do not rely on it."),
     };
-    let item = |doubt: &Doubt| {
-        let (what, next, docs) = (escape(&doubt.to_string()), escape(&doubt.next_step()), doubt.docs());
-        let next = if next.is_empty() { next } else { format!("<br>{next} <code>{docs}</code>") };
-        format!("<li>{what}{next}</li>")
-    };
-    let items: String = result.verdict.doubts.iter().map(item).collect();
+    let doubts = result.verdict.doubts.iter();
+    let reason = reasons(doubts.map(|doubt: &Doubt| (doubt.to_string(), doubt.next_step(), doubt.docs())));
     let quiet = quiet(result);
-    let reason = if items.is_empty() {
-        String::new()
-    } else {
-        format!("<div class=\"reason\"><b>Why, and what to do:</b><ul>{items}</ul></div>")
-    };
     let symmetry = result.symmetry.symmetry.is_any().then(|| {
         format!(
             "<p class=\"reason\"><b>Symmetry:</b> the object is {}. Unfelt copies of felt boundary follow from that.</p>",
@@ -108,10 +135,7 @@ pub(crate) fn verdict(result: &Reconstruction) -> String {
         )
     });
     let symmetry = symmetry.unwrap_or_default();
-    format!(
-        "<div class=\"verdict {class}\"><span class=\"badge\"><svg viewBox=\"0 0 20 20\" aria-hidden=\"true\">\
-         <path d=\"{icon}\"/></svg>{badge}</span><div><p>{sentence}</p>{reason}{symmetry}{quiet}</div></div>"
-    )
+    badge(class, icon, heading, &format!("<p>{sentence}</p>{reason}{symmetry}{quiet}"))
 }
 
 /// With a χ² per degree of freedom below this, noise was expected that is not there.
@@ -267,12 +291,7 @@ fn key_figures_of(input: &ReportInput, result: &Reconstruction) -> String {
     let centroid = result.shape.centroid();
     let mut strip = String::new();
     let mut add = |label: &str, (value, unit): (String, &str), tip: &str| {
-        let missing = value.ends_with('–');
-        let value = if missing { "–" } else { value.as_str() };
-        let unit = if missing || unit.is_empty() { String::new() } else { format!(" <small>{unit}</small>") };
-        strip.push_str(&format!(
-            "<div class=\"figure\" tabindex=\"0\"><dt>{label}</dt><dd>{value}{unit}</dd><dd class=\"tip\">{tip}</dd></div>"
-        ));
+        strip.push_str(&key_figure(label, &value, unit, tip));
     };
     add(
         "Mean radius",
@@ -372,7 +391,8 @@ pub(crate) fn truth_errors(truth: Option<&TruthOverlay>) -> String {
             format!("<div class=\"figure\"><dt>{what}</dt><dd>{value}</dd><dd class=\"how\">{how}</dd></div>")
         })
         .collect();
-    include_str!("../assets/errors.html").replace("{{of}}", &belongs_to(0)).replace("{{rows}}", &rows)
+    let card = include_str!("../assets/errors.html").replace("{{of}}", &belongs_to(0));
+    card.replace("{{origin}}", "centre of mass").replace("{{rows}}", &rows)
 }
 
 /// A note where the plots do not show every sample.

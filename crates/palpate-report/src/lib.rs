@@ -48,15 +48,21 @@ mod overlay;
 pub mod paper;
 mod rig;
 mod still;
+mod strokes;
 
 #[cfg(feature = "png")]
 pub use animation::{AnimationError, animation};
 pub use data::MAX_SAMPLES_SHOWN;
 pub use input::{ReportInput, TruthOverlay};
+pub use strokes::{StrokesInput, StrokesTruthOverlay, strokes_page};
 
 /// What runs in the page; the last of them starts it.
-const SCRIPT: &str =
-    concat!(include_str!("../assets/gif.js"), include_str!("../assets/export.js"), include_str!("../assets/report.js"));
+const SCRIPT: &str = concat!(
+    include_str!("../assets/theme.js"),
+    include_str!("../assets/gif.js"),
+    include_str!("../assets/export.js"),
+    include_str!("../assets/report.js")
+);
 
 /// The whole page as one HTML document.
 pub fn page(input: &ReportInput) -> String {

@@ -14,13 +14,13 @@ pub(crate) fn wrapped(angle_rad: f64) -> f64 {
 
 /// δ = ψ_true − ψ: the most common difference, so that a misplaced piece does not spoil the picture of the others.
 pub(crate) fn rotation_rad(result: &Reconstruction, truth: &Truth) -> Option<f64> {
-    let differences: Vec<f64> = result
-        .motion
-        .iter()
-        .zip(&truth.motion)
-        .map(|(pose, true_pose)| true_pose.psi_rad - pose.psi_rad)
-        .filter(|difference| difference.is_finite())
-        .collect();
+    let poses = result.motion.iter().zip(&truth.motion);
+    most_common(poses.map(|(pose, true_pose)| true_pose.psi_rad - pose.psi_rad))
+}
+
+/// The most common of some angles.
+pub(crate) fn most_common(differences: impl Iterator<Item = f64>) -> Option<f64> {
+    let differences: Vec<f64> = differences.filter(|difference| difference.is_finite()).collect();
     const BINS: usize = 180;
     let mut counts = [0_usize; BINS];
     let width = TAU / BINS as f64;

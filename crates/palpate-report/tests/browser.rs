@@ -8,6 +8,8 @@
 
 mod devtools;
 mod fixture;
+#[path = "fixture/strokes.rs"]
+mod strokes;
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -409,7 +411,7 @@ fn nothing_on_the_page_is_out_of_reach() {
         return;
     };
     let axe = std::fs::read_to_string(axe).expect("axe-core");
-    for html in [egg_page(), full_page()] {
+    for html in [egg_page(), full_page(), strokes::strokes().page()] {
         in_browser(&html, |browser, page| {
             for (width, scheme) in [(1400, "light"), (1400, "dark"), (390, "light"), (390, "dark")] {
                 browser.window(width, 900, scheme);
@@ -590,6 +592,38 @@ fn the_rig_is_drawn_at_every_width() {
                  return p.width > (innerWidth < 700 ? 0.8 * row.offsetWidth : 140) && p.left >= card.left && s.right <= card.right && apart(p, n) && apart(p, s) && apart(n, s); })";
             assert_eq!(browser.evaluate(placed), json!(true), "the table is crammed in a window of {width} px");
             picture(browser, &format!("rig-{width}-{scheme}.png"));
+        }
+    });
+}
+
+#[test]
+fn the_page_of_strokes_plays_and_fits_every_screen() {
+    in_browser(&strokes::strokes().page(), |browser, page| {
+        let at_rest = transform(browser);
+        browser.evaluate("document.getElementById('speed').value = '0.25'");
+        browser.click("#play");
+        moved(browser, &at_rest, "play did not move the object");
+        browser.click("#play");
+        let paused = transform(browser);
+        std::thread::sleep(Duration::from_millis(300));
+        assert_eq!(paused, transform(browser), "pause did not stop the object");
+        // A chart over time goes to the moment that it is pointed at.
+        let before = time(browser);
+        browser.evaluate("document.getElementById('psi').scrollIntoView({block: 'center'})");
+        browser.click("#psi svg.broad");
+        let there = time(browser);
+        assert!((there - before).abs() > 1e-3, "{before} {there}");
+        browser.evaluate("document.getElementById('stage').scrollIntoView({block: 'center'})");
+        for (width, scheme) in [(1400, "light"), (1400, "dark"), (390, "light"), (390, "dark")] {
+            browser.window(width, 900, scheme);
+            browser.open(page);
+            let over = "document.documentElement.scrollWidth - document.documentElement.clientWidth";
+            assert_eq!(browser.evaluate(over), json!(0), "at {width} px something stands over");
+            let shown = browser.evaluate(
+                "[...document.querySelectorAll('#psi svg')].filter((svg) => svg.clientWidth > 0).map((svg) => svg.classList[0])",
+            );
+            assert_eq!(shown, json!([if width < 512 { "narrow" } else { "broad" }]));
+            picture(browser, &format!("strokes-{width}-{scheme}.png"));
         }
     });
 }

@@ -27,7 +27,7 @@ const SHORT: &str = r#"
 kind = "simulate"
 trials = 1
 samples = 150
-objects.named = { name = ["egg", "circle"] }
+objects.named = { name = ["egg", "ellipse"] }
 touchpads = [{ noise_sd_m = 0.1e-3 }, { counts_per_inch = 200 }]
 score = { reference = true, bound = true }
 "#;
@@ -180,7 +180,7 @@ fn simulated_logs_are_those_of_rigs_that_are_drawn() {
 #[test]
 fn logs_are_taken_by_the_rig_of_the_plan_or_their_own() {
     let dir = tempfile::tempdir().expect("a folder");
-    let plan = SHORT.replace("samples = 150", "samples = 600");
+    let plan = SHORT.replace("samples = 150", "samples = 300");
     let Source::Simulate(job) = sweep(&plan, Path::new(".")).jobs[0].source.clone() else { panic!("a simulation") };
     let simulation = job.simulate().expect("a log").simulation;
     let exact = [("rig".to_owned(), "exact".to_owned())];

@@ -1,4 +1,4 @@
-//! The result folder of strokes: shape.csv, motion.csv and summary.json, there as a whole or not at all.
+//! The result folder of strokes: report.html, shape.csv, motion.csv and summary.json, there as a whole or not at all.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -13,6 +13,7 @@ use crate::csv::number::{number, push_row};
 use crate::folder::FolderKind;
 use crate::write_error::{WriteError, WriteProblem};
 
+const REPORT_FILE: &str = "report.html";
 const SHAPE_FILE: &str = "shape.csv";
 const MOTION_FILE: &str = "motion.csv";
 const SUMMARY_FILE: &str = "summary.json";
@@ -21,7 +22,7 @@ const MOTION_HEADER: &str =
 
 const RESULT: FolderKind<'static> = FolderKind {
     kind: "result",
-    files: &[SHAPE_FILE, MOTION_FILE, SUMMARY_FILE],
+    files: &[REPORT_FILE, SHAPE_FILE, MOTION_FILE, SUMMARY_FILE],
     numbered: None,
     folders: (&[], &[]),
     mark: SUMMARY_FILE,
@@ -151,8 +152,8 @@ pub fn check_strokes_target(dir: &Path) -> Result<(), WriteError> {
     RESULT.check(dir)
 }
 
-/// Writes the result folder of strokes: `shape.csv` (columns as of palms, about the pivot), `motion.csv` (a row per sample, empty cells where the
-/// object was not placed) and `summary.json`. An earlier result of strokes is replaced.
+/// Writes the result folder of strokes: `report.html` (the page as it is given), `shape.csv` (columns as of palms, about the pivot), `motion.csv`
+/// (a row per sample, empty cells where the object was not placed) and `summary.json`. An earlier result of strokes is replaced.
 ///
 /// # Errors
 /// As [`check_strokes_target`], or the disk is full. What was there before is then untouched.
@@ -160,6 +161,7 @@ pub fn write_strokes_result(
     dir: &Path,
     found: &PivotReconstruction,
     summary: &StrokesSummary,
+    report: &str,
 ) -> Result<(), WriteError> {
     let mut shape = format!("{SHAPE_HEADER}\n");
     found.outline.iter().for_each(|point| push_row(&mut shape, point_row(point).map(number)));
@@ -175,7 +177,8 @@ pub fn write_strokes_result(
         let problem = WriteProblem::Io { kind: std::io::ErrorKind::InvalidData, message: error.to_string() };
         WriteError::new(&dir.join(SUMMARY_FILE), problem)
     })?;
-    let files: [(PathBuf, &[u8]); 3] = [
+    let files: [(PathBuf, &[u8]); 4] = [
+        (REPORT_FILE.into(), report.as_bytes()),
         (SHAPE_FILE.into(), shape.as_bytes()),
         (MOTION_FILE.into(), motion.as_bytes()),
         (SUMMARY_FILE.into(), json.as_bytes()),

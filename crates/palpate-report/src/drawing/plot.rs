@@ -93,13 +93,13 @@ pub(crate) fn range(values: impl IntoIterator<Item = f64>) -> [f64; 2] {
 }
 
 /// A little wider, so that no curve lies on the frame.
-fn with_air([low, high]: [f64; 2]) -> [f64; 2] {
+pub(crate) fn with_air([low, high]: [f64; 2]) -> [f64; 2] {
     let air = 0.06 * (high - low).max(1e-6 * low.abs().max(high.abs())).max(1e-9);
     [low - air, high + air]
 }
 
 /// Round numbers in a range, about five.
-fn ticks([low, high]: [f64; 2]) -> Vec<f64> {
+pub(crate) fn ticks([low, high]: [f64; 2]) -> Vec<f64> {
     let step = step([low, high]);
     let first = (low / step).ceil() as i64;
     let last = (high / step).floor() as i64;
@@ -126,7 +126,7 @@ fn step([low, high]: [f64; 2]) -> f64 {
 const SMALL: f64 = 1e-5;
 
 /// A tick's number with the digits that tell it from its neighbours.
-fn number(tick: f64, range: [f64; 2]) -> String {
+pub(crate) fn number(tick: f64, range: [f64; 2]) -> String {
     let decimals = (-step(range).log10().floor()).clamp(0.0, 9.0) as usize;
     let text = if range.iter().any(|end| end.abs() > SMALL) {
         format!("{tick:.decimals$}")

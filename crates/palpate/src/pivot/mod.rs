@@ -11,7 +11,7 @@
 //! ([`CenterOfMassEstimate`] says what adds it), and [`observability`](fn@observability) says what else is not.
 //!
 //! **Under construction**, and not in the reference for that reason: its certificate is not yet as good as that of palms (`docs/monte-carlo.md`, the
-//! pivoting grasp), and it has no report.
+//! pivoting grasp).
 //!
 //! ```
 //! use palpate::pivot::{PivotOptions, PivotSimulateOptions, Stroke, reconstruct_strokes, simulate_strokes};
