@@ -9,6 +9,7 @@ mod interop;
 mod measured;
 mod object;
 mod palms_motion;
+mod strokes;
 mod sweep;
 
 use pyo3::prelude::*;
@@ -62,6 +63,14 @@ mod _palpate {
     use crate::palms_motion::palms::{Palms, radii_of_curvature_m};
     #[pymodule_export]
     use crate::palms_motion::plan::{Limits, Planned, plan_jump_free, plan_turn};
+    #[pymodule_export]
+    use crate::strokes::log::StrokesData;
+    #[pymodule_export]
+    use crate::strokes::reconstruct::reconstruct_strokes;
+    #[pymodule_export]
+    use crate::strokes::result::StrokesResult;
+    #[pymodule_export]
+    use crate::strokes::simulate::simulate_strokes;
     #[pymodule_export]
     use crate::sweep::{FolderData, JobData, run_sweep_jobs, sweep_jobs};
 

@@ -1,4 +1,4 @@
-//! A study of one's own: object, motion and sensor, 20 trials, and the error against the Cramér-Rao bound.
+//! A study of one's own: object, motion and sensor, ten trials, and the error against the Cramér-Rao bound.
 //!
 //! cargo run --release -p palpate --example monte_carlo
 #![allow(clippy::print_stdout, reason = "an example prints")]
@@ -15,10 +15,10 @@ use palpate::simulate::{SimulateOptions, simulate_with};
 use rand::{Rng, RngExt};
 use rand_distr::StandardNormal;
 
-const TRIALS: u64 = 20;
+const TRIALS: u64 = 10;
 const NOISE_M: f64 = 1e-4;
 
-/// Twenty trials.
+/// Ten trials.
 pub fn main() -> Result<(), Box<dyn Error>> {
     // r(θ) = 30 + 1.5 cos θ + 1.8 cos 2θ + 0.6 sin 2θ − 0.5 cos 3θ + 0.7 sin 3θ, in millimetres.
     let object = SupportFunction::new(0.030, vec![[1.5e-3, 0.0], [1.8e-3, 6e-4], [-5e-4, 7e-4]]);

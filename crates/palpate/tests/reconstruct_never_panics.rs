@@ -93,6 +93,12 @@ proptest! {
         survives(&log)?;
     }
 
+}
+
+proptest! {
+    // Each is searched until its worth is spent.
+    #![proptest_config(cases(4))]
+
     #[test]
     fn on_smooth_logs_of_nothing(log in smooth()) {
         survives(&log)?;

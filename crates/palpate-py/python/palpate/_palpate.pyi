@@ -41,6 +41,8 @@ __all__ = [
     "Rig",
     "RigCalibration",
     "Simulation",
+    "Strokes",
+    "StrokesResult",
     "SupportFunction",
     "SweepFolder",
     "SweepJob",
@@ -60,8 +62,10 @@ __all__ = [
     "radii_of_curvature_m",
     "reconstruct",
     "reconstruct_from",
+    "reconstruct_strokes",
     "run_sweep_jobs",
     "simulate",
+    "simulate_strokes",
     "sweep_jobs",
     "watch",
 ]
@@ -862,6 +866,94 @@ class Watch:
     def finish(self) -> Result: ...
 
 def watch(source: str, *, rig: Rig | _Path | None = None) -> Watch: ...
+@final
+class Strokes:
+    def __new__(
+        cls,
+        time_s: ArrayLike,
+        pivot_x_m: ArrayLike,
+        pivot_y_m: ArrayLike,
+        s_m: ArrayLike,
+        *,
+        swing_period_s: float | None = None,
+    ) -> Strokes: ...
+    @staticmethod
+    def from_csv(path: _Path) -> Strokes: ...
+    def to_csv(self, path: _Path) -> None: ...
+    @property
+    def name(self) -> str | None: ...
+    @property
+    def time_s(self) -> _Floats: ...
+    @property
+    def pivot_m(self) -> _Floats: ...
+    @property
+    def s_m(self) -> _Floats: ...
+    @property
+    def swing_period_s(self) -> float | None: ...
+    def __len__(self) -> int: ...
+
+@final
+class StrokesResult:
+    @property
+    def log(self) -> Strokes: ...
+    @property
+    def seconds(self) -> float: ...
+    @property
+    def certified(self) -> bool: ...
+    @property
+    def doubts(self) -> list[str]: ...
+    @property
+    def shape(self) -> SupportFunction: ...
+    @property
+    def coverage(self) -> float: ...
+    @property
+    def center_of_mass_direction_rad(self) -> float | None: ...
+    @property
+    def summary(self) -> dict[str, Any]: ...
+    @property
+    def theta(self) -> _Floats: ...
+    @property
+    def r(self) -> _Floats: ...
+    @property
+    def r_sd(self) -> _Floats: ...
+    @property
+    def boundary(self) -> _Floats: ...
+    @property
+    def touches(self) -> _Counts: ...
+    @property
+    def time(self) -> _Floats: ...
+    @property
+    def psi(self) -> _Floats: ...
+    @property
+    def psi_sd(self) -> _Floats: ...
+    @property
+    def height_residual(self) -> _Floats: ...
+    @property
+    def offset_residual(self) -> _Floats: ...
+    def save(self, folder: _Path, *, truth: Truth | None = None, title: str | None = None) -> None: ...
+    def report_html(self, *, truth: Truth | None = None, title: str | None = None) -> str: ...
+    def show(self, *, truth: Truth | None = None, title: str | None = None, height: int = 900) -> None: ...
+
+def simulate_strokes(
+    shape: SupportFunction,
+    strokes: Sequence[Sequence[float]],
+    *,
+    center_of_mass_m: _Point = (0.0, -0.009),
+    press: float = 3.0,
+    friction: float = 0.4,
+    noise_sd_m: float = 0.0,
+    arm_noise_sd_m: float = 0.0,
+    rate_hz: float = 30.0,
+    seed: int = 0,
+) -> tuple[Strokes, Truth]: ...
+def reconstruct_strokes(
+    log: Strokes | _Path,
+    *,
+    rig: _Path | None = None,
+    calibrated: bool = False,
+    harmonics: int | None = None,
+    threads: int | None = None,
+) -> StrokesResult: ...
 def reconstruct(
     log: Log | _Path | _Readable | pd.DataFrame | Mapping[str, Any] | NDArray[np.void],
     *,

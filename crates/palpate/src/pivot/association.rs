@@ -3,10 +3,10 @@
 
 use std::f64::consts::TAU;
 
-use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use nalgebra::{Cholesky, DMatrix, Dyn};
 
 use crate::pivot::calibration::Reading;
-use crate::pivot::smoother::{Problem, State};
+use crate::pivot::smoother::{Problem, State, Told};
 
 /// Rotations that are tried over the whole turn: three degrees apart, for which each θ, which is free, makes up.
 const ROTATIONS: usize = 120;
@@ -39,7 +39,7 @@ impl Known<'_> {
         let compared: Vec<usize> = (stride / 2..readings.len()).step_by(stride).collect();
         let some: Vec<Reading> = compared.iter().map(|&index| readings[index]).collect();
         let angles: Vec<f64> = compared.iter().map(|&index| theta_rad[index]).collect();
-        let problem = Problem { readings: &some, ..self.problem.clone() };
+        let problem = Problem { readings: &some, between: None, ..self.problem.clone() };
         let costs: Vec<f64> = (0..ROTATIONS)
             .map(|turn| {
                 let rotation = TAU * turn as f64 / ROTATIONS as f64;
@@ -59,27 +59,25 @@ impl Known<'_> {
     /// −ln of the predictive density of readings at these contact angles, each of them free.
     fn neg_log_predictive(&self, problem: &Problem, theta_rad: Vec<f64>) -> f64 {
         let state = State { theta_rad, ..self.state.clone() };
-        let linear = problem.linearised(&state);
-        let Some(solved) = self.factor.l().solve_lower_triangular(&linear.rows.transpose()) else {
+        let Told { residuals, slopes, mut columns, left, .. } = problem.told(&state);
+        if !self.factor.l_dirty().solve_lower_triangular_mut(&mut columns) {
             return f64::INFINITY;
-        };
-        let samples = linear.left.len();
-        let predicted = DMatrix::identity(samples, samples) + solved.tr_mul(&solved);
-        let left: &DVector<f64> = &linear.left;
+        }
+        let samples = left.len();
+        let predicted = DMatrix::identity(samples, samples) + columns.tr_mul(&columns);
         let Some(factor) = Cholesky::new(predicted) else { return f64::INFINITY };
         let log_determinant: f64 = factor.l_dirty().diagonal().iter().map(|value| value.ln()).sum();
         // A reading far from the curve is free to move along its tangent only for so long: what it would turn by counts too.
-        let turned: f64 = linear
-            .residuals
+        let turned: f64 = residuals
             .iter()
-            .zip(&linear.slopes)
+            .zip(&slopes)
             .map(|(residual, slope)| {
                 let square = slope[0] * slope[0] + slope[1] * slope[1] + 1e-3;
                 let turn = (slope[0] * residual[0] + slope[1] * residual[1]) / square;
                 (turn / TURN_SD_RAD).powi(2)
             })
             .sum();
-        0.5 * left.dot(&factor.solve(left)) + log_determinant + 0.5 * turned
+        0.5 * left.dot(&factor.solve(&left)) + log_determinant + 0.5 * turned
     }
 }
 

@@ -64,7 +64,7 @@ fn angles(linear: &Linear, state: &State, covariance: &DMatrix<f64>, order: usiz
     }
     let unknowns = covariance.nrows();
     let mut row = DVector::zeros(unknowns);
-    let samples = state.theta_rad.iter().zip(&linear.slopes).zip(&linear.constants).zip(own);
+    let samples = state.theta_rad.iter().zip(&linear.told.slopes).zip(&linear.constants).zip(own);
     samples
         .map(|(((theta, slope), constants), own)| {
             let along = [slope[0] / linear.scales[0], slope[1] / linear.scales[1]];

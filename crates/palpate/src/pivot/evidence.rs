@@ -12,6 +12,10 @@ const BEYOND: usize = 1;
 /// More harmonics are not excluded where the evidence for them is less by no more than this, nats.
 const NOT_EXCLUDED_NATS: f64 = 12.0;
 
+/// A number of harmonics is left when its evidence would be less by so many nats were the noise as its residuals are: rounds of variance
+/// components change the optimum too, and the spread of the harmonics.
+const OUT_OF_REACH_NATS: f64 = 40.0;
+
 /// Rounds of variance components at most.
 const ROUNDS: usize = 6;
 
@@ -52,7 +56,12 @@ pub(super) struct Stated {
 }
 
 /// The optimum of one number of harmonics, with noise and spread at their most likely.
-pub(super) fn fit(mut problem: Problem, start: State, stated: Stated) -> Option<Fit> {
+pub(super) fn fit(problem: Problem, start: State, stated: Stated) -> Option<Fit> {
+    fit_above(problem, start, stated, f64::NEG_INFINITY)
+}
+
+/// The same; `None` as soon as its evidence is out of reach of `least`.
+fn fit_above(mut problem: Problem, start: State, stated: Stated, least: f64) -> Option<Fit> {
     let least_m = LEAST_NOISE * problem.size_m;
     if let Some(r_m) = stated.r_m {
         problem.noise.r_m = r_m.max(least_m);
@@ -61,6 +70,9 @@ pub(super) fn fit(mut problem: Problem, start: State, stated: Stated) -> Option<
         problem.noise.d_m = d_m.max(least_m);
     }
     let mut optimum = problem.solve(start)?;
+    if attainable(&problem, &optimum, stated)? < least - OUT_OF_REACH_NATS {
+        return None;
+    }
     for _ in 0..ROUNDS {
         let noise = components(&problem, &optimum, stated)?;
         let spread_m = spread(&problem, &optimum)?;
@@ -106,7 +118,9 @@ pub(super) fn choose_order(problem: &Problem, start: State, stated: Stated) -> O
                 break;
             }
             let tried = best.like(Problem { order, ..problem.clone() });
-            match fit(tried, best.optimum.state.clone(), stated) {
+            // Fewer harmonics are better or they are none; more of them may be wanted for what they tell.
+            let least = if order < best.order { best.log_evidence } else { best.log_evidence - NOT_EXCLUDED_NATS };
+            match fit_above(tried, best.optimum.state.clone(), stated, least) {
                 Some(fit) if fit.log_evidence > best.log_evidence => {
                     // What it is better than has more harmonics, on the way down.
                     let before = std::mem::replace(&mut best, fit);
@@ -134,11 +148,12 @@ pub(super) fn squares_and_redundancies(optimum: &Optimum) -> Option<[[f64; 2]; 2
     let (mut squares, mut redundancies) = ([0.0; 2], [0.0; 2]);
     // Of what is measured along the curve the angle takes all, or what it is believed to be leaves it.
     let taken = linear
+        .told
         .slopes
         .iter()
         .zip(linear.angle_variances())
         .map(|(slope, variance)| ((slope[0] * slope[0] + slope[1] * slope[1]) * variance).min(1.0));
-    let samples = linear.residuals.iter().zip(&linear.slopes).zip(leverages).zip(taken);
+    let samples = linear.told.residuals.iter().zip(&linear.told.slopes).zip(leverages).zip(taken);
     for (((residual, slope), leverage), taken) in samples {
         let share = across(*slope);
         for which in 0..2 {
@@ -148,6 +163,18 @@ pub(super) fn squares_and_redundancies(optimum: &Optimum) -> Option<[[f64; 2]; 2
         }
     }
     Some([squares, redundancies])
+}
+
+/// The evidence of an optimum, were its noise what its residuals leave over their redundancy: ln of a normal density with n degrees of freedom
+/// and squares S gains (S − n − n ln(S/n))/2.
+fn attainable(problem: &Problem, optimum: &Optimum, stated: Stated) -> Option<f64> {
+    let [squares, redundancies] = squares_and_redundancies(optimum)?;
+    let gain = |which: usize, stated: Option<f64>| {
+        let (square, count) = (squares[which], redundancies[which]);
+        let gain = 0.5 * (square - count - count * (square / count).ln());
+        if stated.is_none() && gain.is_finite() { gain } else { 0.0 }
+    };
+    Some(log_evidence(problem, optimum)? + gain(0, stated.r_m) + gain(1, stated.d_m))
 }
 
 /// Noise by what its residuals leave over their redundancy.

@@ -96,12 +96,12 @@ pub fn observability(
     let mut linear = problem.linearised(&state);
     let blind_samples = contacts
         .iter()
-        .zip(&linear.slopes)
+        .zip(&linear.told.slopes)
         .filter(|(_, slope)| slope[0].hypot(slope[1]) * BLIND_RAD < 1.0)
         .map(|(&(index, _), _)| index)
         .collect();
     // The data's own information: no prior of the shape. That of the rig's constants stays.
-    linear.information = linear.rows.tr_mul(&linear.rows);
+    linear.information = &linear.told.columns * linear.told.columns.transpose();
     let shape_unknowns = state.coefficients.len();
     for (place, &(_, sd)) in problem.open.iter().enumerate() {
         let index = shape_unknowns + place;

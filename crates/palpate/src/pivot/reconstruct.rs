@@ -20,7 +20,7 @@ use crate::pivot::posterior::PivotPosterior;
 use crate::pivot::result::{PivotPose, PivotReconstruction};
 use crate::pivot::rig::PivotRig;
 use crate::pivot::rivals::{Rivals, Whole};
-use crate::pivot::search::{Arrangement, SEARCH_ORDER, Segments, search_noise};
+use crate::pivot::search::{Arrangement, SEARCH_ORDER, Segments, same, search_noise};
 use crate::pivot::segments::{LIFTED_SAMPLES, segments};
 use crate::pivot::smoother::{Noise, Problem, State};
 use crate::pivot::thinning::Thinning;
@@ -104,17 +104,19 @@ pub fn reconstruct_with_posterior(
     let prepared = Prepared::new(log, options)?;
     let mut found: Vec<Found> = Vec::new();
     for (index, crossings) in CROSSINGS.into_iter().enumerate() {
-        if index >= ALWAYS_TRIED && found.iter().any(Found::is_explained) {
+        let explained = found.iter().find(|found| found.is_explained());
+        if index >= ALWAYS_TRIED && explained.is_some() {
             break;
         }
-        found.extend(prepared.solved(crossings));
+        let other = prepared.solved(crossings, explained);
+        found.extend(other);
     }
     // Of those that explain the log the likeliest, or else of all.
     let likeliest =
         |a: &Found, b: &Found| (a.is_explained(), a.log_evidence).partial_cmp(&(b.is_explained(), b.log_evidence));
     found.sort_by(|a, b| likeliest(b, a).unwrap_or(std::cmp::Ordering::Equal));
     let mut found = found.into_iter();
-    let Found { mut reconstruction, posterior, log_evidence } =
+    let Found { mut reconstruction, posterior, log_evidence, .. } =
         found.next().ok_or(PivotReconstructError::NotSolvable)?;
     let rivals = found.filter(|rival| {
         rival.is_explained()
@@ -136,6 +138,8 @@ struct Found {
     reconstruction: PivotReconstruction,
     posterior: PivotPosterior,
     log_evidence: f64,
+    /// Shape and contact angles of the readings that are used.
+    state: State,
 }
 
 impl Found {
@@ -221,8 +225,9 @@ impl<'a> Prepared<'a> {
         self.ranges.iter().flat_map(Clone::clone).collect()
     }
 
-    /// The best result with crossings so wide, rolled through or not, and its evidence.
-    fn solved(&self, (width, may_roll): (f64, bool)) -> Option<Found> {
+    /// The best result with crossings so wide, rolled through or not, and its evidence. Where another start explains the log, this one is left if it
+    /// leads to the same, or explains it with as many harmonics so little that no decoding makes a rival of it.
+    fn solved(&self, (width, may_roll): (f64, bool), explained: Option<&Found>) -> Option<Found> {
         let [relative_rad, other_rad] = [may_roll, !may_roll].map(|may_roll| self.relative(width, may_roll));
         let told = self.options.rig.tolerances.told();
         let open: Vec<(usize, f64)> = told.into_iter().enumerate().filter(|(_, sd)| *sd > 0.0).collect();
@@ -274,6 +279,13 @@ impl<'a> Prepared<'a> {
             fit.log_evidence -= prior.cost(&fit.optimum.state.theta_rad);
             Some(fit)
         };
+        if let Some(Found { state, .. }) = explained {
+            let order = state.coefficients.len() / 2;
+            let alike = evidence::fit(Problem { order, ..problem.clone() }, start.clone(), self.stated())?;
+            if same(&alike.optimum.state, state) || self.chi2_per_dof(&alike).0 > EXPLAINED_CHI2 {
+                return None;
+            }
+        }
         let mut fit = choose(start)?;
         for _ in 0..MOST_DECODINGS {
             let state = &fit.optimum.state;
@@ -321,7 +333,7 @@ impl<'a> Prepared<'a> {
             .take(4)
             .filter_map(|other| self.assembled(&whole(&fit), other, &prior, 1 + alternatives.len()));
         reconstruction.others = others.map(|(other, _)| other).collect();
-        Some(Found { reconstruction, posterior, log_evidence: fit.log_evidence })
+        Some(Found { reconstruction, posterior, log_evidence: fit.log_evidence, state: fit.optimum.state })
     }
 
     /// The optimum next to a fit where the motion between readings is believed to be smooth no more than decides on which side of d = 0 they are: what is
@@ -368,10 +380,10 @@ impl<'a> Prepared<'a> {
         let noise = Noise { r_m: fit.noise.r_m.max(reference.r_m), d_m: fit.noise.d_m.max(reference.d_m) };
         let state = &fit.optimum.state;
         let linear = &fit.optimum.linear;
-        let astray = linear
-            .residuals
-            .iter()
-            .any(|[r, d]| (r * fit.noise.r_m / reference.r_m).hypot(d * fit.noise.d_m / reference.d_m) > ASTRAY_SDS);
+        let astray =
+            linear.told.residuals.iter().any(|[r, d]| {
+                (r * fit.noise.r_m / reference.r_m).hypot(d * fit.noise.d_m / reference.d_m) > ASTRAY_SDS
+            });
         if !astray {
             return None;
         }
@@ -498,7 +510,7 @@ impl<'a> Prepared<'a> {
             leaps,
             other_starts: prior.other_starts(&state.theta_rad),
             rig_off_sds,
-            left_out: 1.0 - linear.residuals.len() as f64 / self.readings.len() as f64,
+            left_out: 1.0 - linear.told.residuals.len() as f64 / self.readings.len() as f64,
         };
         let mut told_sd = rig.tolerances.told();
         for (place, &(constant, _)) in problem.open.iter().enumerate() {
@@ -560,7 +572,7 @@ impl<'a> Prepared<'a> {
             for index in range.clone() {
                 let pose = &mut motion[self.samples[index]];
                 let theta = state.theta_rad[place] + turn_rad + whole;
-                let [r, d] = fit.optimum.linear.residuals[place];
+                let [r, d] = fit.optimum.linear.told.residuals[place];
                 pose.theta_rad = Some(theta);
                 pose.psi_rad = Some(tilt_rad - FRAC_PI_2 - theta);
                 pose.psi_sd_rad = Some(bars.theta_sd_rad[place]);

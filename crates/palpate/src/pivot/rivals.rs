@@ -104,7 +104,7 @@ impl Rivals<'_> {
 
     /// Segments, cut at weak links, alone and in groups; as the places of their readings among the thinned ones.
     fn groups(&self, whole: &Whole) -> Vec<Vec<usize>> {
-        let slopes = &whole.fit.optimum.linear.slopes;
+        let slopes = &whole.fit.optimum.linear.told.slopes;
         let is_weak = |index: usize| slopes[index][0].hypot(slopes[index][1]) * WEAK_LINK_RAD < 1.0;
         let mut parts: Vec<Vec<usize>> = Vec::new();
         for range in &self.thinning.ranges {

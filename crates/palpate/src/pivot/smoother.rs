@@ -82,22 +82,30 @@ pub(super) struct Optimum {
     pub linear: Linear,
 }
 
-/// The problem linearised at a state.
+/// What the readings say at a state, every θ eliminated.
 #[derive(Clone, Debug)]
-pub(super) struct Linear {
+pub(super) struct Told {
     /// Residuals of r and d over their noise, per sample.
     pub residuals: Vec<[f64; 2]>,
     /// Their derivatives by θ.
     pub slopes: Vec<[f64; 2]>,
+    /// One column per sample: derivative of the residual that is left without θ by coefficients and open constants.
+    pub columns: DMatrix<f64>,
+    /// The same of the residuals along their slope, times its length; empty where angles do not depend on each other.
+    pub along: DMatrix<f64>,
+    /// The residual that is left.
+    pub left: DVector<f64>,
+}
+
+/// The problem linearised at a state.
+#[derive(Clone, Debug)]
+pub(super) struct Linear {
+    pub told: Told,
     /// The noise of r and d, metres.
     pub scales: [f64; 2],
     /// Derivatives of r and d, as measured, by the open constants, per sample.
     pub constants: Vec<Vec<[f64; 2]>>,
-    /// One row per sample: derivative of the residual that is left without θ by coefficients and open constants.
-    pub rows: DMatrix<f64>,
-    /// The residual that is left.
-    pub left: DVector<f64>,
-    /// Σ rowsᵀ rows, with the priors and without the gauge.
+    /// Columns times columnsᵀ, with the priors and without the gauge.
     pub information: DMatrix<f64>,
     /// Gradient of the cost.
     pub gradient: DVector<f64>,
@@ -139,9 +147,9 @@ impl Linear {
         match &self.joined {
             Some((factor, _)) => {
                 let inverse = factor.inverse_in_band();
-                (0..self.slopes.len()).map(|index| inverse.at(index, index)).collect()
+                (0..self.told.slopes.len()).map(|index| inverse.at(index, index)).collect()
             }
-            None => self.slopes.iter().map(|slope| 1.0 / own_information(*slope)).collect(),
+            None => self.told.slopes.iter().map(|slope| 1.0 / own_information(*slope)).collect(),
         }
     }
 
@@ -149,7 +157,7 @@ impl Linear {
     pub fn half_ln_angles(&self) -> f64 {
         match &self.joined {
             Some((factor, _)) => 0.5 * factor.ln_determinant(),
-            None => self.slopes.iter().map(|slope| 0.5 * own_information(*slope).ln()).sum(),
+            None => self.told.slopes.iter().map(|slope| 0.5 * own_information(*slope).ln()).sum(),
         }
     }
 
@@ -165,11 +173,10 @@ impl Linear {
 
     /// The share of its own residual in each sample's prediction.
     pub fn leverages(&self, factor: &Cholesky<f64, Dyn>) -> Vec<f64> {
-        let solved = factor.l().solve_lower_triangular(&self.rows.transpose());
-        solved.map_or_else(
-            || vec![1.0; self.rows.nrows()],
-            |solved| solved.column_iter().map(|column| column.norm_squared().min(1.0)).collect(),
-        )
+        let mut columns = self.told.columns.clone();
+        let is_solved = factor.l_dirty().solve_lower_triangular_mut(&mut columns);
+        let share = |column: f64| if is_solved { column.min(1.0) } else { 1.0 };
+        columns.column_iter().map(|column| share(column.norm_squared())).collect()
     }
 }
 
@@ -210,17 +217,14 @@ impl Problem<'_> {
     }
 
     /// Residuals and derivatives at a state, every θ eliminated.
-    pub fn linearised(&self, state: &State) -> Linear {
+    pub fn told(&self, state: &State) -> Told {
         let (samples, unknowns, order) = (self.readings.len(), self.unknowns(), self.order);
         let errors = self.stated.with_told(state.told);
         let mut residuals = Vec::with_capacity(samples);
         let mut slopes = Vec::with_capacity(samples);
-        let mut constants = Vec::with_capacity(samples);
-        // Rows lie as columns, so that each is written in one run.
         let mut columns = DMatrix::zeros(unknowns, samples);
         let mut left = DVector::zeros(samples);
-        // The same along the slope, times its length; only where angles depend on each other.
-        let mut products = DMatrix::zeros(unknowns, if self.between.is_some() { samples } else { 0 });
+        let mut along = DMatrix::zeros(unknowns, if self.between.is_some() { samples } else { 0 });
         for (index, (reading, theta)) in self.readings.iter().zip(&state.theta_rad).enumerate() {
             let measured = reading.measured(&errors);
             let (residual, slope) = self.missed(&state.coefficients, &measured, *theta);
@@ -237,43 +241,56 @@ impl Problem<'_> {
             };
             fill(columns.column_mut(index).as_mut_slice(), across);
             if self.between.is_some() {
-                fill(products.column_mut(index).as_mut_slice(), slope);
+                fill(along.column_mut(index).as_mut_slice(), slope);
             }
-            constants.push(self.open.iter().map(|&(which, _)| [measured.r_by[which], measured.d_by[which]]).collect());
             left[index] = across[0] * residual[0] + across[1] * residual[1];
             residuals.push(residual);
             slopes.push(slope);
         }
-        let mut information = &columns * columns.transpose();
-        let mut gradient = &columns * &left;
+        Told { residuals, slopes, columns, along, left }
+    }
+
+    /// The same with information and gradient.
+    pub fn linearised(&self, state: &State) -> Linear {
+        let mut told = self.told(state);
+        let unknowns = self.unknowns();
+        let errors = self.stated.with_told(state.told);
+        let by_constants = |reading: &Reading| {
+            let measured = reading.measured(&errors);
+            self.open.iter().map(|&(which, _)| [measured.r_by[which], measured.d_by[which]]).collect()
+        };
+        let constants = self.readings.iter().map(by_constants).collect();
+        let mut information = &told.columns * told.columns.transpose();
+        let mut gradient = &told.columns * &told.left;
         for (index, (off, sd)) in self.off_prior(state).into_iter().zip(self.prior_sds()).enumerate() {
             information[(index, index)] += 1.0 / (sd * sd);
             gradient[index] += off / (sd * sd);
         }
-        let scales = [self.noise.r_m, self.noise.d_m];
-        let joined = self.joined(state, &residuals, &slopes).map(|(factor, along)| {
+        let along = std::mem::replace(&mut told.along, DMatrix::zeros(0, 0));
+        let joined = self.joined(state, &told.residuals, &told.slopes).map(|(factor, mut solved)| {
             // What the readings tell along the curve, less what the angles take of it.
-            let lengths = slopes.iter().map(|slope| own_information(*slope));
-            let mut told = products.clone();
-            for (mut column, length) in told.column_iter_mut().zip(lengths) {
+            let lengths = told.slopes.iter().map(|slope| own_information(*slope));
+            let mut scratch = along.clone();
+            for (mut column, length) in scratch.column_iter_mut().zip(lengths) {
                 column /= length.sqrt();
             }
-            information += &told * told.transpose();
-            let mut taken = products.clone();
-            factor.solve_lower(taken.as_mut_slice(), unknowns);
-            information -= &taken * taken.transpose();
-            let of_own = residuals
-                .iter()
-                .zip(&slopes)
-                .map(|(residual, slope)| (residual[0] * slope[0] + residual[1] * slope[1]) / own_information(*slope));
-            let mut solved = along;
+            information.gemm(1.0, &scratch, &scratch.transpose(), 1.0);
+            scratch.copy_from(&along);
+            factor.solve_lower(scratch.as_mut_slice(), unknowns);
+            information.gemm(-1.0, &scratch, &scratch.transpose(), 1.0);
+            let of_own =
+                told.residuals.iter().zip(&told.slopes).map(|(residual, slope)| {
+                    (residual[0] * slope[0] + residual[1] * slope[1]) / own_information(*slope)
+                });
             factor.solve_lower(&mut solved, 1);
             factor.solve_upper(&mut solved, 1);
+            let samples = told.left.len();
             let shares = DVector::from_iterator(samples, of_own.zip(&solved).map(|(own, solved)| own - solved));
-            gradient += &products * shares;
-            (factor, products)
+            gradient += &along * shares;
+            (factor, along)
         });
-        Linear { residuals, slopes, scales, constants, rows: columns.transpose(), left, information, gradient, joined }
+        let scales = [self.noise.r_m, self.noise.d_m];
+        Linear { told, scales, constants, information, gradient, joined }
     }
 
     /// Residuals of r and d over their noise where the contact is at θ, and their derivatives by it.
@@ -525,13 +542,13 @@ mod tests {
         let linear = problem.linearised(&state);
         let turned = |by: f64| {
             let theta_rad = state.theta_rad.iter().map(|theta| theta + by).collect();
-            problem.linearised(&State { theta_rad, ..state.clone() }).residuals
+            problem.linearised(&State { theta_rad, ..state.clone() }).told.residuals
         };
         let (up, down) = (turned(1e-6), turned(-1e-6));
         for index in 0..readings.len() {
             for which in 0..2 {
                 let slope = (up[index][which] - down[index][which]) / 2e-6;
-                assert!((slope - linear.slopes[index][which]).abs() < 1e-3);
+                assert!((slope - linear.told.slopes[index][which]).abs() < 1e-3);
             }
         }
     }
