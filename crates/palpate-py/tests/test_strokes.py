@@ -17,9 +17,7 @@ WAYS = [[0.5, 0.62], [0.5, 0.35], [0.5, 0.66], [0.5, 0.3]]
 @pytest.fixture(scope="module")
 def felt() -> tuple[palpate.Strokes, palpate.Truth]:
     egg = palpate.SupportFunction.named("egg", 0.03).translated(*CENTER_M)
-    return palpate.simulate_strokes(
-        egg, WAYS, center_of_mass_m=CENTER_M, noise_sd_m=1e-4, arm_noise_sd_m=2e-5, seed=3
-    )
+    return palpate.simulate_strokes(egg, WAYS, center_of_mass_m=CENTER_M, noise_sd_m=1e-4, arm_noise_sd_m=2e-5, seed=3)
 
 
 def test_strokes_are_reconstructed_and_saved(felt: tuple[palpate.Strokes, palpate.Truth], tmp_path: Path) -> None:
@@ -43,9 +41,7 @@ def test_strokes_are_reconstructed_and_saved(felt: tuple[palpate.Strokes, palpat
     assert repr(found).startswith("<StrokesResult: certified")
 
 
-def test_a_log_reads_back_and_is_taken_as_a_file(
-    felt: tuple[palpate.Strokes, palpate.Truth], tmp_path: Path
-) -> None:
+def test_a_log_reads_back_and_is_taken_as_a_file(felt: tuple[palpate.Strokes, palpate.Truth], tmp_path: Path) -> None:
     log, _ = felt
     log.to_csv(tmp_path / "strokes.csv")
     again = palpate.Strokes.from_csv(tmp_path / "strokes.csv")

@@ -866,6 +866,7 @@ class Watch:
     def finish(self) -> Result: ...
 
 def watch(source: str, *, rig: Rig | _Path | None = None) -> Watch: ...
+
 @final
 class Strokes:
     def __new__(
