@@ -13,7 +13,8 @@ use crate::reconstruct::refine::job::Job;
 use crate::reconstruct::result::reconstruction::Reconstruction;
 use crate::reconstruct::verdict::assemble::{Candidate, Expected, assemble};
 use crate::reconstruct::verdict::doubt::{Doubt, Verdict};
-use crate::reconstruct::verdict::uncertainty::OfBalance;
+use crate::reconstruct::verdict::left_out::{WithLeftOut, is_held_convex};
+use crate::reconstruct::verdict::uncertainty::{OfBalance, Uncertainty};
 use crate::shape::Symmetry;
 use rayon::prelude::*;
 
@@ -76,8 +77,18 @@ impl Job<'_> {
         let calibration = posterior.as_ref().map(|posterior| (posterior, job.calibration, job.options.rig));
         let (measurements, fit) = (&refined.measurements, refined.fine.clone());
         let uncertainty = OfBalance { measurements, fit: fit.clone(), calibration };
-        let candidate = assemble(&job.log, measurements, fit, found, expected, &uncertainty, &job.options.limits)
-            .ok_or(ReconstructError::NotSolvable)?;
+        let assembled = |uncertainty: &dyn Uncertainty| {
+            assemble(&job.log, measurements, fit.clone(), found, expected, uncertainty, &job.options.limits)
+        };
+        let mut candidate = assembled(&uncertainty).ok_or(ReconstructError::NotSolvable)?;
+        if candidate.result.is_certified()
+            && is_held_convex(&fit.estimate.coefficients)
+            && let Some(richer) = job.with_more_harmonics(&refined)
+        {
+            let palms = job.palms();
+            let with_left_out = WithLeftOut::new(&uncertainty, [&fit.estimate, &richer], &palms);
+            candidate = assembled(&with_left_out).unwrap_or(candidate);
+        }
         Ok(job.with_inertia(&refined, &candidate).unwrap_or(candidate))
     }
 

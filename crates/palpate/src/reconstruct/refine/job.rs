@@ -529,6 +529,13 @@ impl<'a> Job<'a> {
         Some(Refined { coarse, fine, measurements, ambiguity_rad, symmetry, settled, log_posterior, rivals, as_likely })
     }
 
+    /// The optimum with twice as many harmonics.
+    pub(crate) fn with_more_harmonics(&self, of: &Refined) -> Option<Estimate> {
+        let Fit { estimate, order, noise, prior, .. } = of.fine.clone();
+        let components = self.variance_components_of_all();
+        fit(&of.measurements, 2 * order, estimate, noise, prior, components, ROUNDS).map(|fitted| fitted.fit.estimate)
+    }
+
     /// The motion decoded with the shape of a fit to all samples; where ambiguous ones were set aside, also as it came out with them.
     fn decoded_again(&self, fine: &Fit) -> (Decoded, Option<Vec<f64>>) {
         let of_all = decode(&self.measurements, fine, self.floor_m(), None);
@@ -648,7 +655,7 @@ impl<'a> Job<'a> {
         jumps
     }
 
-    pub(super) fn palms(&self) -> Vec<PalmPair> {
+    pub(crate) fn palms(&self) -> Vec<PalmPair> {
         self.log.samples.iter().map(|sample| sample.palms).collect()
     }
 }

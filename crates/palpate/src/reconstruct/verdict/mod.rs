@@ -4,4 +4,5 @@ pub(crate) mod assemble;
 pub(crate) mod certificate;
 pub(crate) mod doubt;
 pub(crate) mod joint_error_bars;
+pub(crate) mod left_out;
 pub(crate) mod uncertainty;
