@@ -10,6 +10,7 @@ use super::by_readings::hold;
 use crate::log::{Log, Sample};
 use crate::reconstruct::options::error::ReconstructError;
 use crate::reconstruct::reconstructor::Reconstructor;
+use crate::reconstruct::result::calibration::ConstantEstimate;
 use crate::reconstruct::result::reconstruction::Reconstruction;
 use crate::reconstruct::search::schedule::Stage;
 use crate::reconstruct::start::Start;
@@ -42,6 +43,10 @@ const ZERO_STEP_M: f64 = 5e-3;
 /// Steps to each side that are tried: of the zeros, and of the far ends, which are first read off the log roughly.
 const ZERO_STEPS: [f64; 9] = [0.0, 1.0, -1.0, 2.0, -2.0, 3.0, -3.0, 4.0, -4.0];
 const END_STEPS: [f64; 9] = ZERO_STEPS;
+
+/// A constant that the log has further than so many of its own standard deviations from what was stated is another: one of seven that are as stated is
+/// once in fifty logs.
+const DIFFERENT_SDS: f64 = 3.0;
 
 /// A zero within so many standard deviations of what is stated is as stated.
 const AS_STATED_SDS: f64 = 3.0;
@@ -170,15 +175,17 @@ impl Reconstructor<'_> {
         let few = thinned(log);
         let stated = self.known_rig();
         let tolerant = self.with_ordinary_rig();
-        let without = |mistake: Mistake, log: &Log| {
-            let found = tolerant.run_briefly(log).ok().filter(Reconstruction::is_com_certified)?;
-            Some(Recognised { mistake, shape: Some(found.shape) })
-        };
+        let explained = |log: &Log| tolerant.run_briefly(log).ok().filter(Reconstruction::is_com_certified);
+        let named = |mistake: Mistake, found: Reconstruction| Recognised { mistake, shape: Some(found.shape) };
         let mended = |mistake: Mistake| {
             let undone = mistake.undone_for(&few, stated.calibration.zero_m)?;
-            if hold(&undone) { without(mistake, &undone) } else { None }
+            let found = if hold(&undone) { explained(&undone) } else { None };
+            found.map(|found| named(mistake, found))
         };
-        let as_ordinary = || if tolerant.known_rig() == stated { None } else { without(Mistake::RigNotExact, &few) };
+        let as_ordinary = || {
+            let found = if tolerant.known_rig() == stated { None } else { explained(&few) };
+            found.filter(differs_from_stated).map(|found| named(Mistake::RigNotExact, found))
+        };
         let [likely, _] = Reading::of_pads(&few);
         as_ordinary()
             .or_else(|| FIXED.into_iter().find_map(mended))
@@ -231,6 +238,15 @@ impl Reconstructor<'_> {
         };
         zero_m(0).or(zero_m(1)).and_then(|_| named(Mistake::ZeroOff { zero1_m: zero_m(0), zero2_m: zero_m(1) }))
     }
+}
+
+/// Whether a constant of the rig is told to be another than was stated.
+fn differs_from_stated(found: &Reconstruction) -> bool {
+    found.calibration.iter().flat_map(|calibration| &calibration.constants).any(is_another)
+}
+
+fn is_another(constant: &ConstantEstimate) -> bool {
+    constant.prior_sd > 0.0 && (constant.value - constant.stated).abs() > DIFFERENT_SDS * constant.sd
 }
 
 /// The zeros that an explanation of a log has far from what the rig is stated to have, where nothing else speaks against it.
@@ -345,5 +361,23 @@ fn at_least_ordinary(stated: &Tolerances) -> Tolerances {
         angle_zero_sd_rad: largest(stated.angle_zero_sd_rad, ordinary.angle_zero_sd_rad),
         surface_sd_m: largest(stated.surface_sd_m, ordinary.surface_sd_m),
         ..*stated
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_constant_is_another_where_the_log_says_so_and_it_was_not_stated_exactly() {
+        let zero = |sds: f64, prior_sd: f64| ConstantEstimate {
+            name: "s1_zero_m".to_owned(),
+            value: 3e-4 + sds * 2e-5,
+            sd: 2e-5,
+            stated: 3e-4,
+            prior_sd,
+        };
+        assert!(is_another(&zero(-1.01 * DIFFERENT_SDS, 5e-4)) && !is_another(&zero(0.99 * DIFFERENT_SDS, 5e-4)));
+        assert!(!is_another(&zero(2.0 * DIFFERENT_SDS, 0.0)));
     }
 }
