@@ -94,17 +94,16 @@ impl Reconstruct<'_> {
 
 fn told(summary: &StrokesSummary, out: &Path) -> String {
     let mut lines = vec![if summary.certified {
-        "CERTIFIED: shape about the pivot and motion explain the strokes, and nothing else was found that does"
-            .to_owned()
+        "certified: shape about the pivot and motion".to_owned()
     } else {
-        "NOT CERTIFIED:".to_owned()
+        "NOT certified".to_owned()
     }];
     for reason in &summary.reasons {
         lines.push(format!("  - {}", reason.message));
         lines.push(format!("    {}", reason.next_step));
     }
     lines.push(format!(
-        "  shape   mean radius {:.3} mm, felt boundary known to {:.3} mm",
+        "  shape   mean radius {:.3} mm, felt boundary known to {:.3} mm (one standard deviation, as all below)",
         1e3 * summary.mean_radius_m,
         1e3 * summary.r_sd_m.unwrap_or(f64::NAN)
     ));
@@ -120,7 +119,7 @@ fn told(summary: &StrokesSummary, out: &Path) -> String {
     let height_mm = 1e3 * summary.calibration_sd.height_sd_m;
     if height_mm > 0.0 {
         lines.push(format!(
-            "  size    is known to {height_mm:.3} mm all around, as the height of the pad is: no log tells more"
+            "  size    known to {height_mm:.3} mm all around, as the height of the pad is: no log tells more"
         ));
     }
     lines.push(match &summary.center_of_mass {

@@ -16,7 +16,7 @@ fn strokes_are_simulated_and_certified() {
     let arguments = ["reconstruct", "strokes.csv", "--truth", "strokes.truth", "-o", "found"];
     let ran = palpate(dir.path(), &arguments);
     assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
-    assert!(ran.stdout.starts_with("CERTIFIED"), "{}", ran.stdout);
+    assert!(ran.stdout.starts_with("certified"), "{}", ran.stdout);
     let found = dir.path().join("found");
     assert_eq!(names(&found), ["motion.csv", "report.html", "shape.csv", "summary.json"]);
     let summary: Value =

@@ -106,3 +106,7 @@ def test_wrong_types_are_type_errors(egg: palpate.SupportFunction) -> None:
         palpate.reconstruct_from("trial.csv", egg, [0.0])  # type: ignore[arg-type]
     with pytest.raises(TypeError):
         palpate.simulate(egg, "random")
+    with pytest.raises(TypeError, match=r"the path of a CSV file, .*, not int$"):
+        palpate.reconstruct(42)  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match=r"not list; one log for each call$"):
+        palpate.reconstruct(["a.csv", "b.csv"])  # type: ignore[arg-type]

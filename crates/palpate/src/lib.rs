@@ -100,6 +100,8 @@ pub mod truth;
 pub mod theory {}
 
 pub use log::{Log, Sample};
+/// Random numbers, in the version from which a [`ContactSensor`](sensor::ContactSensor) of one's own draws.
+pub use rand;
 pub use reconstruct::{Reconstruction, Reconstructor, reconstruct};
 pub use truth::Truth;
 

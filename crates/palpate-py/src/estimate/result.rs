@@ -488,12 +488,12 @@ impl ResultData {
     /// Parameters
     /// ----------
     /// path : str or os.PathLike, optional
-    ///     Where to write it, besides.
+    ///     Where to write it. Default: it is returned.
     ///
     /// Returns
     /// -------
-    /// bytes
-    ///     The GIF file.
+    /// bytes or None
+    ///     The GIF file; None where it was written.
     ///
     /// Raises
     /// ------
@@ -502,14 +502,14 @@ impl ResultData {
     /// InputError
     ///     If the result was read from a folder and has no log to show, or nothing moves.
     #[pyo3(signature = (path=None))]
-    fn animation<'py>(&self, py: Python<'py>, path: Option<PathBuf>) -> PyResult<Bound<'py, PyBytes>> {
+    fn animation<'py>(&self, py: Python<'py>, path: Option<PathBuf>) -> PyResult<Option<Bound<'py, PyBytes>>> {
         let summary = self.to_summary(None)?;
         let input = self.report_input(&summary, None, None)?;
         let gif = py.detach(|| palpate_report::animation(&input)).map_err(|error| errors::input(error.to_string()))?;
-        if let Some(path) = path {
-            py.detach(|| palpate_io::write_whole(&path, &gif)).or_raise()?;
+        match path {
+            Some(path) => py.detach(|| palpate_io::write_whole(&path, &gif)).or_raise().map(|()| None),
+            None => Ok(Some(PyBytes::new(py, &gif))),
         }
-        Ok(PyBytes::new(py, &gif))
     }
 
     /// The motion, or the shape, as a pandas data frame.

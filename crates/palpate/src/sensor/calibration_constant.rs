@@ -19,6 +19,8 @@ pub struct CalibrationConstant {
     pub unit: &'static str,
     /// How many of these make one of the SI unit.
     pub units_per_si: f64,
+    /// Where a rig file states how well it is known.
+    pub tolerance: &'static str,
     /// A motion of the palms that tells it.
     pub motion: &'static str,
     /// A measurement that shows a mistake in it.
@@ -39,6 +41,7 @@ impl CalibrationConstant {
             label: "zero of pad 1",
             unit: "mm",
             units_per_si: 1e3,
+            tolerance: "zero_sd_mm of [palm1]",
             motion: TRAVEL,
             check: "check pad 1: touched at a known distance from the base, it reads that distance plus its zero. Does it count from \
                     that end?",
@@ -48,6 +51,7 @@ impl CalibrationConstant {
             label: "zero of pad 2",
             unit: "mm",
             units_per_si: 1e3,
+            tolerance: "zero_sd_mm of [palm2]",
             motion: TRAVEL,
             check: "check pad 2: touched at a known distance from the base, it reads that distance plus its zero. Does it count from \
                     that end?",
@@ -57,6 +61,7 @@ impl CalibrationConstant {
             label: "scale of pad 1 less that of pad 2",
             unit: "%",
             units_per_si: 1e2,
+            tolerance: "scale_ratio_sd of [pads]",
             motion: TRAVEL,
             check: "check both pads: touch two marks on each; difference of the readings over their distance is its scale. Same unit \
                     and counts per inch?",
@@ -66,6 +71,7 @@ impl CalibrationConstant {
             label: "zero of phi1 (against gravity)",
             unit: "deg",
             units_per_si: DEGREES,
+            tolerance: "phi1_zero_sd_deg of [angles]",
             motion: "turn both palms together, far to either side, and slowly (gravity is the level)",
             check: "check the encoder of palm 1: with the palm level it reads its zero. Does y point up, against gravity?",
         },
@@ -74,6 +80,7 @@ impl CalibrationConstant {
             label: "zero of phi2 (between the palms)",
             unit: "deg",
             units_per_si: DEGREES,
+            tolerance: "phi2_zero_sd_deg of [angles]",
             motion: OPEN_WIDER,
             check: "check the encoder between the palms: with a square between them it reads 90 degrees plus its zero",
         },
@@ -82,6 +89,7 @@ impl CalibrationConstant {
             label: "surface of pad 1 less pad 2",
             unit: "mm",
             units_per_si: 1e3,
+            tolerance: "surface_difference_sd_mm of [pads]",
             motion: OPEN_WIDER,
             check: "check with a calliper how far each sensing surface, pad and cover mounted, lies in front of the hinge axis",
         },
@@ -90,6 +98,7 @@ impl CalibrationConstant {
             label: "clock of angles against pads",
             unit: "ms",
             units_per_si: 1e3,
+            tolerance: "offset_sd_ms of [clock]",
             motion: "let the palms speed up, slow down and turn back more often",
             check: "check the clocks: tap a palm; the angle follows the position by the offset",
         },

@@ -74,6 +74,12 @@ pub struct PadReading {
     pub force_n: f64,
 }
 
+impl Default for Touchpad {
+    fn default() -> Self {
+        Self::ideal()
+    }
+}
+
 impl Touchpad {
     /// A pad without any fault: no rounding, no noise, endless; 100 samples per second.
     pub fn ideal() -> Self {

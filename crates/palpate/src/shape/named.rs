@@ -52,10 +52,24 @@ pub enum NamedShape {
 
 /// The name is not the name of a shape.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
-#[error("no shape is named \"{name}\"; known are {} (sizes in millimetres)", NamedShape::NAMES.join(", "))]
+#[error("no shape is named \"{name}\"; {}", self.advice())]
 pub struct UnknownShape {
     /// What was asked for.
     pub name: String,
+}
+
+impl UnknownShape {
+    /// How a shape of this kind is written, or what kinds there are.
+    fn advice(&self) -> String {
+        let written = [
+            ("rect", "a rectangle is written rectangle:60x40, or rectangle:60x40x5 with a corner radius; millimetres"),
+            ("stadium", "a stadium is written stadium:60x40; millimetres"),
+            ("random", "a random shape is written random:7, with a seed"),
+        ];
+        let kind = self.name.trim().to_ascii_lowercase();
+        let known = written.iter().find(|(begin, _)| kind.starts_with(begin)).map(|(_, how)| (*how).to_owned());
+        known.unwrap_or_else(|| format!("known are {} (sizes in millimetres)", NamedShape::NAMES.join(", ")))
+    }
 }
 
 impl NamedShape {

@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 
 use super::{MILLI, Mistake};
 use crate::log::{Log, Sample};
+use crate::math::statistics::median;
 
 /// Palms that never open wider than this, radians, were meant to open by as many radians as this has degrees: π degrees.
 const RADIANS_AS_DEGREES: f64 = PI * PI / 180.0;
@@ -15,6 +16,9 @@ const LENGTHS_M: [f64; 2] = [1e-3, 10.0];
 
 /// Positions of exactly 0 that are not by chance.
 const FEWEST_ZEROS: usize = 3;
+
+/// A contact that was further out than this share of the usual position does not come to the base of the palm within a sample.
+const LEAP_SHARE: f64 = 0.2;
 
 /// Steps from which on positions (metres) and angles (radians, half a degree) are rounded coarsely: no sensor is as coarse.
 const COARSE_M: f64 = 0.5e-3;
@@ -44,9 +48,14 @@ impl Mistake {
         if let Some(mistake) = Self::in_units(log) {
             return Some(mistake);
         }
-        let zeros = |s: fn(&Sample) -> Option<f64>| log.samples.iter().filter(|sample| s(sample) == Some(0.0)).count();
-        let readings = zeros(|sample| sample.s1_m) + zeros(|sample| sample.s2_m);
+        let readings = zeros(log, |_, _| true);
         (readings >= FEWEST_ZEROS).then_some(Self::ZerosForNoContact { readings })
+    }
+
+    /// Zeros from which a contact would have to leap away in one sample, whatever the object: nobody needs to look for one to know them.
+    pub(super) fn leaps_to_zero(log: &Log) -> Option<Self> {
+        let leaping = zeros(log, |before_m, usual_m| before_m > LEAP_SHARE * usual_m);
+        (leaping >= FEWEST_ZEROS).then(|| Self::ZerosForNoContact { readings: zeros(log, |_, _| true) })
     }
 
     /// Digits too few to tell an object by, where a log is not explained otherwise.
@@ -74,6 +83,27 @@ impl Mistake {
         let mends = |mistake: &Self| mistake.undone_for(log, [0.0; 2]).is_some_and(|undone| hold(&undone));
         all.into_iter().filter(mends).collect()
     }
+}
+
+/// Positions of exactly 0 for which `counts` is true of the last other position on the pad, and of the median of all others, metres.
+fn zeros(log: &Log, counts: impl Fn(f64, f64) -> bool) -> usize {
+    let of_pad = |s: fn(&Sample) -> Option<f64>| {
+        let positions: Vec<f64> = log.samples.iter().filter_map(s).collect();
+        let mut others: Vec<f64> = positions.iter().copied().filter(|s| *s != 0.0).collect();
+        let first_m = others.first().copied().unwrap_or(0.0);
+        let usual_m = if others.is_empty() { 0.0 } else { median(&mut others) };
+        let mut last_m = first_m;
+        positions
+            .iter()
+            .filter(|&&s_m| {
+                if s_m != 0.0 {
+                    last_m = s_m;
+                }
+                s_m == 0.0 && counts(last_m, usual_m)
+            })
+            .count()
+    };
+    of_pad(|sample| sample.s1_m) + of_pad(|sample| sample.s2_m)
 }
 
 /// Whether palms hold an object against gravity: each has a part of it above, and the other on the other side.
@@ -152,6 +182,23 @@ mod tests {
         let undone = Mistake::MetersAsMillimeters.undone_for(&far(0.5e-3), [0.0; 2]).expect("it can be undone");
         assert!((undone.samples[1].s1_m.unwrap_or_default() - 0.5).abs() < 1e-12);
         assert_eq!(undone.samples[1].s2_m, far(0.5e-3).samples[1].s2_m);
+    }
+
+    #[test]
+    fn zeros_far_from_the_contact_before_them_are_known_at_once() {
+        let log = |before_m: f64| {
+            let mut log = log_of(right);
+            for index in [5, 15, 25] {
+                log.samples[index].s2_m = Some(before_m);
+                log.samples[index + 1].s2_m = Some(0.0);
+            }
+            log
+        };
+        // The usual position on pad 2 is half of the way from 40 to 35 mm.
+        assert_eq!(Mistake::leaps_to_zero(&log(0.95 * LEAP_SHARE * 0.0375)), None);
+        let mistake = Mistake::leaps_to_zero(&log(1.05 * LEAP_SHARE * 0.0375));
+        assert_eq!(mistake, Some(Mistake::ZerosForNoContact { readings: 3 }));
+        assert_eq!(Mistake::leaps_to_zero(&log_of(right)), None);
     }
 
     #[test]

@@ -109,7 +109,7 @@ impl Mistake {
                 "exchange the names of s1 and s2 (and of base points and forces), and write phi1 + phi2 for phi1 and -phi2 for phi2"
             }
             Self::RigNotExact => {
-                "give a rig file with tolerances (`palpate rig --template` prints one), and not `--calibrated`"
+                "give a rig file with tolerances (`palpate rig --template` prints one), and not `--calibrated`; in Python `rig=palpate.Rig()`"
             }
             Self::RadiansAsDegrees => "name a column in radians `phi1_rad` or `phi2_rad`",
             Self::MetersAsMillimeters => "name a column in metres `s1_m` or `s2_m`",

@@ -92,6 +92,9 @@ impl Reconstructor<'_> {
             // Whatever such readings come to, nobody's palms are as long or as short.
             return self.run_without(&Recognised::by_readings(mistake), log, None);
         }
+        if let Some(mistake) = Mistake::leaps_to_zero(log) {
+            return self.run_without(&Recognised::by_readings(mistake), log, None);
+        }
         let (at_once, later) = (OnceCell::new(), OnceCell::new());
         let at_once = || at_once.get_or_init(|| self.recognised_at_once(log)).clone();
         let recognised = || at_once().or_else(|| later.get_or_init(|| self.recognised_later(log, None)).clone());

@@ -5,6 +5,7 @@ use std::fmt;
 
 use crate::reconstruct::mistake::Mistake;
 use crate::reconstruct::options::method::Method;
+use crate::sensor::CalibrationConstant;
 
 /// Where a doubt comes from. What stands first spoils what stands after it, and is to be mended first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -256,9 +257,12 @@ impl Doubt {
             Self::NegativeRadius => {
                 "check the signs of the palm angles, and the end that the pads count from".to_owned()
             }
-            Self::UnlikelyRig { constant, .. } => {
-                format!("measure {constant}, or state a larger tolerance in the rig file")
-            }
+            Self::UnlikelyRig { constant, .. } => match CalibrationConstant::named(constant) {
+                Some(CalibrationConstant { label, tolerance, .. }) => {
+                    format!("measure the {label}, or state a larger {tolerance} in the rig file")
+                }
+                None => format!("measure {constant}, or state a larger tolerance in the rig file"),
+            },
             Self::UnsettledRig { .. } => "state the constants of the rig better, or record longer".to_owned(),
             Self::Outliers { .. } => "look for a loose cable, a second touch or lost counts".to_owned(),
             Self::StrayReadings { .. } => {
@@ -389,10 +393,13 @@ impl fmt::Display for Doubt {
                 100.0 * probability,
                 1e3 * deviation_sd_m
             ),
-            Self::UnlikelyRig { constant, off_sds } => write!(
-                f,
-                "by the log, {constant} of the rig is {off_sds:.1} standard deviations from what the rig is said to have"
-            ),
+            Self::UnlikelyRig { constant, off_sds } => {
+                let label = CalibrationConstant::named(constant).map_or(constant.as_str(), |about| about.label);
+                write!(
+                    f,
+                    "by the log, the {label} is {off_sds:.1} standard deviations from what the rig is said to have"
+                )
+            }
             Self::UnsettledRig { sds } => write!(
                 f,
                 "the constants of the rig did not come to an optimum (they still move by {sds:.1} standard deviations)"
