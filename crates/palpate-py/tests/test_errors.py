@@ -106,7 +106,10 @@ def test_wrong_types_are_type_errors(egg: palpate.SupportFunction) -> None:
         palpate.reconstruct_from("trial.csv", egg, [0.0])  # type: ignore[arg-type]
     with pytest.raises(TypeError):
         palpate.simulate(egg, "random")
-    with pytest.raises(TypeError, match=r"the path of a CSV file, .*, not int$"):
+
+
+def test_what_is_no_log_says_what_is() -> None:
+    with pytest.raises(palpate.InputError, match=r"the path of a CSV file, .*, not int$"):
         palpate.reconstruct(42)  # type: ignore[arg-type]
-    with pytest.raises(TypeError, match=r"not list; one log for each call$"):
+    with pytest.raises(palpate.InputError, match=r"not list; one log for each call$"):
         palpate.reconstruct(["a.csv", "b.csv"])  # type: ignore[arg-type]

@@ -161,7 +161,7 @@ def test_whatever_is_a_log_is_reconstructed(log: Log, tmp_path: Path) -> None:
     assert found.log == some
     with pytest.raises(palpate.ReadError, match="no such file"):
         palpate.reconstruct(tmp_path / "none.csv")
-    with pytest.raises(palpate.InputError, match="mapping of names to arrays"):
+    with pytest.raises(palpate.InputError, match="mapping of names to columns"):
         palpate.reconstruct(3)  # type: ignore[arg-type]
     # A rig that counts otherwise is asked before the log is judged.
     rig = palpate.Rig.parse(palpate.Rig.template())

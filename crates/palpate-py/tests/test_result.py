@@ -276,7 +276,7 @@ def test_the_motion_is_an_animation(result: palpate.Result, tmp_path: Path) -> N
     gif = result.animation()
     assert gif.startswith(b"GIF89a")
     # At the end of a cell it would be shown, as bytes.
-    assert result.animation(tmp_path / "films" / "egg.gif") is None  # type: ignore[func-returns-value]
+    assert result.animation(tmp_path / "films" / "egg.gif") is None
     assert (tmp_path / "films" / "egg.gif").read_bytes() == gif
     result.save(tmp_path / "saved")
     with pytest.raises(palpate.InputError, match="has no log"):

@@ -64,4 +64,4 @@ def test_what_is_no_log_of_strokes_is_named(tmp_path: Path) -> None:
     with pytest.raises(palpate.ReadError, match="tilt_deg"):
         palpate.reconstruct_strokes(palpate.Strokes([0.0], [0.0], [0.0], [0.0]), rig=tmp_path / "rig.toml")
     with pytest.raises(palpate.InputError):
-        palpate.simulate_strokes(palpate.SupportFunction.named("egg", 0.03), [[0.5]])
+        palpate.simulate_strokes(palpate.SupportFunction.named("egg", 0.03), WAYS, friction=-1.0)

@@ -7,7 +7,7 @@ use numpy::{PyArray1, PyArray2};
 use palpate::palms::PalmPair;
 use palpate::{Log, Sample};
 use palpate_io::{Conventions, LogFile};
-use pyo3::exceptions::{PyAttributeError, PyTypeError};
+use pyo3::exceptions::PyAttributeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyMapping};
 
@@ -203,7 +203,7 @@ impl LogGiven {
                     let kind = given.get_type().name()?;
                     let message = "a log is a Log, the path of a CSV file, an open file, a data frame, or a mapping of names to columns";
                     let one = if given.hasattr("__iter__")? { "; one log for each call" } else { "" };
-                    return Err(PyTypeError::new_err(format!("{message}, not {kind}{one}")));
+                    return Err(errors::input(format!("{message}, not {kind}{one}")));
                 };
                 Py::new(py, log)?
             }

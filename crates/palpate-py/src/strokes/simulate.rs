@@ -56,8 +56,12 @@ use crate::strokes::log::StrokesData;
 /// True
 #[expect(clippy::too_many_arguments, reason = "each is a keyword of the Python function")]
 #[pyfunction]
-#[pyo3(signature = (shape, strokes, *, center_of_mass_m=[0.0, -0.009], press=3.0, friction=0.4, noise_sd_m=0.0, arm_noise_sd_m=0.0,
-    rate_hz=30.0, seed=0))]
+#[pyo3(
+    signature = (shape, strokes, *, center_of_mass_m=[0.0, -0.009], press=3.0, friction=0.4, noise_sd_m=0.0, arm_noise_sd_m=0.0,
+        rate_hz=30.0, seed=0),
+    text_signature = "(shape, strokes, *, center_of_mass_m=(0.0, -0.009), press=3.0, friction=0.4, noise_sd_m=0.0, arm_noise_sd_m=0.0, \
+        rate_hz=30.0, seed=0)"
+)]
 pub fn simulate_strokes(
     py: Python<'_>,
     shape: &Shape,
