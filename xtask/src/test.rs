@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::thread;
 
 use anyhow::Context;
 
@@ -90,6 +91,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     if arguments.only_python {
         return python::test();
     }
+    // Packages of Python come while Rust is tested; what goes wrong there is told when they are needed.
+    let packages = (!arguments.no_python).then(|| thread::spawn(python::Environment::provide));
     let browser = browser::provide(!arguments.no_install);
     let mut test = workspace::cargo();
     test.args(["test", "--workspace", "--no-fail-fast"]);
@@ -100,7 +103,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         }
     }
     workspace::run(&mut test)?;
-    if !arguments.no_python {
+    if let Some(packages) = packages {
+        drop(packages.join());
         python::test()?;
     }
     if browser {
