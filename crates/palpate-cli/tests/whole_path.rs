@@ -622,3 +622,23 @@ fn own_shapes_motions_and_touchpads_are_simulated() {
         assert!(second[3..5].iter().all(|s| (1e4 * s - (1e4 * s).round()).abs() < 1e-6), "{second:?}");
     }
 }
+
+/// Flat sides, which no series of few harmonics has: the centre of mass was certified 25 of its error bars off.
+#[test]
+fn error_bars_of_flat_sides_hold_what_the_harmonics_leave_out() {
+    let dir = folder();
+    let simulated = ["simulate", "--shape", "stadium:60x40", "--seed", "2", "-o", "stadium.csv"];
+    assert_eq!(palpate(dir.path(), &simulated).code, Some(0));
+    let ran = palpate(dir.path(), &["reconstruct", "stadium.csv", "-o", "out", "--truth", "stadium.truth"]);
+    assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
+    let out = dir.path().join("out");
+    let motion = fs::read_to_string(out.join("motion.csv")).expect("a motion");
+    let mut rows = motion.lines().filter(|line| !line.starts_with('#'));
+    let column = rows.next().expect("a header").split(',').position(|name| name == "com_sd_m").expect("a column");
+    let squares: Vec<f64> = rows
+        .map(|row| row.split(',').nth(column).and_then(|sd| sd.parse::<f64>().ok()).expect("an error bar").powi(2))
+        .collect();
+    let sd_m = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
+    let error_m = summary(&out)["truth"]["rms_com_m"].as_f64().expect("an error");
+    assert!(error_m < 5.0 * sd_m, "{error_m} {sd_m}");
+}

@@ -385,14 +385,19 @@ pub(crate) fn truth_errors(truth: Option<&TruthOverlay>) -> String {
         ("Orientation", format!("{}°", number(errors.rms_psi_rad.to_degrees())), "RMS of ψ"),
         ("Centre of mass", length_text(errors.rms_com_m), "RMS of its position"),
     ];
+    errors_card(&belongs_to(0), "centre of mass", &rows)
+}
+
+/// A card with errors, each with its name and what it is the error of; `origin` is that of the frame of the object.
+pub(crate) fn errors_card(of: &str, origin: &str, rows: &[(&str, String, &str)]) -> String {
     let rows: String = rows
         .iter()
         .map(|(what, value, how)| {
             format!("<div class=\"figure\"><dt>{what}</dt><dd>{value}</dd><dd class=\"how\">{how}</dd></div>")
         })
         .collect();
-    let card = include_str!("../assets/errors.html").replace("{{of}}", &belongs_to(0));
-    card.replace("{{origin}}", "centre of mass").replace("{{rows}}", &rows)
+    let card = include_str!("../assets/errors.html").replace("{{of}}", of);
+    card.replace("{{origin}}", origin).replace("{{rows}}", &rows)
 }
 
 /// A note where the plots do not show every sample.

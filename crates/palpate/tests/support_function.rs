@@ -331,3 +331,13 @@ fn rectangles_and_stadiums_have_sizes_in_their_names() {
         assert!(name.parse::<NamedShape>().is_err(), "{name}");
     }
 }
+
+#[test]
+fn a_miswritten_shape_is_answered_with_how_it_is_written() {
+    let answer = |name: &str| name.parse::<NamedShape>().expect_err("no shape").to_string();
+    for name in ["rectangle", "rectangle:60", "rectangle:60,40", "rect:60x40"] {
+        assert!(answer(name).contains("written rectangle:60x40,"), "{}", answer(name));
+    }
+    assert!(answer("stadium:60").contains("written stadium:60x40") && answer("random").contains("written random:7"));
+    assert!(answer("banana").contains("known are circle"), "{}", answer("banana"));
+}

@@ -170,3 +170,20 @@ fn entries<'a>(text: &'a str, table: &'a DeTable<'a>) -> Vec<Entry<'a>> {
 fn line_breaks(text: &str, bytes: Range<usize>) -> usize {
     text.as_bytes().get(bytes).unwrap_or_default().iter().filter(|byte| **byte == b'\n').count()
 }
+
+#[cfg(test)]
+mod tests {
+    use palpate::sensor::CalibrationConstant;
+
+    use super::*;
+
+    #[test]
+    fn the_keys_that_doubts_name_are_those_of_a_rig_file() {
+        for CalibrationConstant { name, tolerance, .. } in CalibrationConstant::ALL {
+            let (key, section) = tolerance.split_once(" of ").expect("a key of a section");
+            let file = |key: &str| parse_rig("rig.toml", &format!("{section}\n{key} = 0.003\n"));
+            assert!(file(key).is_ok(), "{name}: {:?}", file(key));
+            assert!(file(&key.replace("sd", "tolerance")).is_err(), "{name}: any key is taken");
+        }
+    }
+}

@@ -3,8 +3,7 @@
 use palpate::pivot::{CenterOfMassEstimate, PivotReconstruction, PivotTolerances};
 
 use crate::data::TWO_SIDED_95;
-use crate::figures::{CROSS, TICK, badge, decimals, key_figure, length, length_text, number, reasons};
-use crate::html::escape;
+use crate::figures::{CROSS, TICK, badge, decimals, errors_card, key_figure, length, length_text, number, reasons};
 use crate::strokes::StrokesInput;
 
 /// The badge and what stands beside it.
@@ -181,14 +180,5 @@ pub(super) fn truth_errors(input: &StrokesInput) -> String {
         ("Largest gap", length_text(errors.hausdorff_m), "Hausdorff distance of the felt boundaries"),
         ("Orientation", format!("{}°", number(errors.rms_psi_rad.to_degrees())), "RMS of ψ"),
     ];
-    let rows: String = rows
-        .iter()
-        .map(|(what, value, how)| {
-            format!("<div class=\"figure\"><dt>{what}</dt><dd>{}</dd><dd class=\"how\">{how}</dd></div>", escape(value))
-        })
-        .collect();
-    include_str!("../../assets/errors.html")
-        .replace("{{of}}", "")
-        .replace("{{origin}}", "pivot")
-        .replace("{{rows}}", &rows)
+    errors_card("", "pivot", &rows)
 }
