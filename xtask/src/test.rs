@@ -91,8 +91,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     if arguments.only_python {
         return python::test();
     }
-    // Packages of Python come while Rust is tested; what goes wrong there is told when they are needed.
-    let packages = (!arguments.no_python).then(|| thread::spawn(python::Environment::provide));
+    // Neither uses all of a machine all the time.
+    let python = (!arguments.no_python).then(|| thread::spawn(python::test));
     let browser = browser::provide(!arguments.no_install);
     let mut test = workspace::cargo();
     test.args(["test", "--workspace", "--no-fail-fast"]);
@@ -102,11 +102,15 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
             test.env(AXE, axe::provide()?);
         }
     }
-    workspace::run(&mut test)?;
-    if let Some(packages) = packages {
-        drop(packages.join());
-        python::test()?;
+    let rust = workspace::run(&mut test);
+    if let Some(python) = python {
+        let told = python.join().unwrap_or_else(|_| Err(anyhow::anyhow!("the tests in Python panicked")));
+        if let Err(error) = told {
+            eprintln!("\nThe Python package: {error:#}");
+            return rust.and(Err(error));
+        }
     }
+    rust?;
     if browser {
         eprintln!("\nAll tests passed.");
     } else {

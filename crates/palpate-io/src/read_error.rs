@@ -106,6 +106,12 @@ pub enum ReadProblem {
         /// The names that are there.
         found: String,
     },
+    /// A log of another rig: its columns are those of strokes over one pad.
+    #[error(
+        "this is a log of strokes over one pad and not of two palms; `palpate reconstruct` takes it as it is, in Python it is for \
+         palpate.reconstruct_strokes, in Rust for palpate_io::read_strokes"
+    )]
+    Strokes,
     /// A known quantity without a unit.
     #[error("the name has no unit; name the column {names}")]
     NoUnit {

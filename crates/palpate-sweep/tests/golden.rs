@@ -119,7 +119,7 @@ fn line(name: &str, found: &Reconstruction) -> String {
     for (_, value, _) in figures(found) {
         write!(line, ",{value:e}").expect("room");
     }
-    write!(line, ",{}", found.verdict.to_string().replace(',', ";")).expect("room");
+    write!(line, ",{}", found.verdict.reason().replace(',', ";")).expect("room");
     line
 }
 
@@ -134,7 +134,7 @@ fn differences(name: &str, expected: &str, found: &Reconstruction) -> Vec<String
             differences.push(format!("{name}: {what} is {value:e}, was {expected:e}"));
         }
     }
-    let reason = found.verdict.to_string().replace(',', ";");
+    let reason = found.verdict.reason().replace(',', ";");
     if cells[cells.len() - 1] != reason {
         differences.push(format!("{name}: the reason is \"{reason}\", was \"{}\"", cells[cells.len() - 1]));
     }

@@ -77,7 +77,7 @@ fn survives_by(log: &Log, method: Method) -> Result<(), TestCaseError> {
         Ok(found) => {
             prop_assert_eq!(found.motion.len(), log.samples.len());
             prop_assert_eq!(diagnostics(log, &found).len(), log.samples.len());
-            prop_assert!(found.is_certified() || found.verdict.to_string().len() > 20, "{}", found.verdict);
+            prop_assert!(found.is_certified() || found.verdict.reason().len() > 20, "{}", found.verdict);
             prop_assert!(!found.is_certified() || found.outline.iter().all(|point| point.r_m.is_finite()));
         }
         Err(error) => prop_assert!(error.to_string().len() > 20, "{error}"),

@@ -204,7 +204,7 @@ impl Slip {
             return Ok(if is_named { Outcome::Named } else { Outcome::Missed(mistake.to_string()) });
         }
         let is_right = found.is_certified() && compare(&found, truth)?.rms_r_m < RIGHT * found.shape.mean_radius_m();
-        Ok(if is_right { Outcome::Harmless } else { Outcome::Missed(found.verdict.to_string()) })
+        Ok(if is_right { Outcome::Harmless } else { Outcome::Missed(found.verdict.reason()) })
     }
 }
 

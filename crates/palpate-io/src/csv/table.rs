@@ -179,6 +179,14 @@ impl<'a> Table<'a> {
                 continue;
             }
             let columns = table.names.len();
+            if table.lines.is_empty() && cells <= columns && row.iter().all(|cell| cell.is_empty() || is_unit(cell)) {
+                for (name, unit) in table.names.iter_mut().zip(table.cells.drain(before..)) {
+                    if !unit.is_empty() && !plain(name).ends_with(&format!("_{}", plain(&unit))) {
+                        *name = format!("{name} ({unit})");
+                    }
+                }
+                continue;
+            }
             if let Some((line, cells)) = short_row {
                 return Err(too_short(line, cells, columns));
             }
@@ -578,6 +586,13 @@ fn separator_said(line: &str) -> Option<char> {
     key.eq_ignore_ascii_case("sep=").then(|| mark.chars().next()).flatten()
 }
 
+/// Whether a cell names a unit, in brackets or not, as in a row of units below a header.
+fn is_unit(cell: &str) -> bool {
+    let all = [Dimension::Time, Dimension::Angle, Dimension::Length, Dimension::Force];
+    let text = plain(cell);
+    all.into_iter().flat_map(Dimension::units).any(|unit| unit.suffix() == text)
+}
+
 /// A number as it is written in a cell; with a decimal comma where columns are not separated by commas.
 fn parse_number(cell: &str, decimal_commas: bool) -> Option<f64> {
     match cell.split_once(',') {
@@ -678,6 +693,18 @@ mod tests {
         assert_eq!(cells("\"a\"\t\"b\"\t", '\t'), Some(vec!["a".into(), "b".into(), String::new()]));
         assert_eq!(cells(r#""a,b"#, ','), None);
         assert_eq!(cells(r#""a"b,c"#, ','), None);
+    }
+
+    #[test]
+    fn a_row_of_units_below_the_header_is_of_the_columns() {
+        let names =
+            |text: &str| Table::parse("log", text.as_bytes(), "").map(|table| (table.names.clone(), table.rows()));
+        let with_units = "time,phi1 (deg),note,s1_mm\ns,deg,,[mm]\n0,1,2,3\n";
+        let expected = ["time (s)", "phi1 (deg)", "note", "s1_mm"].map(str::to_owned);
+        assert_eq!(names(with_units), Ok((expected.into(), 1)));
+        // Below a row of numbers, or with a word among them, it is a row like any other.
+        assert_eq!(names("a,b\n1,2\ns,mm\n").map(|(_, rows)| rows), Ok(2));
+        assert_eq!(names("a,b\ns,feet\n").map(|(_, rows)| rows), Ok(1));
     }
 
     #[test]

@@ -16,6 +16,7 @@ use crate::log::plausible::{self, MAX_COORDINATE_M, MAX_REACH_M, unit_of};
 use crate::read_error::{ReadError, ReadProblem};
 use crate::rig::conventions::Conventions;
 use crate::rig::{RigFile, comment};
+use crate::strokes::reader::PIVOT_X;
 
 /// Fewest samples with a contact on both palms that a log must have: fewer cannot be solved for a shape.
 pub const MIN_SAMPLES: usize = palpate::reconstruct::FEWEST_SAMPLES;
@@ -63,7 +64,8 @@ pub struct LogFile {
 /// Columns are found by name, in any order, upper or lower case, separated by commas (or all by semicolons or tabs, then with decimal
 /// commas or points); their units are converted. Required: time (or timestamp), phi1, phi2, s1, s2. Optional: the standard deviations s1_sd
 /// and s2_sd, the base points base1_x, base1_y, base2_x, base2_y, and force1, force2. Lengths end in `_m`, `_cm`, `_mm` or `_um`, angles in
-/// `_rad` or `_deg`, times in `_s`, `_ms`, `_us` or `_ns`, forces in `_n`; the unit may also stand in brackets, as in `phi1 (deg)`. An empty
+/// `_rad` or `_deg`, times in `_s`, `_ms`, `_us` or `_ns`, forces in `_n`; the unit may also stand in brackets, as in `phi1 (deg)`, or
+/// in a row of units below the names. An empty
 /// cell or NaN in s1 or s2 means that no contact was seen; in a standard deviation or force, that it is not known. A file that gzip
 /// compressed is unpacked.
 ///
@@ -262,9 +264,16 @@ pub(crate) struct Columns {
     force: [Option<Column>; 2],
 }
 
+/// What is wrong with the columns of a log of another rig.
+fn of_strokes(table: &Table) -> Option<ReadError> {
+    let pivot = table.find(PIVOT_X, &[PIVOT_X]).ok()??;
+    Some(table.column_error(pivot, ReadProblem::Strokes))
+}
+
 impl Columns {
     pub(super) fn find(table: &Table) -> Result<Self, ReadError> {
-        let [time, phi1, phi2, s1, s2] = table.require_all([TIME, PHI1, PHI2, S1, S2], &ALL)?;
+        let [time, phi1, phi2, s1, s2] =
+            table.require_all([TIME, PHI1, PHI2, S1, S2], &ALL).map_err(|error| of_strokes(table).unwrap_or(error))?;
         let optional = |quantity| table.find(quantity, &ALL);
         Ok(Self {
             time,

@@ -265,7 +265,7 @@ impl Summary {
         Self {
             certified: reconstruction.is_certified(),
             com_certified: reconstruction.is_com_certified(),
-            reason: reconstruction.verdict.to_string(),
+            reason: reconstruction.verdict.reason(),
             doubts: reconstruction.verdict.doubts.clone(),
             chi2_per_dof: reconstruction.chi2_per_dof,
             jumps: jumps().map(|jump| jump.time_s).collect(),

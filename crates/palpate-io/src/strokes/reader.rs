@@ -10,7 +10,7 @@ use crate::csv::unit::Dimension;
 use crate::read_error::{ReadError, ReadProblem};
 
 const TIME: Quantity = Quantity::new("time", Dimension::Time).also_named(&["timestamp", "time_stamp"]);
-const PIVOT_X: Quantity = Quantity::new("pivot_x", Dimension::Length);
+pub(crate) const PIVOT_X: Quantity = Quantity::new("pivot_x", Dimension::Length);
 const PIVOT_Y: Quantity = Quantity::new("pivot_y", Dimension::Length);
 const S: Quantity = Quantity::or_empty("s", Dimension::Length, "no contact was seen");
 const ALL: [Quantity; 4] = [TIME, PIVOT_X, PIVOT_Y, S];
@@ -90,6 +90,8 @@ mod tests {
     fn strokes_are_read_in_any_unit_and_order() {
         let text = "# swing_period_s: 0.4\ns_mm,time_ms,Pivot_X (cm),pivot_y_m\n12.5,0,1.5,0.03\n,50,1.6,0.04\n";
         assert!(is_strokes_log(text.as_bytes()) && !is_strokes_log(b"time_s,phi1_rad,phi2_rad,s1_m,s2_m\n"));
+        let error = crate::parse_log("log", text.as_bytes()).expect_err("it is no palm log");
+        assert!(error.to_string().contains("reconstruct_strokes"), "{error}");
         let file = parse_strokes("log", text.as_bytes()).expect("a log");
         assert_eq!(file.log.swing_period_s, Some(0.4));
         let [first, second] = file.log.samples[..] else { panic!("two samples") };

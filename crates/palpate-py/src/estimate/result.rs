@@ -227,7 +227,7 @@ impl ResultData {
     /// str: why not certified; empty when both verdicts are yes.
     #[getter]
     fn reason(&self) -> String {
-        self.found.verdict.to_string()
+        self.found.verdict.reason()
     }
 
     /// list of Doubt: the same one by one, with the numbers behind each; empty when both verdicts are yes.

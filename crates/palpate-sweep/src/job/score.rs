@@ -140,7 +140,7 @@ fn tell(row: &mut Row, found: &Reconstruction, truth: Option<&Truth>) {
     row.symmetry_mirror = Some(found.symmetry.symmetry.mirror);
     row.chi2_per_dof = finite(found.chi2_per_dof);
     row.sensor_sd_m = finite(found.sensor_sd_m);
-    row.reason = found.verdict.to_string();
+    row.reason = found.verdict.reason();
     let Some(truth) = truth else { return };
     match compare(found, truth) {
         Ok(errors) => {

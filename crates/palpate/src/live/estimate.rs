@@ -1,8 +1,7 @@
 //! What is known after a sample: plain data.
 
 use crate::reconstruct::{
-    CalibrationEstimate, Doubt, FoundSymmetry, FrictionEstimate, OutlinePoint, Pose, ReconstructError, Reconstruction,
-    Verdict,
+    CalibrationEstimate, FoundSymmetry, FrictionEstimate, OutlinePoint, Pose, ReconstructError, Reconstruction, Verdict,
 };
 use crate::shape::SupportFunction;
 
@@ -112,7 +111,7 @@ impl Estimate {
             return "the newest samples contradict the shape; another search corrects it".to_owned();
         }
         match (&self.verdict, &self.failure) {
-            (Some(verdict), _) => verdict.doubts.iter().map(Doubt::to_string).collect::<Vec<_>>().join("; "),
+            (Some(verdict), _) => verdict.reason(),
             (None, Some(failure)) => failure.to_string(),
             (None, None) if self.stage == Stage::Gathering => "too few samples for a first search".to_owned(),
             (None, None) => "the first search is under way".to_owned(),

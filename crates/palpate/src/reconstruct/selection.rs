@@ -11,7 +11,7 @@ use crate::reconstruct::options::error::ReconstructError;
 use crate::reconstruct::refine::calibrated::Solved;
 use crate::reconstruct::refine::job::Job;
 use crate::reconstruct::result::reconstruction::Reconstruction;
-use crate::reconstruct::verdict::assemble::{Candidate, Expected, assemble};
+use crate::reconstruct::verdict::assemble::{Candidate, assemble};
 use crate::reconstruct::verdict::doubt::{Doubt, Verdict};
 use crate::reconstruct::verdict::left_out::{WithLeftOut, is_held_convex};
 use crate::reconstruct::verdict::uncertainty::{OfBalance, Uncertainty};
@@ -71,7 +71,7 @@ impl Job<'_> {
     /// The result of a refined arrangement.
     pub fn assemble(&self, Solved { job, refined, .. }: Solved) -> Result<Candidate, ReconstructError> {
         let job = job.as_ref().unwrap_or(self);
-        let expected = Expected { stated_m: job.stated_m, scatter_m: job.scatter_m, outliers: job.outliers };
+        let expected = job.expected();
         let found = (&refined.ambiguity_rad[..], refined.symmetry);
         let posterior = job.calibration_posterior(&refined);
         let calibration = posterior.as_ref().map(|posterior| (posterior, job.calibration, job.options.rig));

@@ -97,7 +97,7 @@ pub fn assert_honest(result: &Result<Reconstruction, ReconstructError>, truth: &
         Ok(found) if found.is_certified() => assert_right(found, truth, noise_m, fold),
         Ok(found) => {
             errors(found, truth);
-            assert!(found.verdict.to_string().len() > 20, "a reason that helps, not {}", found.verdict);
+            assert!(found.verdict.reason().len() > 20, "a reason that helps, not {}", found.verdict);
             assert!(!found.is_com_certified(), "no centre of mass without a shape");
         }
         Err(error) => assert!(error.to_string().len() > 20, "a reason that helps, not {error}"),

@@ -7,15 +7,31 @@
 use crate::estimate::measurements::{Instant, Measurements};
 use crate::estimate::model::contact::{by_palms, combine, contacts};
 use crate::estimate::model::noise::Noise;
-use crate::log::Log;
+use crate::log::{Log, Sample};
 use crate::math::statistics::median;
 use crate::palms::PalmAngles;
 
-/// Standard deviation of one contact position in metres, estimated from the scatter of neighbouring samples.
-pub(crate) fn contact_scatter_m(measurements: &Measurements) -> f64 {
+/// Standard deviation of one contact position in metres, estimated from the scatter of neighbouring samples. Steps are those of the readings as the rig
+/// wrote them, in `raw`: corrected ones no longer lie on any.
+pub(crate) fn contact_scatter_m(measurements: &Measurements, raw: &Log) -> f64 {
     let scatter = third_difference_scatter(&stillest_windows(measurements), [|i| i.s1, |i| i.s2]);
-    let step = quantisation_m(measurements, |i| i.s1).max(quantisation_m(measurements, |i| i.s2));
+    let step = quantisation_m(raw, |sample| sample.s1_m).max(quantisation_m(raw, |sample| sample.s2_m));
     scatter.max(step / 12f64.sqrt())
+}
+
+/// Samples for each reading that is an error of its own: where rounding is all the noise there is, a contact that is read at the same place again and
+/// again has the same error each time. 1 where other noise is as large.
+pub(crate) fn samples_per_error(measurements: &Measurements, raw: &Log) -> f64 {
+    let scatter = third_difference_scatter(&stillest_windows(measurements), [|i| i.s1, |i| i.s2]);
+    let of_pad = |s: fn(&Sample) -> Option<f64>| {
+        if scatter >= quantisation_m(raw, s) / 12f64.sqrt() {
+            return 1.0;
+        }
+        let readings: Vec<f64> = raw.samples.iter().filter_map(s).collect();
+        let changes = readings.windows(2).filter(|pair| (pair[1] - pair[0]).abs() > LEAST_GAP_M).count();
+        readings.len() as f64 / (changes + 1) as f64
+    };
+    0.5 * (of_pad(|sample| sample.s1_m) + of_pad(|sample| sample.s2_m))
 }
 
 /// Standard deviation of a palm angle in radians, estimated in the same way.
@@ -132,7 +148,9 @@ fn third_difference_scatter<const N: usize>(windows: &[&[Instant]], channels: [f
 /// Smallest difference between two readings that are not equal, metres.
 const LEAST_GAP_M: f64 = 1e-12;
 
-/// Fewest gaps between readings that determine a quantisation step.
+/// Fewest gaps between readings that determine a quantisation step: of those that occur twice, as whole millimetres of a contact that moves by four do,
+/// and of any. An object that rests in three places has two gaps, as large as you like.
+const FEWEST_REPEATED_GAPS: usize = 3;
 const FEWEST_GAPS: usize = 8;
 
 /// The step is the gap at this quantile (one in so many) of all gaps: the commonest small one.
@@ -156,8 +174,8 @@ fn third_difference(window: &[Instant], value: fn(&Instant) -> f64) -> f64 {
 
 /// The quantisation step of the readings, or 0 when there is none: from the readings that occur twice, which outliers hardly do, or else from
 /// all of them.
-fn quantisation_m(measurements: &Measurements, s: fn(&Instant) -> f64) -> f64 {
-    let mut values: Vec<f64> = measurements.instants.iter().filter(|i| i.both_seen()).map(s).collect();
+fn quantisation_m(raw: &Log, s: fn(&Sample) -> Option<f64>) -> f64 {
+    let mut values: Vec<f64> = raw.samples.iter().filter_map(s).collect();
     values.sort_by(f64::total_cmp);
     let repeated: Vec<f64> = values.windows(2).filter(|w| w[1] - w[0] <= LEAST_GAP_M).map(|w| w[1]).collect();
     let is_step = |step: &f64| {
@@ -167,14 +185,18 @@ fn quantisation_m(measurements: &Measurements, s: fn(&Instant) -> f64) -> f64 {
         });
         on_step.count() * 100 >= values.len() * ON_STEP_PERCENT
     };
-    [&repeated, &values].into_iter().filter_map(|values| commonest_small_gap_m(values)).find(is_step).unwrap_or(0.0)
+    [(&repeated, FEWEST_REPEATED_GAPS), (&values, FEWEST_GAPS)]
+        .into_iter()
+        .filter_map(|(values, fewest)| commonest_small_gap_m(values, fewest))
+        .find(is_step)
+        .unwrap_or(0.0)
 }
 
-/// The commonest small gap between neighbouring values (sorted), `None` where there are few.
-fn commonest_small_gap_m(values: &[f64]) -> Option<f64> {
+/// The commonest small gap between neighbouring values (sorted), `None` where there are fewer gaps.
+fn commonest_small_gap_m(values: &[f64], fewest: usize) -> Option<f64> {
     let mut gaps: Vec<f64> = values.windows(2).map(|w| w[1] - w[0]).filter(|gap| *gap > LEAST_GAP_M).collect();
     gaps.sort_by(f64::total_cmp);
-    (gaps.len() >= FEWEST_GAPS).then(|| gaps[gaps.len() / GAP_QUANTILE])
+    (gaps.len() >= fewest).then(|| gaps[gaps.len() / GAP_QUANTILE])
 }
 
 /// The median of the standard deviations that the log states, if it states any.
@@ -196,19 +218,23 @@ mod tests {
     use rand_distr::StandardNormal;
 
     /// A motion of 40 s with jumps at 50 samples per second.
-    fn measurements(touchpad: Touchpad) -> Measurements {
+    fn log(touchpad: Touchpad) -> Log {
         let shape = NamedShape::Stone.shape(0.03).expect("a positive size");
         let motion = PalmMotion::random(1, 40.0, 1.0).and_then(|motion| motion.sample(50.0)).expect("possible");
         let run = simulate(&shape, &motion, &SimulateOptions { touchpad, ..SimulateOptions::default() });
         let run = run.expect("possible");
         assert!(!run.jumps.is_empty());
-        Measurements::new(&run.log, None)
+        run.log
+    }
+
+    fn scatter_m(log: &Log) -> f64 {
+        contact_scatter_m(&Measurements::new(log, None), log)
     }
 
     #[test]
     fn gaussian_noise_is_estimated_to_a_tenth_in_spite_of_motion_and_jumps() {
         for noise_sd_m in [3e-5, 1e-4, 3e-4] {
-            let found = contact_scatter_m(&measurements(Touchpad { noise_sd_m, ..Touchpad::ideal() }));
+            let found = scatter_m(&log(Touchpad { noise_sd_m, ..Touchpad::ideal() }));
             assert!((found / noise_sd_m - 1.0).abs() < 0.1, "{found} for {noise_sd_m}");
         }
     }
@@ -224,10 +250,11 @@ mod tests {
         let noise_sd_m = 3e-5;
         let touchpad = Touchpad { noise_sd_m, ..Touchpad::ideal() };
         let run = simulate(&shape, &motion, &SimulateOptions { touchpad, ..SimulateOptions::default() });
-        let measurements = Measurements::new(&run.expect("possible").log, None);
+        let log = run.expect("possible").log;
+        let measurements = Measurements::new(&log, None);
         let anywhere = third_difference_scatter(&windows(&measurements), [|i| i.s1, |i| i.s2]);
         assert!(anywhere > 3.0 * noise_sd_m, "the steps do not show: {anywhere}");
-        let found = contact_scatter_m(&measurements);
+        let found = contact_scatter_m(&measurements, &log);
         assert!((found / noise_sd_m - 1.0).abs() < 0.2, "{found}");
     }
 
@@ -301,50 +328,94 @@ mod tests {
 
     #[test]
     fn an_exact_log_has_next_to_no_scatter() {
-        assert!(contact_scatter_m(&measurements(Touchpad::ideal())) < 1e-6);
+        assert!(scatter_m(&log(Touchpad::ideal())) < 1e-6);
     }
 
     #[test]
     fn the_quantisation_step_of_a_touchpad_is_found() {
         let step = 0.0254 / 200.0;
         let pad = Touchpad { counts_per_inch: Some(200.0), ..Touchpad::ideal() };
-        let measurements = measurements(pad);
-        for channel in [|i: &Instant| i.s1, |i: &Instant| i.s2] {
-            assert!((quantisation_m(&measurements, channel) / step - 1.0).abs() < 1e-6);
+        let log = log(pad);
+        for channel in [|sample: &Sample| sample.s1_m, |sample: &Sample| sample.s2_m] {
+            assert!((quantisation_m(&log, channel) / step - 1.0).abs() < 1e-6);
         }
         // Never less than rounding alone. More where the contact moves by about half a count per sample: 0, 1, 0, 1 …
         // looks 1.55 times as noisy as rounding at random.
-        let found = contact_scatter_m(&measurements) / pad.position_sd_m();
+        let found = scatter_m(&log) / pad.position_sd_m();
         assert!((1.0 - 1e-6..1.55).contains(&found), "{found}");
     }
 
     #[test]
     fn outliers_do_not_hide_the_quantisation_step() {
         let pad = Touchpad { counts_per_inch: Some(100.0), ..Touchpad::ideal() };
-        let mut measurements = measurements(pad);
-        let strayed = |every: usize, measurements: &mut Measurements| {
-            for (place, instant) in measurements.instants.iter_mut().enumerate().step_by(every) {
-                instant.s1 += 1e-2 * (1.0 + (place as f64).sin());
+        let mut log = log(pad);
+        let strayed = |every: usize, log: &mut Log| {
+            for (place, sample) in log.samples.iter_mut().enumerate().step_by(every) {
+                sample.s1_m = sample.s1_m.map(|s| s + 1e-2 * (1.0 + (place as f64).sin()));
             }
-            quantisation_m(measurements, |i| i.s1) / 2.54e-4
+            quantisation_m(log, |sample| sample.s1_m) / 2.54e-4
         };
-        let found = strayed(12, &mut measurements);
+        let found = strayed(12, &mut log);
         assert!((found - 1.0).abs() < 1e-6, "{found}");
-        assert_eq!(strayed(5, &mut measurements), 0.0, "most readings must lie on the steps");
+        assert_eq!(strayed(5, &mut log), 0.0, "most readings must lie on the steps");
+    }
+
+    #[test]
+    fn whole_millimetres_of_a_contact_that_hardly_moves_are_steps_and_two_places_of_rest_are_none() {
+        let log = |places_mm: i32| Log {
+            samples: (0..100)
+                .map(|k| {
+                    Sample::new(
+                        f64::from(k),
+                        PalmPair::hinged(1.0, 1.2),
+                        f64::from(30 + k * places_mm / 100) / 1e3,
+                        0.03,
+                    )
+                })
+                .collect(),
+        };
+        let step = |places_mm: i32| quantisation_m(&log(places_mm), |sample| sample.s1_m);
+        assert!((step(FEWEST_REPEATED_GAPS as i32 + 1) - 1e-3).abs() < 1e-9);
+        assert_eq!(step(FEWEST_REPEATED_GAPS as i32), 0.0);
+    }
+
+    #[test]
+    fn rounding_repeats_its_errors_where_it_is_all_the_noise_there_is() {
+        let per_error = |noise_sd_m: f64, counts_per_inch: f64| {
+            let log = log(Touchpad { noise_sd_m, counts_per_inch: Some(counts_per_inch), ..Touchpad::ideal() });
+            samples_per_error(&Measurements::new(&log, None), &log)
+        };
+        let step_m = 0.0254 / 25.4;
+        assert!(per_error(0.0, 25.4) > 4.0 && per_error(0.0, 2.0 * 25.4) > 2.0);
+        assert!(per_error(0.2 * step_m / 12f64.sqrt(), 25.4) > 4.0);
+        assert!((per_error(2.0 * step_m / 12f64.sqrt(), 25.4) - 1.0).abs() < 1e-12);
+        let unrounded = log(Touchpad::ideal());
+        assert!((samples_per_error(&Measurements::new(&unrounded, None), &unrounded) - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn steps_are_those_of_readings_before_they_are_corrected() {
+        use crate::sensor::Calibration;
+        let log = log(Touchpad { counts_per_inch: Some(50.0), ..Touchpad::ideal() });
+        let calibration = Calibration { scale: [1.003, 0.998], angle_zero_rad: [2e-3, 1e-3], ..Calibration::default() };
+        let corrected = Measurements::new(&calibration.corrected(&log), None);
+        let rounding_m = 0.0254 / 50.0 / 12f64.sqrt();
+        assert!(contact_scatter_m(&corrected, &log) > 0.999 * rounding_m);
     }
 
     #[test]
     fn noisy_readings_are_not_quantised() {
-        let measurements = measurements(Touchpad { noise_sd_m: 1e-4, ..Touchpad::ideal() });
-        assert_eq!(quantisation_m(&measurements, |i| i.s1), 0.0);
+        let log = log(Touchpad { noise_sd_m: 1e-4, ..Touchpad::ideal() });
+        assert_eq!(quantisation_m(&log, |sample| sample.s1_m), 0.0);
     }
 
     #[test]
     fn noise_of_the_palm_angles_is_estimated_as_well() {
         for angle_noise_sd_rad in [1e-4, 2e-3] {
-            let found = angle_scatter_rad(&measurements(Touchpad { angle_noise_sd_rad, ..Touchpad::ideal() }));
+            let log = log(Touchpad { angle_noise_sd_rad, ..Touchpad::ideal() });
+            let found = angle_scatter_rad(&Measurements::new(&log, None));
             assert!((found / angle_noise_sd_rad - 1.0).abs() < 0.1, "{found} for {angle_noise_sd_rad}");
         }
-        assert!(angle_scatter_rad(&measurements(Touchpad::ideal())) < 1e-5);
+        assert!(angle_scatter_rad(&Measurements::new(&log(Touchpad::ideal()), None)) < 1e-5);
     }
 }

@@ -126,10 +126,6 @@ impl Reconstructor<'_> {
         log: &Log,
         as_written: Option<Result<Reconstruction, ReconstructError>>,
     ) -> Result<Reconstruction, ReconstructError> {
-        let is_only_missed = |found: &Reconstruction| {
-            let is_noise = |doubt: &Doubt| !doubt.is_contradiction() || matches!(doubt, Doubt::Misfit { .. });
-            found.verdict.doubts.iter().all(is_noise)
-        };
         let found = match (mistake, mistake.undone_for(log, self.known_rig().calibration.zero_m)) {
             (Mistake::RigNotExact, _) => self.with_ordinary_rig().run(log),
             (_, Some(undone)) => match shape {
@@ -142,12 +138,7 @@ impl Reconstructor<'_> {
                     .map_or_else(|| self.run(&undone), Ok),
                 None => self.run(&undone),
             },
-            // A longer search may explain it after all.
-            (_, None) => match as_written.and_then(Result::ok).filter(is_only_missed).map_or_else(|| self.run(log), Ok)
-            {
-                Ok(found) if !found.verdict.may_be_a_mistake() => return Ok(found),
-                found => found,
-            },
+            (_, None) => as_written.unwrap_or_else(|| self.run(log)),
         };
         let mut found = found.map_err(|error| match error {
             ReconstructError::NoStart { .. } => {

@@ -163,7 +163,7 @@ impl<'a> Job<'a> {
     fn new(log: &'a Log, options: &ReconstructOptions) -> Self {
         let stated_m = options.sensor_sd_m.or_else(|| stated_noise_m(log));
         let measurements = Measurements::new(log, stated_m);
-        let scatter_m = contact_scatter_m(&measurements);
+        let scatter_m = contact_scatter_m(&measurements, log);
         let size_m = measurements.size_m().max(LEAST_SIZE_M);
         let expected_m = stated_m.unwrap_or(scatter_m).max(LEAST_NOISE * size_m);
         let mut found: Vec<Piece> = segments(&measurements, scatter_m)

@@ -31,7 +31,7 @@ use crate::palms::PalmPair;
 use crate::reconstruct::result::friction::{FrictionEstimate, is_hinged};
 use crate::reconstruct::result::inertia::InertiaEstimate;
 use crate::reconstruct::result::reconstruction::FoundSymmetry;
-use crate::reconstruct::verdict::assemble::{Candidate, Expected, assemble};
+use crate::reconstruct::verdict::assemble::{Candidate, assemble};
 use crate::reconstruct::verdict::doubt::{Doubt, Verdict};
 use crate::reconstruct::verdict::joint_error_bars::JointErrorBars;
 use crate::reconstruct::verdict::uncertainty::{FoundRig, PoseErrorBars, Uncertainty};
@@ -428,7 +428,7 @@ impl OfFriction<'_> {
             log_evidence: -optimum.cost,
         };
         let ambiguity_rad = self.settled.ambiguity_rad();
-        let expected = Expected { stated_m: job.stated_m, scatter_m: job.scatter_m, outliers: job.outliers };
+        let expected = job.expected();
         let log = unknowns.calibration.corrected(job.raw);
         assemble(
             &log,

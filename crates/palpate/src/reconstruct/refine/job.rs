@@ -26,7 +26,7 @@ use crate::estimate::model::balance_tolerance::{
 };
 use crate::estimate::model::layout::Layout;
 use crate::estimate::model::noise::Noise;
-use crate::estimate::model::noise_from_log::{contact_scatter_m, stated_noise_m, weigh_by_angles};
+use crate::estimate::model::noise_from_log::{contact_scatter_m, samples_per_error, stated_noise_m, weigh_by_angles};
 use crate::estimate::model::outliers::set_outliers_aside;
 use crate::estimate::model::prior::Prior;
 use crate::estimate::motion::{moved, piece_starts, unwrap};
@@ -40,6 +40,7 @@ use crate::reconstruct::options::error::ReconstructError;
 use crate::reconstruct::result::reconstruction::FoundSymmetry;
 use crate::reconstruct::search::schedule::Found;
 use crate::reconstruct::selection::Explored;
+use crate::reconstruct::verdict::assemble::Expected;
 use crate::sensor::Calibration;
 use crate::shape::SupportFunction;
 use std::borrow::Cow;
@@ -130,6 +131,8 @@ pub(crate) struct Job<'a> {
     pub stated_m: Option<f64>,
     /// The same, estimated from the scatter of neighbouring samples.
     pub scatter_m: f64,
+    /// Samples for each of these errors: rounded readings repeat them.
+    pub samples_per_error: f64,
     /// The same of a typical contact, with what noise of the palm angles moves it.
     pub typical_m: f64,
     pub prior: Prior,
@@ -218,9 +221,10 @@ impl<'a> Job<'a> {
         let log = if exact { Cow::Borrowed(raw) } else { Cow::Owned(calibration.corrected(raw)) };
         let stated_m = options.sensor_sd_m.or_else(|| stated_noise_m(&log));
         let mut measurements = Measurements { work, ..Measurements::new(&log, stated_m) };
-        let scatter_m = contact_scatter_m(&measurements);
+        let scatter_m = contact_scatter_m(&measurements, raw);
         let outliers = set_outliers_aside(&mut measurements, scatter_m);
-        let scatter_m = contact_scatter_m(&measurements);
+        let scatter_m = contact_scatter_m(&measurements, raw);
+        let samples_per_error = samples_per_error(&measurements, raw);
         let typical_m = weigh_by_angles(&mut measurements, stated_m.unwrap_or(scatter_m), stated_m.is_some());
         let size_m = measurements.size_m();
         let prior = Prior::new(size_m, PRIOR_SCALE * size_m);
@@ -234,6 +238,7 @@ impl<'a> Job<'a> {
             outliers,
             stated_m,
             scatter_m,
+            samples_per_error,
             typical_m,
             prior,
             balance_counts,
@@ -254,6 +259,12 @@ impl<'a> Job<'a> {
     {
         let job = Job::calibrated(raw, self.options, calibration, self.measurements.work.clone());
         if self.balance_counts { job } else { job.without_balance() }
+    }
+
+    /// What is known of the noise besides a fit.
+    pub(crate) fn expected(&self) -> Expected {
+        let Self { stated_m, scatter_m, samples_per_error, outliers, .. } = *self;
+        Expected { stated_m, scatter_m, samples_per_error, outliers }
     }
 
     /// Takes one arrangement of the search to the optimum over all samples; `None` where that leads to a motion that is known.

@@ -28,6 +28,8 @@ pub(crate) struct Expected {
     pub stated_m: Option<f64>,
     /// The same, from the scatter of neighbouring samples.
     pub scatter_m: f64,
+    /// Samples for each error of its own, at least; 1 where the residuals tell all.
+    pub samples_per_error: f64,
     /// Gross outliers that were set aside.
     pub outliers: usize,
 }
@@ -98,7 +100,8 @@ pub(crate) fn assemble(
         .collect();
     let of_sensor1: Vec<f64> = residuals_m.iter().filter_map(|both| both.0).collect();
     let of_sensor2: Vec<f64> = residuals_m.iter().filter_map(|both| both.1).collect();
-    let inflation = 0.5 * (correlation_time(&of_sensor1) + correlation_time(&of_sensor2));
+    let inflation =
+        f64::max(0.5 * (correlation_time(&of_sensor1) + correlation_time(&of_sensor2)), expected.samples_per_error);
     let felt_there: Vec<f64> = felt.iter().map(|theta| theta - turned).collect();
     let error_bars = uncertainty.error_bars(&felt_there, inflation)?;
     let of_rig = uncertainty.of_rig(inflation);

@@ -212,7 +212,7 @@ mod tests {
     #[test]
     fn a_sound_result_is_certified() {
         assert!(verdict(&sound()).is_certified() && verdict(&sound()).is_com_certified());
-        assert_eq!(verdict(&sound()).to_string(), "");
+        assert_eq!(verdict(&sound()).reason(), "");
     }
 
     #[test]

@@ -461,6 +461,11 @@ impl Verdict {
         !self.doubts.iter().any(Doubt::is_contradiction)
     }
 
+    /// Why not all is certified: the doubts in one line, empty where there are none.
+    pub fn reason(&self) -> String {
+        self.doubts.iter().map(Doubt::to_string).collect::<Vec<_>>().join("; ")
+    }
+
     /// Whether friction may explain the log and does not quite.
     pub(crate) fn doubts_friction(&self) -> bool {
         self.doubts.iter().any(|doubt| matches!(doubt, Doubt::Friction { .. }))
@@ -468,15 +473,13 @@ impl Verdict {
 }
 
 impl fmt::Display for Verdict {
-    /// All doubts in one line; nothing where there are none.
+    /// What is certified, and why not the rest.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (index, doubt) in self.doubts.iter().enumerate() {
-            if index > 0 {
-                f.write_str("; ")?;
-            }
-            doubt.fmt(f)?;
+        match (self.is_com_certified(), self.is_certified()) {
+            (true, _) => f.write_str("certified"),
+            (_, true) => write!(f, "certified but for the centre of mass: {}", self.reason()),
+            _ => write!(f, "not certified: {}", self.reason()),
         }
-        Ok(())
     }
 }
 
@@ -489,7 +492,9 @@ mod tests {
         let text = "force/torque balance does not hold".to_owned();
         let verdict = Verdict::new(vec![Doubt::ReportedOfCenterOfMass { text: text.clone() }]);
         assert!(verdict.is_certified() && !verdict.is_com_certified() && verdict.is_explained());
-        assert_eq!(verdict.to_string(), text);
+        assert_eq!(verdict.reason(), text);
+        assert_eq!(verdict.to_string(), format!("certified but for the centre of mass: {text}"));
+        assert_eq!(Verdict::default().to_string(), "certified");
         let verdict = Verdict::new(vec![Doubt::Reported { text }]);
         assert!(!verdict.is_certified() && !verdict.is_com_certified() && verdict.is_explained());
     }

@@ -10,7 +10,7 @@ use crate::reconstruct::refine::job::{Job, Refined};
 use crate::reconstruct::result::friction::FrictionEstimate;
 use crate::reconstruct::result::inertia::InertiaEstimate;
 use crate::reconstruct::result::reconstruction::FoundSymmetry;
-use crate::reconstruct::verdict::assemble::{Candidate, Expected, assemble};
+use crate::reconstruct::verdict::assemble::{Candidate, assemble};
 use crate::reconstruct::verdict::joint_error_bars::JointErrorBars;
 use crate::reconstruct::verdict::uncertainty::{FoundRig, PoseErrorBars, Uncertainty};
 use crate::shape::SupportFunction;
@@ -83,7 +83,7 @@ impl OfInertia<'_> {
             .zip(&refined.ambiguity_rad)
             .map(|(instants, ambiguity_rad)| if contradicts(instants) { *ambiguity_rad } else { 0.0 })
             .collect();
-        let expected = Expected { stated_m: job.stated_m, scatter_m: job.scatter_m, outliers: job.outliers };
+        let expected = job.expected();
         let log = unknowns.calibration.corrected(job.raw);
         assemble(
             &log,
