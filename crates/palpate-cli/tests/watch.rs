@@ -33,7 +33,7 @@ fn lines(ran: &Ran) -> Vec<Value> {
 fn what_is_watched_is_recorded_and_ends_as_the_log_does() {
     let dir = folder();
     fs::write(dir.path().join("plan.toml"), PLAN).expect("a plan");
-    let arguments = ["watch", "sim:plan.toml", "--json", "--log", "log.csv", "-o", "live"];
+    let arguments = ["watch", "sim:plan.toml", "--json", "--log", "log.csv", "--scene", "scene.mcap", "-o", "live"];
     let ran = palpate(dir.path(), &arguments);
     assert_eq!(ran.code, Some(0), "{}", ran.stderr);
     let all = lines(&ran);
@@ -50,9 +50,10 @@ fn what_is_watched_is_recorded_and_ends_as_the_log_does() {
     // What the recording gives is the same to the byte, and so is a replay of it.
     let ran = palpate(dir.path(), &["reconstruct", "log.csv", "-o", "after"]);
     assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    assert_eq!(palpate(dir.path(), &["reconstruct", "scene.mcap", "-o", "scene"]).code, Some(0), "it is a log as well");
     for name in ["shape.csv", "motion.csv"] {
         let read = |folder: &str| fs::read(dir.path().join(folder).join(name)).expect("a file of the result");
-        assert!(read("live") == read("after"), "{name}");
+        assert!(read("live") == read("after") && read("live") == read("scene"), "{name}");
     }
     let log = fs::read(dir.path().join("log.csv")).expect("the recording");
     let again = with_input(dir.path(), &["watch", "-", "--json"], &log);

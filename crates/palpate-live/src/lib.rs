@@ -32,6 +32,8 @@ mod losses;
 mod mcap_files;
 mod record;
 mod ros;
+#[cfg(feature = "scene")]
+mod scene;
 mod source;
 mod stream;
 
@@ -39,6 +41,8 @@ pub use error::{RecordError, SourceError};
 pub use log_file::{parse_mcap_log, read_mcap_log};
 pub use losses::Losses;
 pub use record::{Recorded, Recorder, Rotation};
+#[cfg(feature = "scene")]
+pub use scene::SceneWriter;
 pub use source::address::{Address, EvdevAngles};
 pub use source::{Arrival, Overflow, Source};
 pub use stream::{Batch, Stream};

@@ -15,7 +15,7 @@ use palpate::live::Live;
 use palpate::reconstruct::{ReconstructOptions, Reconstructor};
 use palpate::{Log, Sample};
 use palpate_io::{Conventions, LogFile, RigFile, Summary};
-use palpate_live::{Address, Batch, Losses, Recorder, Rotation, Stream};
+use palpate_live::{Address, Batch, Losses, Recorder, Rotation, SceneWriter, Stream};
 
 use crate::reconstruct::{Job, solve, told};
 use crate::record::metadata;
@@ -35,6 +35,7 @@ Examples:
   palpate watch sim:plan.toml --serve                       a page at http://127.0.0.1:8377/
   palpate watch serial:/dev/ttyUSB0 --serve 0.0.0.0:8377    the same for other machines; the address with its token is printed
   palpate watch serial:/dev/ttyUSB0 --rig rig.toml --log trial.csv -o trial
+  palpate watch sim:plan.toml --scene trial.mcap            a scene for Foxglove or Rerun
   robot | palpate watch - --json | jq .psi_rad
 
 Exit codes: 0 certified at the end;  3 not certified;  2 bad input or usage, or too few samples;  1 anything else.";
@@ -64,6 +65,9 @@ pub struct Arguments {
     /// Record the samples too, as `palpate record` does
     #[arg(long, value_name = "FILE.csv|FILE.mcap")]
     log: Option<PathBuf>,
+    /// Write what is seen as a scene for Foxglove and Rerun: palms, contacts, boundary, pose, estimates, and the samples, so that it is a log as well
+    #[arg(long, value_name = "FILE.mcap")]
+    scene: Option<PathBuf>,
     /// Folder for the result at the end, as of `palpate reconstruct`
     #[arg(short, long = "out", value_name = "DIR")]
     out: Option<PathBuf>,
@@ -129,6 +133,7 @@ struct Watched {
     live: Live,
     newest: Option<Sample>,
     recorder: Option<Recorder>,
+    scene: Option<SceneWriter>,
 }
 
 impl Watch<'_> {
@@ -156,7 +161,7 @@ impl Watch<'_> {
                 recorder.push(&samples)?;
             }
             for sample in &samples {
-                watched.push(sample);
+                watched.push(sample)?;
                 if self.arguments.json {
                     print(&line::of(watched.live.estimate()))?;
                 }
@@ -191,12 +196,15 @@ impl Watch<'_> {
         if !losses.is_none() {
             terminal.note(&format!("lost: {losses}"));
         }
-        let Some(Watched { rig, live, recorder, .. }) = watched else {
+        let Some(Watched { rig, live, recorder, scene, .. }) = watched else {
             ended?;
             return Err(Failure::Input(format!("{}: no sample came", arguments.source)));
         };
         if let Some(recorder) = recorder {
             recorder.finish()?;
+        }
+        if let Some(scene) = scene {
+            scene.finish()?;
         }
         if live.kept_every() > 1 {
             terminal.note(&format!("the result is of one sample in {}", live.kept_every()));
@@ -258,20 +266,23 @@ impl Watched {
     /// By a rig that was stated or that the source says, or by an ordinary one.
     fn new(arguments: &Arguments, known: Option<&RigFile>) -> Result<Self, Failure> {
         let rig = known.copied().unwrap_or_default();
-        let record = |path| {
-            let metadata = metadata(&arguments.source, known);
-            Recorder::create(path, Rotation::default(), &metadata)
-        };
+        let metadata = metadata(&arguments.source, known);
+        let record = |path| Recorder::create(path, Rotation::default(), &metadata);
         let recorder = arguments.log.as_deref().map(record).transpose()?;
-        Ok(Self { live: Live::new(options(&rig)), newest: None, recorder, rig })
+        let scene = arguments.scene.as_deref().map(|path| SceneWriter::create(path, &metadata)).transpose()?;
+        Ok(Self { live: Live::new(options(&rig)), newest: None, recorder, scene, rig })
     }
 
     /// Takes a sample in, as the rig has it.
-    fn push(&mut self, sample: &Sample) {
+    fn push(&mut self, sample: &Sample) -> Result<(), Failure> {
         let conventions: &Conventions = &self.rig.conventions;
         for sample in &conventions.apply(&Log { samples: vec![*sample] }).samples {
-            self.live.push(sample);
+            let estimate = self.live.push(sample);
             self.newest = Some(*sample);
+            if let Some(scene) = &mut self.scene {
+                scene.push(sample, estimate, || line::of(estimate))?;
+            }
         }
+        Ok(())
     }
 }

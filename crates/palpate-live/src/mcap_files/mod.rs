@@ -2,3 +2,4 @@
 
 pub(crate) mod reader;
 pub(crate) mod sample_message;
+pub(crate) mod writing;

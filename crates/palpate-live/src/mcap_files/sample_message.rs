@@ -11,6 +11,11 @@ pub(crate) const SCHEMA: &str = "palpate.Sample";
 /// Name of the metadata record with what stands in the comments of a CSV log.
 pub(crate) const METADATA: &str = "palpate";
 
+/// What stands in the comments of a CSV log.
+pub(crate) fn metadata_record(metadata: &[(String, String)]) -> mcap::records::Metadata {
+    mcap::records::Metadata { name: METADATA.to_owned(), metadata: metadata.iter().cloned().collect() }
+}
+
 /// The fields of the message.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct SampleMessage {

@@ -4,14 +4,14 @@ use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{self, BufWriter};
 use std::path::Path;
-use std::time::{SystemTime, UNIX_EPOCH};
 
+use mcap::Writer;
 use mcap::records::MessageHeader;
-use mcap::{McapError, WriteOptions, Writer};
 use palpate::Sample;
 
 use super::LogFileWriter;
-use crate::mcap_files::sample_message::{METADATA, SCHEMA, SampleMessage, TOPIC, schema};
+use crate::mcap_files::sample_message::{SCHEMA, SampleMessage, TOPIC, metadata_record, schema};
+use crate::mcap_files::writing::{Clock, io_error, options};
 
 /// A file of the format.
 pub(super) struct McapWriter {
@@ -20,10 +20,7 @@ pub(super) struct McapWriter {
     file: File,
     channel: u16,
     sequence: u32,
-    /// Nanoseconds since 1970 at the beginning of the recording.
-    begun_ns: u64,
-    /// Time of the first sample, seconds.
-    first_s: Option<f64>,
+    clock: Clock,
     /// Bytes of the file that are whole.
     whole: u64,
 }
@@ -31,19 +28,11 @@ pub(super) struct McapWriter {
 impl McapWriter {
     pub(super) fn create(path: &Path, metadata: &[(String, String)]) -> io::Result<Self> {
         let file = super::create(path)?;
-        let options = WriteOptions::new()
-            .compression(None)
-            .disable_seeking(true)
-            .library(concat!("palpate ", env!("CARGO_PKG_VERSION")));
-        let mut writer = options.create(BufWriter::new(file.try_clone()?)).map_err(io_error)?;
+        let mut writer = options().create(BufWriter::new(file.try_clone()?)).map_err(io_error)?;
         let schema_id = writer.add_schema(SCHEMA, "jsonschema", schema().as_bytes()).map_err(io_error)?;
         let channel = writer.add_channel(schema_id, TOPIC, "json", &BTreeMap::new()).map_err(io_error)?;
-        let metadata =
-            mcap::records::Metadata { name: METADATA.to_owned(), metadata: metadata.iter().cloned().collect() };
-        writer.write_metadata(&metadata).map_err(io_error)?;
-        let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-        let begun_ns = u64::try_from(since_1970.as_nanos()).unwrap_or(0);
-        let mut writer = Self { writer: Some(writer), file, channel, sequence: 0, begun_ns, first_s: None, whole: 0 };
+        writer.write_metadata(&metadata_record(metadata)).map_err(io_error)?;
+        let mut writer = Self { writer: Some(writer), file, channel, sequence: 0, clock: Clock::new(), whole: 0 };
         writer.hand_over().inspect_err(|_| writer.undo())?;
         Ok(writer)
     }
@@ -56,9 +45,7 @@ impl McapWriter {
 impl LogFileWriter for McapWriter {
     fn push(&mut self, sample: &Sample) -> io::Result<usize> {
         let data = serde_json::to_vec(&SampleMessage::from(sample))?;
-        let since_first_s = sample.time_s - *self.first_s.get_or_insert(sample.time_s);
-        // Saturates.
-        let log_time = self.begun_ns.saturating_add((1e9 * since_first_s) as u64);
+        let log_time = self.clock.ns(sample.time_s);
         let header =
             MessageHeader { channel_id: self.channel, sequence: self.sequence, log_time, publish_time: log_time };
         self.sequence = self.sequence.wrapping_add(1);
@@ -92,12 +79,5 @@ impl LogFileWriter for McapWriter {
         }
         // A last chunk that is not whole is left out by readers, if this fails too.
         let _ = self.file.set_len(self.whole);
-    }
-}
-
-fn io_error(error: McapError) -> io::Error {
-    match error {
-        McapError::Io(error) => error,
-        other => io::Error::other(other.to_string()),
     }
 }

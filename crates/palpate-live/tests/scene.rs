@@ -1,0 +1,76 @@
+//! A scene as the programs read it that show it, and as a log.
+
+use std::collections::BTreeMap;
+
+use foxglove::Decode;
+use foxglove::messages::{FrameTransform, PointCloud, PoseInFrame, SceneUpdate};
+use mcap::MessageStream;
+use palpate::live::Live;
+use palpate::plan::{PalmLimits, plan_turn};
+use palpate::sensor::Touchpad;
+use palpate::shape::NamedShape;
+use palpate::simulate::{SimulateOptions, simulate};
+use palpate_live::{RecordError, SceneWriter, read_mcap_log};
+
+/// Samples of each second.
+const RATE_HZ: f64 = 100.0;
+
+#[test]
+fn a_scene_holds_what_was_estimated_and_is_a_log() {
+    let shape = NamedShape::Egg.shape(0.03).expect("a positive size");
+    let plan = plan_turn(&shape, &PalmLimits::default(), 6.0).expect("a motion without a jump");
+    let touchpad = Touchpad { noise_sd_m: 1e-4, ..Touchpad::ideal() };
+    let options = SimulateOptions { touchpad, start_psi_rad: plan.start_psi_rad, ..SimulateOptions::default() };
+    let run = simulate(&shape, &plan.motion.sample(RATE_HZ).expect("possible"), &options).expect("possible");
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("scene.mcap");
+    let mut scene = SceneWriter::create(&path, &[]).expect("a file");
+    let mut live = Live::default();
+    for sample in &run.log.samples {
+        let estimate = live.push(sample);
+        scene.push(sample, estimate, || "{}".to_owned()).expect("room on the disk");
+    }
+    scene.finish().expect("room on the disk");
+    assert!(matches!(SceneWriter::create(&path, &[]), Err(RecordError::Exists { .. })), "nothing is replaced");
+
+    let bytes = std::fs::read(&path).expect("a file");
+    let mut messages: BTreeMap<String, Vec<Vec<u8>>> = BTreeMap::new();
+    for message in MessageStream::new(&bytes).expect("MCAP") {
+        let message = message.expect("a whole message");
+        let schema = message.channel.schema.as_ref().expect("a schema");
+        let is_foxglove = schema.name.starts_with("foxglove.");
+        assert_eq!(is_foxglove, message.channel.message_encoding == "protobuf", "{}", schema.name);
+        messages.entry(message.channel.topic.clone()).or_default().push(message.data.into_owned());
+    }
+    let of = |topic: &str| messages.get(topic).unwrap_or_else(|| panic!("{topic}: nothing"));
+    assert_eq!(of("/palpate/sample").len(), run.log.samples.len());
+    // 25 pictures a second at most.
+    let pictures = of("/palpate/estimate").len();
+    assert!((6 * 24..=6 * 25 + 1).contains(&pictures), "{pictures}");
+
+    let newest = live.estimate().pose.clone().expect("a pose");
+    let last = of("/palpate/pose").last().expect("a pose");
+    let pose = PoseInFrame::decode(last.as_slice()).expect("a pose").pose.expect("a pose");
+    let (place, turn) = (pose.position.expect("a place"), pose.orientation.expect("a turn"));
+    // The last picture is less than a picture old.
+    assert!((place.x - newest.com_x_m).hypot(place.y - newest.com_y_m) < 2e-3, "{place:?}");
+    let psi = 2.0 * turn.z.atan2(turn.w);
+    assert!(f64::sin(0.5 * (psi - newest.psi_rad)).abs() < 0.05, "{psi} {}", newest.psi_rad);
+    let moved = FrameTransform::decode(of("/tf").last().expect("one").as_slice()).expect("a transform");
+    assert_eq!((moved.parent_frame_id.as_str(), moved.child_frame_id.as_str()), ("palms", "object"));
+
+    let cloud = of("/palpate/boundary").last().expect("a boundary");
+    let cloud = PointCloud::decode(cloud.as_slice()).expect("a boundary");
+    assert_eq!(cloud.data.len(), 720 * cloud.point_stride as usize);
+    assert_eq!(cloud.frame_id, "object");
+    let updates = of("/palpate/scene").iter().map(|data| SceneUpdate::decode(data.as_slice()).expect("a scene"));
+    let entities: Vec<_> = updates.flat_map(|update| update.entities).collect();
+    for id in ["palms", "verdict", "object"] {
+        assert!(entities.iter().any(|entity| entity.id == id), "{id}");
+    }
+    let object = entities.iter().rfind(|entity| entity.id == "object").expect("an object");
+    assert!(object.frame_locked && object.lines.iter().all(|line| line.points.len() == 721));
+
+    let (file, _) = read_mcap_log(&path, None, None).expect("a log");
+    assert_eq!(file.log, run.log);
+}
