@@ -4,14 +4,18 @@ use std::path::PathBuf;
 
 use palpate::compare::RigidMotion;
 use palpate::palms::{Palm, PalmMotion, PalmMove, PalmPair};
+use palpate::pivot::{PivotOptions, reconstruct_strokes};
 use palpate::reconstruct::{Method, Progress, Reconstructor};
 use palpate::sensor::{Touchpad, VisionSystem};
 use palpate::shape::{NamedShape, SupportFunction};
 use palpate::simulate::{SimulateOptions, Simulation, simulate};
 use palpate::{Reconstruction, Truth};
-use palpate_report::paper::{FIGURE_NAMES, PaperInput, PngError, Trial, errors_csv, figures, paper_page, png};
+use palpate_report::paper::{
+    FIGURE_NAMES, PaperInput, PngError, StrokesTrial, Trial, errors_csv, figures, paper_page, png,
+};
 use rayon::prelude::*;
 
+use crate::strokes;
 use crate::terminal::{Ending, Failure, Terminal};
 
 /// Measurements of the simulations, as in figure 6.
@@ -34,8 +38,12 @@ const MIN_TOUCHES: u32 = 2;
 /// Noise of the camera on each marker, metres.
 const CAMERA_SD_M: f64 = 1e-4;
 
+/// Noise of the pad under the pivoting grasp, metres, and its samples a second.
+const STROKES_SD_M: f64 = 1e-4;
+const STROKES_HZ: f64 = 20.0;
+
 /// The logs that the figures are made from; the truth of each lies beside it.
-const LOGS: [&str; 4] = ["palms", "exact", "fingers", "experiment"];
+const LOGS: [&str; 5] = ["palms", "exact", "fingers", "experiment", "strokes"];
 /// The errors of both methods on all logs.
 const ERRORS_FILE: &str = "errors.csv";
 const PAGE_FILE: &str = "index.html";
@@ -45,7 +53,8 @@ DIR receives index.html (open it first), each figure as SVG and PNG, the logs th
 the errors of both methods, errors.csv.
 
 M. Moll and M. A. Erdmann, Reconstructing Shape from Motion Using Tactile Sensors, IROS 2001: figures 1 to 8, with two palms and
-with two fingers, by the differential equations of the paper and by maximum likelihood, side by side, and a table of the errors of both.
+with two fingers, by the differential equations of the paper and by maximum likelihood, side by side, and a table of the errors of both; and
+figure 9, the pivoting grasp, with the reconstruction that the paper left open.
 
 Example:
   palpate paper -o figures";
@@ -87,6 +96,11 @@ pub fn run(arguments: &Arguments) -> Result<Ending, Failure> {
     done("the experiment", 0.6);
     let vision = vision();
     let experiment = Made::new(experiment(&vision)?)?;
+    done("the pivoting grasp", 0.8);
+    let pebble = NamedShape::Pebble.shape(RADIUS_M)?;
+    let pad = Touchpad { noise_sd_m: STROKES_SD_M, ..Touchpad::ideal() };
+    let (about_pivot, felt) = strokes::simulated(&pebble, pad, None, STROKES_HZ, 1)?;
+    let dragged = reconstruct_strokes(&felt.log, &PivotOptions::default())?;
     done("drawing", 0.9);
     let made = [&palms, &exact, &fingers, &experiment];
     let input = PaperInput {
@@ -94,6 +108,7 @@ pub fn run(arguments: &Arguments) -> Result<Ending, Failure> {
         exact: exact.trial("two palms, exact", LOGS[1]),
         fingers: fingers.trial("two fingers", LOGS[2]),
         experiment: experiment.trial("experiment", LOGS[3]),
+        strokes: StrokesTrial { log: &felt.log, truth: &felt.truth, shape: &about_pivot, found: &dragged },
         vision: &vision,
         min_touches: MIN_TOUCHES,
         simulation_sd_m: NOISE_SD_M,
@@ -102,14 +117,15 @@ pub fn run(arguments: &Arguments) -> Result<Ending, Failure> {
     let figures = figures(&input);
     let pictures: Vec<Vec<u8>> = figures.par_iter().map(|figure| png(&figure.svg)).collect::<Result<_, PngError>>()?;
     let tables = [errors_csv(&input), paper_page(&input, &figures)];
-    let logs = made.map(|made| palpate_io::log_csv(&made.run.simulation.log));
+    let of_palms = made.into_iter().map(|made| palpate_io::log_csv(&made.run.simulation.log));
+    let logs: Vec<String> = of_palms.chain([palpate_io::strokes_csv(&felt.log, &[])]).collect();
     drop(progress);
 
     let drawn = figures.iter().zip(&pictures).flat_map(|(figure, picture)| [figure.svg.as_bytes(), picture]);
     let contents = drawn.chain(logs.iter().chain(&tables).map(String::as_bytes));
     let files: Vec<(&str, &[u8])> = names.iter().copied().zip(contents).collect();
-    let truths: Vec<(&str, &Truth)> =
-        truth_folders.iter().map(String::as_str).zip(made.map(|made| &made.run.simulation.truth)).collect();
+    let all_truths = made.into_iter().map(|made| &made.run.simulation.truth).chain([&felt.truth]);
+    let truths: Vec<(&str, &Truth)> = truth_folders.iter().map(String::as_str).zip(all_truths).collect();
     palpate_io::write_figures(&arguments.out, &files, &truths)?;
     terminal.say(&format!("{} figures\n  page    {}", figures.len(), arguments.out.join(PAGE_FILE).display()))?;
     Ok(Ending::Success)

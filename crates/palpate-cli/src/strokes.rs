@@ -4,8 +4,8 @@ use std::path::Path;
 use std::time::Instant;
 
 use palpate::pivot::{
-    PadPose, PivotOptions, PivotReconstructError, PivotRig, PivotSimulateError, PivotSimulateOptions, Stroke,
-    compare_strokes, reconstruct_strokes, simulate_strokes,
+    PadPose, PivotOptions, PivotReconstructError, PivotRig, PivotSimulateError, PivotSimulateOptions, PivotSimulation,
+    Stroke, compare_strokes, reconstruct_strokes, simulate_strokes,
 };
 use palpate::sensor::Touchpad;
 use palpate::shape::SupportFunction;
@@ -159,22 +159,7 @@ pub struct Simulate<'a> {
 impl Simulate<'_> {
     /// Simulates and writes the log and the truth.
     pub fn run(self, terminal: &Terminal) -> Result<Ending, Failure> {
-        let radius_m = self.shape.mean_radius_m();
-        let pivot_m = [0.0, PIVOT_SHARE * radius_m];
-        let length_m = if self.touchpad.length_m.is_finite() { self.touchpad.length_m } else { PAD_LENGTH * radius_m };
-        let strokes = STROKES
-            .map(|ways| Stroke { along_m: ways.map(|way| 0.5 * length_m + way * radius_m).to_vec(), press: PRESS });
-        let options = PivotSimulateOptions {
-            touchpad: Touchpad { length_m, ..self.touchpad },
-            arm_noise_sd_m: ARM_NOISE_SHARE * self.touchpad.noise_sd_m,
-            center_of_mass_m: pivot_m.map(|m| -m),
-            friction: self.friction.unwrap_or(USUAL_FRICTION),
-            rate_hz: self.rate_hz,
-            seed: self.seed,
-            ..PivotSimulateOptions::default()
-        };
-        let about_pivot = self.shape.translated(-pivot_m[0], -pivot_m[1]);
-        let simulation = simulate_strokes(&about_pivot, &strokes, &options)?;
+        let (_, simulation) = simulated(self.shape, self.touchpad, self.friction, self.rate_hz, self.seed)?;
         let truth_dir = palpate_io::truth_dir_of(self.out);
         palpate_io::write_truth(&truth_dir, &simulation.truth)?;
         let metadata = [("made by", format!("palpate simulate {}", env!("CARGO_PKG_VERSION"))), ("shape", self.name)];
@@ -189,6 +174,33 @@ impl Simulate<'_> {
         ))?;
         Ok(Ending::Success)
     }
+}
+
+/// The strokes of `palpate simulate --rig pivot`, and the shape about the pivot.
+pub fn simulated(
+    shape: &SupportFunction,
+    touchpad: Touchpad,
+    friction: Option<f64>,
+    rate_hz: f64,
+    seed: u64,
+) -> Result<(SupportFunction, PivotSimulation), Failure> {
+    let radius_m = shape.mean_radius_m();
+    let pivot_m = [0.0, PIVOT_SHARE * radius_m];
+    let length_m = if touchpad.length_m.is_finite() { touchpad.length_m } else { PAD_LENGTH * radius_m };
+    let strokes =
+        STROKES.map(|ways| Stroke { along_m: ways.map(|way| 0.5 * length_m + way * radius_m).to_vec(), press: PRESS });
+    let options = PivotSimulateOptions {
+        touchpad: Touchpad { length_m, ..touchpad },
+        arm_noise_sd_m: ARM_NOISE_SHARE * touchpad.noise_sd_m,
+        center_of_mass_m: pivot_m.map(|m| -m),
+        friction: friction.unwrap_or(USUAL_FRICTION),
+        rate_hz,
+        seed,
+        ..PivotSimulateOptions::default()
+    };
+    let about_pivot = shape.translated(-pivot_m[0], -pivot_m[1]);
+    let simulation = simulate_strokes(&about_pivot, &strokes, &options)?;
+    Ok((about_pivot, simulation))
 }
 
 impl From<PivotReconstructError> for Failure {

@@ -17,7 +17,7 @@ fn every_figure_is_made_from_nothing_and_both_methods_are_as_good_as_they_should
     let mut expected: Vec<String> =
         FIGURE_NAMES.iter().flat_map(|name| [format!("{name}.svg"), format!("{name}.png")]).collect();
     const LOGS: [&str; 4] = ["exact", "experiment", "fingers", "palms"];
-    expected.extend(LOGS.iter().flat_map(|log| [format!("{log}.csv"), format!("{log}.truth")]));
+    expected.extend(LOGS.iter().chain([&"strokes"]).flat_map(|log| [format!("{log}.csv"), format!("{log}.truth")]));
     expected.extend(["errors.csv", "index.html"].map(str::to_owned));
     expected.sort();
     assert_eq!(names(&out), expected);
@@ -61,6 +61,13 @@ fn every_figure_is_made_from_nothing_and_both_methods_are_as_good_as_they_should
         let truth = palpate_io::read_truth(&out.join(log).with_extension("truth")).expect("there is its truth");
         assert_eq!(read.log.samples.len(), truth.motion.len(), "{log}");
     }
+
+    let strokes = palpate_io::read_strokes(&out.join("strokes.csv")).expect("there is a log");
+    let found = palpate::pivot::reconstruct_strokes(&strokes.log, &palpate::pivot::PivotOptions::default());
+    let truth = palpate_io::read_truth(&out.join("strokes.truth")).expect("there is its truth");
+    let found = found.expect("a result");
+    let errors = palpate::pivot::compare_strokes(&found, &truth).expect("they belong together");
+    assert!(found.is_certified() && errors.rms_r_m < 1e-4 && errors.rms_psi_rad < 0.02, "{errors:?}");
 
     // Nothing foreign is lost.
     fs::write(out.join("thesis.tex"), "years of work").expect("a file");

@@ -178,8 +178,18 @@ fn samples_in(path: &Path) -> Vec<Sample> {
 
 #[test]
 fn after_a_kill_at_any_moment_the_file_can_be_read_and_holds_what_was_safe() {
-    let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(1);
-    for trial in 0..20 {
+    kill(20, 1);
+}
+
+#[test]
+#[ignore = "a study: `cargo test -p palpate-cli --test record -- --ignored`"]
+fn after_two_hundred_kills_all_files_can_be_read() {
+    kill(200, 2);
+}
+
+fn kill(trials: u64, seed: u64) {
+    let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
+    for trial in 0..trials {
         let dir = folder();
         let name = if trial % 2 == 0 { "log.csv" } else { "log.mcap" };
         let path = dir.path().join(name);

@@ -82,6 +82,6 @@ pub use strokes::result::{
     StrokesReason, StrokesRig, StrokesSummary, StrokesTruth, check_strokes_target, write_strokes_result,
 };
 pub use strokes::rig::read_pivot_rig;
-pub use strokes::writer::write_strokes;
+pub use strokes::writer::{strokes_csv, write_strokes};
 pub use truth::{read_truth, truth_dir_of, write_truth};
 pub use write_error::{WriteError, WriteProblem};

@@ -4,6 +4,8 @@
 //! A stream is replayed as fast as it is taken. Times are those of the processor, which hardly depend on what else the machine does: of a sample, what the thread spends that takes it
 //! in (a search is on another); all together, what the program spends, as on one core.
 
+use std::hash::{DefaultHasher, Hash, Hasher};
+
 use anyhow::Context;
 use palpate::live::{Estimate, Live};
 use palpate::palms::PalmMotion;
@@ -40,12 +42,19 @@ pub struct Arguments {
     /// Seed of the first of them
     #[arg(long, default_value_t = 5_600_001)]
     seed: u64,
+    /// Only print a digest of all estimates of so many samples at 100 Hz: it must not depend on `RAYON_NUM_THREADS`
+    #[arg(long, value_name = "SAMPLES")]
+    digest: Option<u32>,
     #[command(flatten)]
     write: Write,
 }
 
 /// Measures and prints.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    if let Some(count) = arguments.digest {
+        println!("{:016x}", digest(count, arguments.seed)?);
+        return Ok(());
+    }
     arguments.write.check(&[LIVE_SPEED, LIVE_DISTANCE])?;
     let mut speed = String::from(
         "| stream | p50 | p99 | p99.9 | max | searches | all together | times real time | memory after a minute, at the end |\n\
@@ -84,6 +93,22 @@ fn samples(seed: u64, rate_hz: f64, duration_s: f64) -> anyhow::Result<Vec<Sampl
         (0..(duration_s * rate_hz) as u32).map(|index| f64::from(index) / rate_hz).zip(palms).collect();
     let touchpad = Touchpad { noise_sd_m: NOISE_SD_M, ..Touchpad::ideal() };
     Ok(simulate(&shape, &motion, &SimulateOptions { touchpad, seed, ..SimulateOptions::default() })?.log.samples)
+}
+
+/// Of every estimate of a stream, to the bit.
+fn digest(count: u32, seed: u64) -> anyhow::Result<u64> {
+    const RATE_HZ: f64 = 100.0;
+    let samples = samples(seed, RATE_HZ, f64::from(count) / RATE_HZ)?;
+    let mut live = Live::default();
+    let mut hasher = DefaultHasher::new();
+    for sample in &samples {
+        let estimate = live.push(sample);
+        let pose = estimate.pose.iter().flat_map(|pose| [pose.psi_rad, pose.psi_sd_rad, pose.com_x_m, pose.com_y_m]);
+        let outline = estimate.outline.iter().flat_map(|point| [point.r_m, point.r_sd_m]);
+        pose.chain(outline).chain([estimate.coverage]).for_each(|value| value.to_bits().hash(&mut hasher));
+        (estimate.hypotheses, estimate.searched, estimate.is_certified(), estimate.reason()).hash(&mut hasher);
+    }
+    Ok(hasher.finish())
 }
 
 /// A row of the first table.

@@ -10,11 +10,12 @@ use crate::studies::tables::{self, Write};
 use crate::workspace;
 
 /// Pictures in the documentation, and the figures that they show.
-const PICTURES: [(&str, &str); 4] = [
+const PICTURES: [(&str, &str); 5] = [
     ("paper-figure-3.png", "figure-3-frames.png"),
     ("paper-figure-6.png", "figure-6-palms-ode.png"),
     ("paper-figure-7.png", "figure-7-palms-ode.png"),
     ("paper-figure-8.png", "figure-8-ode.png"),
+    ("paper-figure-9.png", "figure-9-pivoting-grasp.png"),
 ];
 
 const COMMAND: &str = "cargo xtask paper";

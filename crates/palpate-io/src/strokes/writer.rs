@@ -15,6 +15,11 @@ use crate::write_error::WriteError;
 /// # Errors
 /// The file cannot be written.
 pub fn write_strokes(path: &Path, log: &PivotLog, metadata: &[(&str, String)]) -> Result<(), WriteError> {
+    write_whole(path, strokes_csv(log, metadata).as_bytes())
+}
+
+/// The text of such a file.
+pub fn strokes_csv(log: &PivotLog, metadata: &[(&str, String)]) -> String {
     let mut text = String::new();
     for (key, value) in metadata {
         text += &format!("# {key}: {}\n", value.replace(['\n', '\r'], " "));
@@ -27,7 +32,7 @@ pub fn write_strokes(path: &Path, log: &PivotLog, metadata: &[(&str, String)]) -
         let numbers = [sample.time_s, sample.pivot_x_m, sample.pivot_y_m].map(number);
         push_row(&mut text, numbers.into_iter().chain([sample.s_m.map(number).unwrap_or_default()]));
     }
-    write_whole(path, text.as_bytes())
+    text
 }
 
 #[cfg(test)]

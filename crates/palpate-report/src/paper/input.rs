@@ -1,5 +1,6 @@
 //! What the figures are drawn from: logs with their truth, reconstructed by both methods.
 
+use palpate::pivot::{PivotLog, PivotReconstruction};
 use palpate::sensor::VisionSystem;
 use palpate::shape::SupportFunction;
 use palpate::{Log, Reconstruction, Truth};
@@ -62,6 +63,19 @@ pub struct Trial<'a> {
     pub likelihood: &'a Reconstruction,
 }
 
+/// Strokes of the pivoting grasp, simulated on a level pad whose base is the origin, and reconstructed.
+#[derive(Clone, Copy, Debug)]
+pub struct StrokesTrial<'a> {
+    /// What pad and arm read.
+    pub log: &'a PivotLog,
+    /// What is true.
+    pub truth: &'a Truth,
+    /// The true shape about the pivot.
+    pub shape: &'a SupportFunction,
+    /// By maximum likelihood.
+    pub found: &'a PivotReconstruction,
+}
+
 impl<'a> PaperInput<'a> {
     /// All trials, in the order of the table of errors.
     pub(super) fn trials(&self) -> [&Trial<'a>; 4] {
@@ -89,6 +103,8 @@ pub struct PaperInput<'a> {
     pub fingers: Trial<'a>,
     /// The experiment of figure 8.
     pub experiment: Trial<'a>,
+    /// The pivoting grasp of figure 9.
+    pub strokes: StrokesTrial<'a>,
     /// The camera of the experiment.
     pub vision: &'a VisionSystem,
     /// Boundary that was felt fewer times is left out of figure 8(b).

@@ -15,7 +15,7 @@ use figures::geometry::Rest;
 pub use crate::drawing::png::{PngError, png};
 pub use figures::errors::errors_csv;
 pub use figures::figure::{FIGURE_NAMES, Figure};
-pub use input::{Method, PaperInput, Trial};
+pub use input::{Method, PaperInput, StrokesTrial, Trial};
 pub use page::paper_page;
 
 /// Draws all figures, in the order of [`FIGURE_NAMES`].
@@ -103,6 +103,14 @@ pub fn figures(input: &PaperInput) -> Vec<Figure> {
             method == Method::Likelihood,
         );
     }
+    add(
+        "Figure 9. The pivoting grasp",
+        "The rig that the paper left open: an arm holds the object at a pivot and drags it over one pad, here at instants of the first stroke (a). Where \
+         the pad felt it, laid on the actual shape (b), and the orientation (c), by maximum likelihood from readings of pad and arm alone."
+            .to_owned(),
+        figures::pivot::pivoting_grasp(&input.strokes),
+        false,
+    );
     all
 }
 
@@ -130,6 +138,7 @@ fn rest<'a>(trial: &Trial<'a>) -> Rest<'a> {
 mod tests {
     use super::*;
     use palpate::compare::RigidMotion;
+    use palpate::pivot::{PivotCalibration, PivotLog, PivotReconstruction, PivotTolerances};
     use palpate::reconstruct::{Doubt, FoundSymmetry, Verdict};
     use palpate::sensor::VisionSystem;
     use palpate::shape::SupportFunction;
@@ -172,7 +181,26 @@ mod tests {
             ode: &found,
             likelihood: &found,
         };
+        let strokes_found = PivotReconstruction {
+            shape: shape.clone(),
+            outline: vec![],
+            motion: vec![],
+            doubts: vec![],
+            chi2_per_dof: f64::NAN,
+            coverage: 0.0,
+            alternatives: 1,
+            others: vec![],
+            segments: 0,
+            sensor_sd_m: f64::NAN,
+            arm_sd_m: f64::NAN,
+            calibration: PivotCalibration::default(),
+            calibration_sd: PivotTolerances::default(),
+            center_of_mass: None,
+        };
+        let strokes_log = PivotLog { samples: vec![], swing_period_s: None };
+        let strokes = StrokesTrial { log: &strokes_log, truth: &truth, shape: &shape, found: &strokes_found };
         let input = PaperInput {
+            strokes,
             palms: trial,
             exact: trial,
             fingers: trial,

@@ -64,7 +64,7 @@ pub struct Live {
     follower: Option<Follower>,
     /// From the result of the last search, until it has caught up with the samples that came meanwhile.
     successor: Option<Follower>,
-    /// Samples since the search that is running began, and those that the successor has not seen.
+    /// Samples since the search that is running began (none where none is), and those that the successor has not seen.
     since_begun: VecDeque<Sample>,
     behind: VecDeque<Sample>,
     newest: Option<Sample>,
@@ -103,9 +103,12 @@ impl Live {
         }
         self.newest = Some(*sample);
         self.kept.push(sample);
+        self.searches.push(sample);
         self.estimate.samples = self.kept.seen();
         self.estimate.time_s = sample.time_s;
-        self.since_begun.push_back(*sample);
+        if self.searches.is_running() {
+            self.since_begun.push_back(*sample);
+        }
         self.behind.push_back(*sample);
         self.take_over();
         self.begin();
@@ -164,7 +167,7 @@ impl Live {
         let is_settled = is_settled(&self.estimate, searched);
         if self.searches.is_due(self.estimate.samples, is_settled) {
             self.since_begun.clear();
-            self.searches.begin(self.estimate.samples, self.kept.log().clone());
+            self.searches.begin(self.estimate.samples);
             self.estimate.stage = self.estimate.stage.max(Stage::Searching);
         }
     }

@@ -1,10 +1,12 @@
 //! Searches over the samples so far, on a thread of their own: when they begin and when their result is taken over depends on the number of samples
 //! alone, so that a replay gives the same estimates whatever the machine does meanwhile.
 
+use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 
+use crate::live::kept::Kept;
 use crate::live::optimum::{Extent, Optimum, search};
-use crate::log::Log;
+use crate::log::Sample;
 use crate::reconstruct::{ReconstructError, ReconstructOptions};
 
 /// Samples before the first search.
@@ -26,6 +28,9 @@ const WHOLE_GROWTH: u64 = 2;
 /// Work of a search that goes all ways for each sample until its end (`estimate/work.rs`): what a core does in a hundredth of a second, about.
 const WORK_PER_SAMPLE: u64 = 20_000_000;
 
+/// Samples that wait at most for the thread of the searches to take them in, while it has nothing else to do.
+const WAITING: usize = 1024;
+
 type Found = Result<Box<Optimum>, ReconstructError>;
 
 /// A search that is under way, or over, and not yet taken over.
@@ -37,6 +42,9 @@ enum Running {
 /// The searches of one stream.
 pub(super) struct Searches {
     options: ReconstructOptions,
+    /// The samples so far, as the searches have them, and those that are not yet among them: copying all of them would take longer than a sample may.
+    kept: Arc<Mutex<Kept>>,
+    waiting: Vec<Sample>,
     next_at: u64,
     running: Option<(Running, u64)>,
     begun_at: u64,
@@ -51,6 +59,8 @@ impl Searches {
     pub fn new(options: ReconstructOptions) -> Self {
         Self {
             options,
+            kept: Arc::new(Mutex::new(Kept::new())),
+            waiting: Vec::new(),
             next_at: FIRST,
             running: None,
             begun_at: 0,
@@ -71,8 +81,21 @@ impl Searches {
         self.running.is_none() && samples >= next_at.max(self.next_at)
     }
 
-    /// Begins one: by the first way alone, which is soon done, unless that explained nothing and all ways were gone long ago, or never.
-    pub fn begin(&mut self, samples: u64, log: Log) {
+    /// Whether a search is under way, or over and not yet taken over.
+    pub fn is_running(&self) -> bool {
+        self.running.is_some()
+    }
+
+    /// Takes a sample in.
+    pub fn push(&mut self, sample: &Sample) {
+        self.waiting.push(*sample);
+        if self.waiting.len() >= WAITING && !self.is_running() {
+            keep(&self.kept, std::mem::take(&mut self.waiting));
+        }
+    }
+
+    /// Begins one over the samples so far: by the first way alone, which is soon done, unless that explained nothing and all ways were gone long ago, or never.
+    pub fn begin(&mut self, samples: u64) {
         let is_whole = !self.is_explained && samples >= self.whole_at;
         let least = if is_whole { LEAST_OF_WHOLE } else { LEAST };
         let until = samples + ((SHARE * samples as f64) as u64).clamp(least, MOST);
@@ -82,8 +105,13 @@ impl Searches {
         } else {
             Extent::Brief
         };
-        let options = self.options.clone();
-        let work = move || search(&log, &options, extent).map(Box::new);
+        let (options, kept, waiting) =
+            (self.options.clone(), Arc::clone(&self.kept), std::mem::take(&mut self.waiting));
+        let work = move || {
+            keep(&kept, waiting);
+            let kept = kept.lock().unwrap_or_else(PoisonError::into_inner);
+            search(kept.log(), &options, extent).map(Box::new)
+        };
         let spawned = std::thread::Builder::new().name("search".to_owned()).spawn(work.clone());
         // Without a thread to be had it is done at once.
         let running = spawned.map_or_else(|_| Running::Done(Box::new(work())), Running::Thread);
@@ -109,6 +137,12 @@ impl Searches {
     }
 }
 
+fn keep(kept: &Mutex<Kept>, samples: Vec<Sample>) {
+    // A search that failed for good left them as they were.
+    let mut kept = kept.lock().unwrap_or_else(PoisonError::into_inner);
+    samples.iter().for_each(|sample| kept.push(sample));
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -120,7 +154,7 @@ mod tests {
         for samples in 0..most {
             let _ = searches.ended(samples);
             if searches.is_due(samples, is_settled(samples)) {
-                searches.begin(samples, Log::default());
+                searches.begin(samples);
                 begun.push((samples, searches.was_whole()));
             }
         }
@@ -157,7 +191,7 @@ mod tests {
         assert!(whole.windows(2).all(|pair| (2.0..2.5).contains(&(pair[1] as f64 / pair[0] as f64))), "{whole:?}");
         let mut searches = Searches::new(ReconstructOptions::default());
         searches.is_explained = true;
-        searches.begin(1000, Log::default());
+        searches.begin(1000);
         assert!(!searches.was_whole());
     }
 }

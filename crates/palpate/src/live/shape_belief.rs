@@ -22,7 +22,7 @@ use crate::estimate::work::Work;
 const SETTLING: usize = 4;
 
 /// Samples that stay linearised where the shape is now; when there are so many, the older half is folded into the Gaussian for good.
-const WINDOW: usize = 512;
+const WINDOW: usize = 256;
 
 /// Samples between two linearisations of all of them.
 const RELINEARISED_EVERY: usize = 64;

@@ -16,7 +16,7 @@ pub struct Figure {
 }
 
 /// Names of all figures, in the order in which they are drawn.
-pub const FIGURE_NAMES: [&str; 17] = [
+pub const FIGURE_NAMES: [&str; 18] = [
     "figure-1-arrangements",
     "figure-2-contact-support",
     "figure-3-frames",
@@ -34,4 +34,5 @@ pub const FIGURE_NAMES: [&str; 17] = [
     "figure-7-fingers-likelihood",
     "figure-8-ode",
     "figure-8-likelihood",
+    "figure-9-pivoting-grasp",
 ];

@@ -14,7 +14,7 @@ use crate::paper::figures::scene::{observed_points, outline, palm_ends, palms, t
 use crate::paper::input::{Method, Trial};
 
 /// Size of a panel.
-const PANEL: Point = [480.0, 360.0];
+pub(super) const PANEL: Point = [480.0, 360.0];
 
 /// The observed points in the frame of the true object, with the number of times that their place was felt; and the rotation
 /// (radians) that brings them there, by SVD.
