@@ -154,7 +154,10 @@ pub fn run(arguments: &Arguments) -> Result<Ending, Failure> {
     let rig = arguments.rig.as_deref().map(palpate_io::read_rig).transpose()?.unwrap_or_else(RigFile::exact);
     let calibration = if arguments.draw_rig { rig.rig.drawn(arguments.seed) } else { rig.rig.calibration };
     let touchpad = touchpad(arguments, &rig)?;
+    let progress = terminal.progress();
+    progress.say("planning palms that carry the object round");
     let course = course(arguments, &shape, &touchpad, &rig)?;
+    drop(progress);
     let options = SimulateOptions {
         touchpad,
         start_psi_rad: course.start_psi_rad,

@@ -169,6 +169,13 @@ impl Watched {
 }
 
 impl ProgressLine {
+    /// Says what is being done, where nobody knows how far it has come.
+    pub fn say(&self, stage: &'static str) {
+        if let Some(Watched { bar, .. }) = &self.0 {
+            bar.set_message(stage);
+        }
+    }
+
     /// Takes in how far the work has come.
     pub fn update(&self, progress: Progress) {
         // At the end the line goes away in a moment.
