@@ -48,7 +48,7 @@ fn a_scene_holds_what_was_estimated_and_is_a_log() {
     let pictures = of("/palpate/estimate").len();
     assert!((6 * 24..=6 * 25 + 1).contains(&pictures), "{pictures}");
 
-    let newest = live.estimate().pose.clone().expect("a pose");
+    let newest = live.estimate().pose.expect("a pose");
     let last = of("/palpate/pose").last().expect("a pose");
     let pose = PoseInFrame::decode(last.as_slice()).expect("a pose").pose.expect("a pose");
     let (place, turn) = (pose.position.expect("a place"), pose.orientation.expect("a turn"));
