@@ -5,7 +5,7 @@ use palpate::pivot::{PivotLog, compare_strokes};
 use crate::drawing::colors::{BLUE, GREEN, INK, OBJECT, RED, RULE};
 use crate::drawing::plot::{Labels, Plot, range};
 use crate::drawing::svg::{Anchor, Point, Sheet, View, area, line, plain};
-use crate::paper::figures::results::PANEL;
+use crate::paper::figures::results::{PANEL, pad_and_contact};
 use crate::paper::figures::scene::outline;
 use crate::paper::input::StrokesTrial;
 
@@ -71,14 +71,10 @@ fn set_up_panel(sheet: &mut Sheet, trial: &StrokesTrial) {
             sheet.dot(view.at([s_m, 0.0]), 4.6, area(RED));
         }
     }
+    pad_and_contact(sheet);
     let y = PANEL[1] - 13.0;
-    let kind = plain(12.0).anchored(Anchor::Start);
-    sheet.segment([30.0, y - 4.0], [48.0, y - 4.0], line(INK, 4.0));
-    sheet.text([54.0, y], "touchpad", kind);
-    sheet.dot([135.0, y - 4.0], 4.6, area(RED));
-    sheet.text([145.0, y], "contact", kind);
     sheet.dot([217.0, y - 4.0], 4.0, area(GREEN));
-    sheet.text([227.0, y], "pivot, which the arm drags", kind);
+    sheet.text([227.0, y], "pivot, which the arm drags", plain(12.0).anchored(Anchor::Start));
 }
 
 /// The boundary as it is, and the points that were felt.

@@ -170,6 +170,16 @@ fn vector_panel(sheet: &mut Sheet, corner: Point, trial: &Trial, method: Method)
     plot.curve(sheet, errors, line(method.color(), 1.3));
 }
 
+/// Says below a set-up what pad and contact are drawn as.
+pub(super) fn pad_and_contact(sheet: &mut Sheet) {
+    let y = PANEL[1] - 13.0;
+    let kind = plain(12.0).anchored(Anchor::Start);
+    sheet.segment([30.0, y - 4.0], [48.0, y - 4.0], line(INK, 4.0));
+    sheet.text([54.0, y], "touchpad", kind);
+    sheet.dot([135.0, y - 4.0], 4.6, area(RED));
+    sheet.text([145.0, y], "contact", kind);
+}
+
 /// The set-up at a third of the motion: palms with their pads, the object, and the arrows that the camera follows.
 fn set_up_panel(sheet: &mut Sheet, trial: &Trial, vision: &VisionSystem) {
     sheet.text([0.5 * PANEL[0], 18.0], "(a) Set-up", plain(14.0).bold());
@@ -200,10 +210,7 @@ fn set_up_panel(sheet: &mut Sheet, trial: &Trial, vision: &VisionSystem) {
     }
     let y = PANEL[1] - 13.0;
     let kind = plain(12.0).anchored(Anchor::Start);
-    sheet.segment([30.0, y - 4.0], [48.0, y - 4.0], line(INK, 4.0));
-    sheet.text([54.0, y], "touchpad", kind);
-    sheet.dot([135.0, y - 4.0], 4.6, area(RED));
-    sheet.text([145.0, y], "contact", kind);
+    pad_and_contact(sheet);
     sheet.arrow([212.0, y - 4.0], [232.0, y - 4.0], marker);
     sheet.dot([243.0, y - 4.0], 3.4, line(BLUE, 1.6).filled("#ffffff"));
     sheet.text([252.0, y], "markers for the camera", kind);
