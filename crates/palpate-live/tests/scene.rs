@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use foxglove::Decode;
 use foxglove::messages::{FrameTransform, PointCloud, PoseInFrame, SceneUpdate};
 use mcap::MessageStream;
+use palpate::compare::RigidMotion;
 use palpate::live::Live;
 use palpate::plan::{PalmLimits, plan_turn};
 use palpate::sensor::Touchpad;
@@ -70,6 +71,18 @@ fn a_scene_holds_what_was_estimated_and_is_a_log() {
     }
     let object = entities.iter().rfind(|entity| entity.id == "object").expect("an object");
     assert!(object.frame_locked && object.lines.iter().all(|line| line.points.len() == 721));
+
+    // The contacts lie on the boundary where the object is.
+    let held = entities.iter().rfind(|entity| entity.id == "palms").expect("palms");
+    let (offset, turn) = (moved.translation.expect("a place"), moved.rotation.expect("a turn"));
+    let pose = RigidMotion { angle_rad: 2.0 * turn.z.atan2(turn.w), offset_m: [offset.x, offset.y] };
+    let boundary: Vec<[f64; 2]> = object.lines[0].points.iter().map(|at| pose.apply([at.x, at.y])).collect();
+    assert_eq!(held.spheres.len(), 2);
+    for contact in held.spheres.iter().filter_map(|sphere| sphere.pose?.position) {
+        let distance_m = |at: &[f64; 2]| (at[0] - contact.x).hypot(at[1] - contact.y);
+        let nearest_m = boundary.iter().map(distance_m).fold(f64::INFINITY, f64::min);
+        assert!(nearest_m < 1e-3, "{contact:?}: {nearest_m} m from the boundary");
+    }
 
     let (file, _) = read_mcap_log(&path, None, None).expect("a log");
     assert_eq!(file.log, run.log);

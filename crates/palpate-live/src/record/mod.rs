@@ -220,14 +220,17 @@ impl Recorder {
 }
 
 fn open(path: &Path, format: Format, metadata: &[(String, String)]) -> Result<Box<dyn LogFileWriter>, RecordError> {
-    if path.is_file() {
-        return Err(RecordError::Exists { file: path.display().to_string() });
-    }
+    require_new(path)?;
     let failed = |error| RecordError::io(path, "it cannot be made", &error);
     Ok(match format {
         Format::Csv => Box::new(csv::CsvWriter::create(path, metadata).map_err(failed)?),
         Format::Mcap => Box::new(mcap::McapWriter::create(path, metadata).map_err(failed)?),
     })
+}
+
+/// Refuses the place of a file.
+pub(crate) fn require_new(path: &Path) -> Result<(), RecordError> {
+    if path.is_file() { Err(RecordError::Exists { file: path.display().to_string() }) } else { Ok(()) }
 }
 
 /// `NAME.0001.csv` for `NAME.csv`.
@@ -237,7 +240,7 @@ fn numbered(path: &Path, number: usize) -> PathBuf {
 }
 
 /// A file made anew, or a device.
-fn create(path: &Path) -> io::Result<std::fs::File> {
+pub(crate) fn create(path: &Path) -> io::Result<std::fs::File> {
     if let Some(folder) = path.parent().filter(|folder| !folder.as_os_str().is_empty()) {
         std::fs::create_dir_all(folder)?;
     }

@@ -8,7 +8,6 @@ use foxglove::messages::{
 };
 use palpate::Sample;
 use palpate::live::Estimate;
-use palpate::palms::Palm;
 use palpate::reconstruct::OutlinePoint;
 
 /// The frame in which the palms are, and that of the object: its centre of mass is the origin.
@@ -41,20 +40,19 @@ const DOUBTED: Color = Color { r: 0.5, g: 0.5, b: 0.5, a: 1.0 };
 
 /// Palms, contacts and the verdict at a sample.
 pub(super) fn palms(sample: &Sample, estimate: &Estimate, time: Timestamp) -> SceneUpdate {
-    let seen = [(Palm::One, sample.s1_m), (Palm::Two, sample.s2_m)];
-    let furthest_m = seen.iter().filter_map(|(_, s_m)| *s_m).fold(0.0, f64::max);
+    let seen_m = [sample.s1_m, sample.s2_m];
+    let furthest_m = seen_m.iter().flatten().copied().fold(0.0, f64::max);
     let length_m = if furthest_m > 0.0 { BEYOND_CONTACT * furthest_m } else { LENGTH_M };
-    let along = |palm: Palm, s_m: f64| {
-        let base_m = if palm == Palm::One { sample.palms.base1_m } else { sample.palms.base2_m };
-        let direction = sample.palms.tangent(palm);
-        [base_m[0] + s_m * direction[0], base_m[1] + s_m * direction[1]]
-    };
-    let lines = [Palm::One, Palm::Two].map(|palm| LinePrimitive {
-        points: vec![point(along(palm, 0.0)), point(along(palm, length_m))],
+    let at = |s_m: [f64; 2]| <[[f64; 2]; 2]>::from(sample.palms.contact_points_m(s_m[0], s_m[1]));
+    let (bases, ends) = (at([0.0; 2]), at([length_m; 2]));
+    let lines = [0, 1].map(|palm| LinePrimitive {
+        points: vec![point(bases[palm]), point(ends[palm])],
         color: Some(PALM_COLOR),
         ..line(Type::LineStrip, PALM_M)
     });
-    let contacts = seen.into_iter().filter_map(|(palm, s_m)| Some(sphere(along(palm, s_m?), CONTACT_M, CONTACT)));
+    let places = at(seen_m.map(|s_m| s_m.unwrap_or(f64::NAN)));
+    let seen = places.into_iter().zip(seen_m).filter(|(_, s_m)| s_m.is_some());
+    let contacts = seen.map(|(place, _)| sphere(place, CONTACT_M, CONTACT));
     let (text, color) =
         if estimate.is_certified() { ("certified".to_owned(), CERTIFIED) } else { (estimate.reason(), DOUBTED) };
     let verdict = TextPrimitive {
@@ -157,14 +155,29 @@ fn pose([x, y]: [f64; 2], turned_rad: f64) -> Pose {
 mod tests {
     use super::*;
     use palpate::palms::PalmPair;
+    use std::f64::consts::{FRAC_PI_2, FRAC_PI_3};
 
     #[test]
-    fn a_contact_lies_on_its_palm_and_an_object_is_turned_counter_clockwise() {
-        let sample = Sample::new(0.0, PalmPair::hinged(std::f64::consts::FRAC_PI_2, 1.0), 0.03, 0.02);
+    fn contacts_lie_on_their_palms_and_an_object_is_turned_counter_clockwise() {
+        // Palm 1 upright, palm 2 at 60 degrees to its left, its base 10 mm to the left.
+        let palms_at = PalmPair { base2_m: [-0.01, 0.0], ..PalmPair::hinged(FRAC_PI_2, FRAC_PI_3) };
+        let sample = Sample::new(0.0, palms_at, 0.03, 0.02);
         let scene = palms(&sample, &Estimate::default(), Timestamp::new(0, 0));
-        let contact = scene.entities[0].spheres[0].pose.and_then(|pose| pose.position).expect("a place");
-        assert!(contact.x.abs() < 1e-12 && (contact.y - 0.03).abs() < 1e-12);
-        let turned = pose([0.0, 0.0], std::f64::consts::FRAC_PI_2).orientation.expect("turned");
+        let expected = [[0.0, 0.03], [-0.01 - 0.02 * FRAC_PI_3.sin(), 0.02 * FRAC_PI_3.cos()]];
+        let entity = &scene.entities[0];
+        for ((sphere, line), [x, y]) in entity.spheres.iter().zip(&entity.lines).zip(expected) {
+            let contact = sphere.pose.and_then(|pose| pose.position).expect("a place");
+            assert!((contact.x - x).hypot(contact.y - y) < 1e-12, "{contact:?}");
+            // And between the ends of the line that is drawn for the palm.
+            let [base, end] = line.points[..] else { panic!("two ends") };
+            let [along, whole] = [[contact.x - base.x, contact.y - base.y], [end.x - base.x, end.y - base.y]];
+            assert!((along[0] * whole[1] - along[1] * whole[0]).abs() < 1e-12);
+            assert!(along[0] * whole[0] + along[1] * whole[1] > 0.0);
+        }
+        assert_eq!(entity.spheres.len(), 2);
+        let one = Sample { s1_m: None, ..sample };
+        assert_eq!(palms(&one, &Estimate::default(), Timestamp::new(0, 0)).entities[0].spheres.len(), 1);
+        let turned = pose([0.0, 0.0], FRAC_PI_2).orientation.expect("turned");
         assert!((turned.z - turned.w).abs() < 1e-12 && turned.z > 0.0);
     }
 }

@@ -16,6 +16,7 @@ use super::drawing;
 use crate::error::RecordError;
 use crate::mcap_files::sample_message::{SCHEMA, SampleMessage, TOPIC, metadata_record, schema};
 use crate::mcap_files::writing::{Clock, io_error, options};
+use crate::record::{create, require_new};
 
 /// Time between two pictures, seconds: as often as an eye sees.
 const PICTURE_S: f64 = 0.04;
@@ -57,14 +58,12 @@ impl SceneWriter {
     /// # Errors
     /// There is such a file, or it cannot be written.
     pub fn create(path: &Path, metadata: &[(String, String)]) -> Result<Self, RecordError> {
-        if path.exists() {
-            return Err(RecordError::Exists { file: path.display().to_string() });
-        }
+        require_new(path)?;
         Self::begin(path, metadata).map_err(|error| RecordError::io(path, "it cannot be made", &error))
     }
 
     fn begin(path: &Path, metadata: &[(String, String)]) -> io::Result<Self> {
-        let mut writer = options().create(BufWriter::new(File::create_new(path)?)).map_err(io_error)?;
+        let mut writer = options().create(BufWriter::new(create(path)?)).map_err(io_error)?;
         let [scene, pose, transform, boundary] = [
             channel::<SceneUpdate>(&mut writer, "/palpate/scene")?,
             channel::<PoseInFrame>(&mut writer, "/palpate/pose")?,

@@ -1,6 +1,7 @@
 //! Figure 9: the pivoting grasp, and what comes of it.
 
-use palpate::pivot::{PivotLog, compare_strokes};
+use palpate::compare::RigidMotion;
+use palpate::pivot::{PivotLog, PivotSample, compare_strokes};
 
 use crate::drawing::colors::{BLUE, GREEN, INK, OBJECT, RED, RULE};
 use crate::drawing::plot::{Labels, Plot, range};
@@ -29,6 +30,11 @@ fn first_stroke(log: &PivotLog) -> std::ops::Range<usize> {
     first..(first..log.samples.len()).find(|index| !seen(index)).unwrap_or(log.samples.len())
 }
 
+/// The pose of an object that is held at its origin: carries its frame into the global one.
+fn pivoted(sample: &PivotSample, psi_rad: f64) -> RigidMotion {
+    RigidMotion { angle_rad: psi_rad, offset_m: [sample.pivot_x_m, sample.pivot_y_m] }
+}
+
 /// The object at instants of the first stroke, dragged over the pad by its pivot.
 fn set_up_panel(sheet: &mut Sheet, trial: &StrokesTrial) {
     sheet.text([0.5 * PANEL[0], 18.0], "(a) Set-up", plain(14.0).bold());
@@ -40,19 +46,12 @@ fn set_up_panel(sheet: &mut Sheet, trial: &StrokesTrial) {
     let instants: Vec<(usize, Vec<Point>)> = (0..INSTANTS)
         .map(at)
         .filter_map(|index| {
-            let (sample, psi_rad) = (&trial.log.samples[index], trial.truth.motion.get(index)?.psi_rad);
-            let (sin, cos) = psi_rad.sin_cos();
-            let place = |[x, y]: Point| [sample.pivot_x_m + x * cos - y * sin, sample.pivot_y_m + x * sin + y * cos];
-            Some((index, outline(trial.shape).map(place).collect()))
+            let pose = pivoted(&trial.log.samples[index], trial.truth.motion.get(index)?.psi_rad);
+            Some((index, outline(trial.shape).map(|point| pose.apply(point)).collect()))
         })
         .collect();
-    let all = || instants.iter().flat_map(|(_, body)| body);
-    let bound = |axis: usize, sign: f64| all().map(|point| sign * point[axis]).fold(f64::NEG_INFINITY, f64::max);
-    let (low, high) = ([-bound(0, -1.0), -bound(1, -1.0)], [bound(0, 1.0), bound(1, 1.0)]);
-    if !(low.iter().chain(&high).all(|value| value.is_finite())) {
-        return;
-    }
-    let view = View::fitting(low, high, [30.0, 40.0], [PANEL[0] - 60.0, PANEL[1] - 110.0]);
+    let [x, y] = [0, 1].map(|axis| range(instants.iter().flat_map(|(_, body)| body).map(|point| point[axis])));
+    let view = View::fitting([x[0], y[0]], [x[1], y[1]], [30.0, 40.0], [PANEL[0] - 60.0, PANEL[1] - 110.0]);
     let last = instants.len().saturating_sub(1);
     for (number, (_, body)) in instants.iter().enumerate() {
         let body: Vec<Point> = body.iter().map(|point| view.at(*point)).collect();
@@ -62,7 +61,7 @@ fn set_up_panel(sheet: &mut Sheet, trial: &StrokesTrial) {
             sheet.path(body, true, line(RULE, 1.2));
         }
     }
-    sheet.segment(view.at([low[0], 0.0]), view.at([high[0], 0.0]), line(INK, 4.0));
+    sheet.segment(view.at([x[0], 0.0]), view.at([x[1], 0.0]), line(INK, 4.0));
     let pivot = |index: usize| view.at([trial.log.samples[index].pivot_x_m, trial.log.samples[index].pivot_y_m]);
     sheet.path(stroke.map(pivot), false, line(GREEN, 1.2).dashed());
     for (index, _) in &instants {
@@ -88,13 +87,13 @@ fn shape_panel(sheet: &mut Sheet, corner: Point, trial: &StrokesTrial, rotation_
     let place = [corner[0] + 20.0, corner[1] + 30.0];
     let view = View::fitting([-radius; 2], [radius; 2], place, [PANEL[0] - 40.0, PANEL[1] - 74.0]);
     sheet.path(body.iter().map(|point| view.at(*point)), true, line(INK, 1.4));
-    // The contact of every sample, from the centre of the object outwards: in the frame that was found.
-    let felt = trial.log.samples.iter().zip(&trial.found.motion).filter_map(|(sample, pose)| {
-        let (psi_rad, s_m) = (pose.psi_rad?, sample.s_m?);
-        let (sin, cos) = psi_rad.sin_cos();
-        let (x, y) = (s_m - sample.pivot_x_m, -sample.pivot_y_m);
-        Some(view.at([x * cos + y * sin, y * cos - x * sin]))
-    });
+    // The contact of every sample in the frame of the object that was found.
+    let felt = trial
+        .log
+        .samples
+        .iter()
+        .zip(&trial.found.motion)
+        .filter_map(|(sample, found)| Some(view.at(pivoted(sample, found.psi_rad?).undo([sample.s_m?, 0.0]))));
     sheet.dots(felt, 1.3, BLUE);
     sheet.dot(view.at([0.0, 0.0]), 4.0, area(GREEN));
     let y = corner[1] + PANEL[1] - 13.0;
