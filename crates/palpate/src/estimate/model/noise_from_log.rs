@@ -11,27 +11,43 @@ use crate::log::{Log, Sample};
 use crate::math::statistics::median;
 use crate::palms::PalmAngles;
 
-/// Standard deviation of one contact position in metres, estimated from the scatter of neighbouring samples. Steps are those of the readings as the rig
-/// wrote them, in `raw`: corrected ones no longer lie on any.
-pub(crate) fn contact_scatter_m(measurements: &Measurements, raw: &Log) -> f64 {
-    let scatter = third_difference_scatter(&stillest_windows(measurements), [|i| i.s1, |i| i.s2]);
-    let step = quantisation_m(raw, |sample| sample.s1_m).max(quantisation_m(raw, |sample| sample.s2_m));
-    scatter.max(step / 12f64.sqrt())
+/// Standard deviation of one contact position in metres, estimated from the scatter of neighbouring samples, and at least that of rounding to these steps
+/// ([`steps_m`]).
+pub(crate) fn contact_scatter_m(measurements: &Measurements, steps_m: [f64; 2]) -> f64 {
+    scatter_of_neighbours_m(measurements).max(steps_m.map(rounding_sd_m).into_iter().fold(0.0, f64::max))
 }
 
 /// Samples for each reading that is an error of its own: where rounding is all the noise there is, a contact that is read at the same place again and
 /// again has the same error each time. 1 where other noise is as large.
-pub(crate) fn samples_per_error(measurements: &Measurements, raw: &Log) -> f64 {
-    let scatter = third_difference_scatter(&stillest_windows(measurements), [|i| i.s1, |i| i.s2]);
-    let of_pad = |s: fn(&Sample) -> Option<f64>| {
-        if scatter >= quantisation_m(raw, s) / 12f64.sqrt() {
+pub(crate) fn samples_per_error(measurements: &Measurements, raw: &Log, steps_m: [f64; 2]) -> f64 {
+    let scatter = scatter_of_neighbours_m(measurements);
+    let of_pad = |palm: usize| {
+        if scatter >= rounding_sd_m(steps_m[palm]) {
             return 1.0;
         }
-        let readings: Vec<f64> = raw.samples.iter().filter_map(s).collect();
+        let readings: Vec<f64> = raw.samples.iter().filter_map(READINGS[palm]).collect();
         let changes = readings.windows(2).filter(|pair| (pair[1] - pair[0]).abs() > LEAST_GAP_M).count();
         readings.len() as f64 / (changes + 1) as f64
     };
-    0.5 * (of_pad(|sample| sample.s1_m) + of_pad(|sample| sample.s2_m))
+    0.5 * (of_pad(0) + of_pad(1))
+}
+
+/// The steps that the readings of both pads are rounded to, metres, 0 where they are not: as the rig wrote them, in `raw`, since corrected ones no longer lie
+/// on any.
+pub(crate) fn steps_m(raw: &Log) -> [f64; 2] {
+    READINGS.map(|reading| quantisation_m(raw, reading))
+}
+
+/// What each pad reads.
+const READINGS: [fn(&Sample) -> Option<f64>; 2] = [|sample| sample.s1_m, |sample| sample.s2_m];
+
+/// Standard deviation of rounding to a step, metres.
+fn rounding_sd_m(step_m: f64) -> f64 {
+    step_m / 12f64.sqrt()
+}
+
+fn scatter_of_neighbours_m(measurements: &Measurements) -> f64 {
+    third_difference_scatter(&stillest_windows(measurements), [|i| i.s1, |i| i.s2])
 }
 
 /// Standard deviation of a palm angle in radians, estimated in the same way.
@@ -228,7 +244,7 @@ mod tests {
     }
 
     fn scatter_m(log: &Log) -> f64 {
-        contact_scatter_m(&Measurements::new(log, None), log)
+        contact_scatter_m(&Measurements::new(log, None), steps_m(log))
     }
 
     #[test]
@@ -254,7 +270,7 @@ mod tests {
         let measurements = Measurements::new(&log, None);
         let anywhere = third_difference_scatter(&windows(&measurements), [|i| i.s1, |i| i.s2]);
         assert!(anywhere > 3.0 * noise_sd_m, "the steps do not show: {anywhere}");
-        let found = contact_scatter_m(&measurements, &log);
+        let found = contact_scatter_m(&measurements, steps_m(&log));
         assert!((found / noise_sd_m - 1.0).abs() < 0.2, "{found}");
     }
 
@@ -383,14 +399,17 @@ mod tests {
     fn rounding_repeats_its_errors_where_it_is_all_the_noise_there_is() {
         let per_error = |noise_sd_m: f64, counts_per_inch: f64| {
             let log = log(Touchpad { noise_sd_m, counts_per_inch: Some(counts_per_inch), ..Touchpad::ideal() });
-            samples_per_error(&Measurements::new(&log, None), &log)
+            samples_per_error(&Measurements::new(&log, None), &log, steps_m(&log))
         };
         let step_m = 0.0254 / 25.4;
         assert!(per_error(0.0, 25.4) > 4.0 && per_error(0.0, 2.0 * 25.4) > 2.0);
         assert!(per_error(0.2 * step_m / 12f64.sqrt(), 25.4) > 4.0);
         assert!((per_error(2.0 * step_m / 12f64.sqrt(), 25.4) - 1.0).abs() < 1e-12);
         let unrounded = log(Touchpad::ideal());
-        assert!((samples_per_error(&Measurements::new(&unrounded, None), &unrounded) - 1.0).abs() < 1e-12);
+        assert!(
+            (samples_per_error(&Measurements::new(&unrounded, None), &unrounded, steps_m(&unrounded)) - 1.0).abs()
+                < 1e-12
+        );
     }
 
     #[test]
@@ -400,7 +419,7 @@ mod tests {
         let calibration = Calibration { scale: [1.003, 0.998], angle_zero_rad: [2e-3, 1e-3], ..Calibration::default() };
         let corrected = Measurements::new(&calibration.corrected(&log), None);
         let rounding_m = 0.0254 / 50.0 / 12f64.sqrt();
-        assert!(contact_scatter_m(&corrected, &log) > 0.999 * rounding_m);
+        assert!(contact_scatter_m(&corrected, steps_m(&log)) > 0.999 * rounding_m);
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Equations 19 to 21 of Moll & Erdmann 2001 integrated from given initial values, without the search for them.
 
 use crate::estimate::measurements::Measurements;
-use crate::estimate::model::noise_from_log::contact_scatter_m;
+use crate::estimate::model::noise_from_log::{contact_scatter_m, steps_m};
 use crate::log::Log;
 use crate::math::local_polynomial::FEWEST;
 use crate::reconstruct::options::ReconstructOptions;
@@ -44,7 +44,7 @@ impl PaperEquations {
     pub fn new(log: &Log) -> Result<Self, ReconstructError> {
         check_log(log, &ReconstructOptions { method: Method::Ode, ..ReconstructOptions::default() })?;
         let measurements = Measurements::new(log, None);
-        let sd_m = contact_scatter_m(&measurements, log).max(LEAST_NOISE * measurements.size_m());
+        let sd_m = contact_scatter_m(&measurements, steps_m(log)).max(LEAST_NOISE * measurements.size_m());
         let seen = measurements.instants.iter().filter(|instant| instant.both_seen()).count();
         let piece = Piece::new(log, &measurements, 0..measurements.len(), Method::Ode, sd_m)
             .ok_or(ReconstructError::TooFewSamples { seen, needed: FEWEST })?;

@@ -20,7 +20,7 @@ use crate::estimate::coverage::{NODES, touches};
 use crate::estimate::measurements::Measurements;
 use crate::estimate::model::contact::residuals;
 use crate::estimate::model::layout::Layout;
-use crate::estimate::model::noise_from_log::{contact_scatter_m, stated_noise_m};
+use crate::estimate::model::noise_from_log::{contact_scatter_m, stated_noise_m, steps_m};
 use crate::estimate::model::prior::Prior;
 use crate::estimate::motion::unwrap;
 use crate::log::{Log, Sample};
@@ -163,7 +163,7 @@ impl<'a> Job<'a> {
     fn new(log: &'a Log, options: &ReconstructOptions) -> Self {
         let stated_m = options.sensor_sd_m.or_else(|| stated_noise_m(log));
         let measurements = Measurements::new(log, stated_m);
-        let scatter_m = contact_scatter_m(&measurements, log);
+        let scatter_m = contact_scatter_m(&measurements, steps_m(log));
         let size_m = measurements.size_m().max(LEAST_SIZE_M);
         let expected_m = stated_m.unwrap_or(scatter_m).max(LEAST_NOISE * size_m);
         let mut found: Vec<Piece> = segments(&measurements, scatter_m)

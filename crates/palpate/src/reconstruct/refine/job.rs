@@ -26,7 +26,9 @@ use crate::estimate::model::balance_tolerance::{
 };
 use crate::estimate::model::layout::Layout;
 use crate::estimate::model::noise::Noise;
-use crate::estimate::model::noise_from_log::{contact_scatter_m, samples_per_error, stated_noise_m, weigh_by_angles};
+use crate::estimate::model::noise_from_log::{
+    contact_scatter_m, samples_per_error, stated_noise_m, steps_m, weigh_by_angles,
+};
 use crate::estimate::model::outliers::set_outliers_aside;
 use crate::estimate::model::prior::Prior;
 use crate::estimate::motion::{moved, piece_starts, unwrap};
@@ -221,10 +223,11 @@ impl<'a> Job<'a> {
         let log = if exact { Cow::Borrowed(raw) } else { Cow::Owned(calibration.corrected(raw)) };
         let stated_m = options.sensor_sd_m.or_else(|| stated_noise_m(&log));
         let mut measurements = Measurements { work, ..Measurements::new(&log, stated_m) };
-        let scatter_m = contact_scatter_m(&measurements, raw);
+        let steps_m = steps_m(raw);
+        let scatter_m = contact_scatter_m(&measurements, steps_m);
         let outliers = set_outliers_aside(&mut measurements, scatter_m);
-        let scatter_m = contact_scatter_m(&measurements, raw);
-        let samples_per_error = samples_per_error(&measurements, raw);
+        let scatter_m = contact_scatter_m(&measurements, steps_m);
+        let samples_per_error = samples_per_error(&measurements, raw, steps_m);
         let typical_m = weigh_by_angles(&mut measurements, stated_m.unwrap_or(scatter_m), stated_m.is_some());
         let size_m = measurements.size_m();
         let prior = Prior::new(size_m, PRIOR_SCALE * size_m);

@@ -70,7 +70,7 @@ pub(crate) fn segments(measurements: &Measurements, scatter_m: f64) -> Vec<Range
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::estimate::model::noise_from_log::contact_scatter_m;
+    use crate::estimate::model::noise_from_log::{contact_scatter_m, steps_m};
     use crate::palms::PalmMotion;
     use crate::sensor::Touchpad;
     use crate::shape::NamedShape;
@@ -89,7 +89,7 @@ mod tests {
             for noise_sd_m in [0.0, 5e-5] {
                 let run = run(seed, Touchpad { noise_sd_m, ..Touchpad::ideal() });
                 let measurements = Measurements::new(&run.log, None);
-                let segments = segments(&measurements, contact_scatter_m(&measurements, &run.log));
+                let segments = segments(&measurements, contact_scatter_m(&measurements, steps_m(&run.log)));
                 // The segments cover the log.
                 assert_eq!(segments.iter().map(|segment| segment.len()).sum::<usize>(), measurements.len());
                 assert!(segments.windows(2).all(|pair| pair[0].end == pair[1].start));
