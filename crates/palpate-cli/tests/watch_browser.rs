@@ -11,36 +11,66 @@ use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
 use std::path::PathBuf;
-use std::process::{Child, Stdio};
-use std::time::Instant;
+use std::process::{Child, ChildStdin, Stdio};
+use std::time::{Duration, Instant};
 
-use common::{command, folder};
+use common::{command, folder, palpate};
 use devtools::{Browser, PATIENCE};
 
-/// A stone that is turned round in real time, ten times as fast.
-const PLAN: &str = "shape = 'pebble'\nmotion = 'turn'\nduration_s = 40\nrate_hz = 30\nspeed = 10\n";
+/// A stone that is turned round.
+const PLAN: &str = "shape = 'pebble'\nmotion = 'turn'\nduration_s = 40\nrate_hz = 30\nspeed = 0\n";
 
-/// A watch that is ended with the test.
-struct Watch(Child);
+/// Lines that are sent at once, and the time between them: faster than a rig, and slow enough for the page to show what happens.
+const AT_ONCE: usize = 15;
+const PAUSE: Duration = Duration::from_millis(25);
+
+/// A watch that is fed by the test, so that nothing depends on how soon a browser is there, and that is ended with it.
+struct Watch {
+    child: Child,
+    input: Option<ChildStdin>,
+    lines: Vec<String>,
+    sent: usize,
+}
 
 impl Watch {
-    /// Starts one, and gives the address of its page.
+    /// Starts one over what a rig sends, and gives the address of its page.
     fn start(dir: &std::path::Path) -> (Self, String) {
-        let arguments = ["watch", "sim:plan.toml", "--serve", "127.0.0.1:0"];
-        let child = command(dir, &arguments).stdout(Stdio::null()).stderr(Stdio::piped()).spawn();
+        fs::write(dir.join("plan.toml"), PLAN).expect("a plan");
+        assert_eq!(palpate(dir, &["record", "sim:plan.toml", "-o", "log.csv"]).code, Some(0));
+        let log = fs::read_to_string(dir.join("log.csv")).expect("the recording");
+        let arguments = ["watch", "-", "--serve", "127.0.0.1:0"];
+        let child = command(dir, &arguments).stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::piped()).spawn();
         let mut child = child.expect("the program starts");
         let mut line = String::new();
         BufReader::new(child.stderr.take().expect("a pipe")).read_line(&mut line).expect("a line");
         let url = line.trim().strip_prefix("note: the page is at ").unwrap_or_else(|| panic!("{line}")).to_owned();
-        (Self(child), url)
+        let (input, lines) = (child.stdin.take(), log.lines().map(|line| format!("{line}\n")).collect());
+        (Self { child, input, lines, sent: 0 }, url)
+    }
+
+    /// Sends lines up to this share of all.
+    fn send_up_to(&mut self, share: f64) {
+        let until = (share * self.lines.len() as f64) as usize;
+        let input = self.input.as_mut().expect("an open pipe");
+        for lines in self.lines[self.sent..until].chunks(AT_ONCE) {
+            input.write_all(lines.concat().as_bytes()).expect("a program that listens");
+            std::thread::sleep(PAUSE);
+        }
+        self.sent = until;
+    }
+
+    /// Sends the rest, and ends the source.
+    fn send_all(&mut self) {
+        self.send_up_to(1.0);
+        self.input = None;
     }
 }
 
 impl Drop for Watch {
     fn drop(&mut self) {
         // It may have ended.
-        let _ = self.0.kill();
-        let _ = self.0.wait();
+        let _ = self.child.kill();
+        let _ = self.child.wait();
     }
 }
 
@@ -67,8 +97,7 @@ fn the_page_shows_what_is_felt_and_looks_back() {
         return;
     };
     let dir = folder();
-    fs::write(dir.path().join("plan.toml"), PLAN).expect("a plan");
-    let (watch, url) = Watch::start(dir.path());
+    let (mut watch, url) = Watch::start(dir.path());
 
     // Viewers that take nothing do not hold it up.
     let address = url.trim_start_matches("http://").trim_end_matches('/').to_owned();
@@ -85,9 +114,11 @@ fn the_page_shows_what_is_felt_and_looks_back() {
     let mut browser = Browser::start(&chromium, &dir.path().join("profile"));
     browser.window(1280, 900, "light");
     browser.go(&url);
+    watch.send_up_to(0.4);
     until(&mut browser, "document.getElementById('object').getAttribute('visibility') === 'visible'");
     let turn = "document.getElementById('object').getAttribute('transform')";
     let there = browser.evaluate(turn);
+    watch.send_up_to(0.7);
     until(&mut browser, &format!("{turn} !== {there}"));
     until(&mut browser, "document.querySelector('#object .felt').getAttribute('d').length > 500");
     picture(&mut browser, "watch-light.png");
@@ -96,8 +127,10 @@ fn the_page_shows_what_is_felt_and_looks_back() {
     browser.click("#pause");
     let paused = browser.evaluate(turn);
     let frames = browser.evaluate("frames.length").as_u64().expect("frames");
-    until(&mut browser, &format!("frames.length > {} || ended", frames + 5));
+    watch.send_up_to(0.9);
+    until(&mut browser, &format!("frames.length > {}", frames + 5));
     assert_eq!(browser.evaluate(turn), paused, "it moves though it is paused");
+    watch.send_all();
     browser.evaluate(
         "(() => { const e = document.getElementById('time'); e.value = 1; e.dispatchEvent(new Event('input')); })()",
     );
@@ -134,8 +167,9 @@ fn the_page_shows_what_is_felt_and_looks_back() {
     }
 
     // Who comes late sees the same, reopened after the end as well.
+    let frames = browser.evaluate("frames.length").as_u64().expect("frames");
     browser.go(&url);
-    until(&mut browser, "ended && frames.length > 10 && outline !== null");
+    until(&mut browser, &format!("ended && frames.length >= {frames} && outline !== null"));
     assert_eq!(browser.complaints(), Vec::<String>::new(), "the console complains");
     let asked = browser.requests();
     assert!(asked.iter().all(|asked| asked.starts_with(&url) || asked.starts_with("blob:")), "{asked:?}");
