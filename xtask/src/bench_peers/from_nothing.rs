@@ -18,7 +18,7 @@ use palpate::simulate::{SimulateOptions, Simulation, simulate};
 use super::Context;
 use super::row::{Agreement, Row};
 use super::turns::{Turns, timed};
-use super::worker::Worker;
+use super::Worker;
 
 const JOB: &str = "from nothing";
 const PROTOTYPE: &str = "numpy prototype";

@@ -24,9 +24,10 @@ use crate::python::Environment;
 use crate::studies::tables::{self, Place, Table, Write};
 use crate::workspace;
 use row::Row;
+pub use worker::Worker;
 
 /// Versions of the Python packages, from the root of the workspace.
-const VERSIONS: &str = "bench/peers/requirements.txt";
+pub const VERSIONS: &str = "bench/peers/requirements.txt";
 
 /// Options of `cargo xtask bench-peers`.
 #[derive(clap::Args)]

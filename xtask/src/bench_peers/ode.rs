@@ -18,7 +18,7 @@ use palpate::truth::TruePose;
 use super::Context;
 use super::row::{Agreement, Row};
 use super::turns::{Turns, timed};
-use super::worker::Worker;
+use super::Worker;
 
 const JOB: &str = "paper's equations";
 const PEER: &str = "SciPy solve_ivp";

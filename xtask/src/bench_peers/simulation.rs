@@ -19,7 +19,7 @@ use palpate::simulate::{SimulateOptions, Simulation, simulate};
 use super::Context;
 use super::row::{Agreement, Row};
 use super::turns::{Turns, timed};
-use super::worker::Worker;
+use super::Worker;
 use crate::workspace;
 
 const JOB: &str = "simulation";

@@ -21,7 +21,7 @@ use palpate::{Log, Sample};
 use super::Context;
 use super::row::{Agreement, NOBODY, Row};
 use super::turns::{Turns, timed};
-use super::worker::Worker;
+use super::Worker;
 use crate::{debian, workspace};
 
 /// Name of this job.

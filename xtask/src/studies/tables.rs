@@ -57,6 +57,8 @@ pub const MONTE_CARLO_FRICTION: Place = Place { file: "docs/monte-carlo.md", nam
 pub const MONTE_CARLO_FAST: Place = Place { file: "docs/monte-carlo.md", name: "monte-carlo-fast" };
 /// `cargo xtask monte-carlo-pivot`.
 pub const MONTE_CARLO_PIVOT: Place = Place { file: "docs/monte-carlo.md", name: "monte-carlo-pivot" };
+/// `cargo xtask monte-carlo-pivot --mujoco`.
+pub const MONTE_CARLO_PIVOT_MUJOCO: Place = Place { file: "docs/monte-carlo.md", name: "monte-carlo-pivot-mujoco" };
 /// `cargo xtask limits --jumps`.
 pub const LIMITS: Place = Place { file: "docs/constants.md", name: "limits" };
 /// `cargo xtask methods`.

@@ -169,6 +169,8 @@ struct Prepared<'a> {
     d_m: Vec<f64>,
     ranges: Vec<Range<usize>>,
     size_m: f64,
+    /// The largest height with a contact: higher, the object may turn as it likes.
+    free_m: f64,
     /// Noise by the scatter of neighbouring samples.
     scatter: Noise,
 }
@@ -201,7 +203,8 @@ impl<'a> Prepared<'a> {
             return Err(PivotReconstructError::NotSolvable);
         }
         let scatter = Noise { r_m: scatter(&r_m, &ranges), d_m: scatter(&d_m, &ranges) };
-        Ok(Self { log, options, samples, readings, r_m, d_m, ranges, size_m, scatter })
+        let free_m = r_m.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        Ok(Self { log, options, samples, readings, r_m, d_m, ranges, size_m, free_m, scatter })
     }
 
     /// Noise that is stated; that of an offset is of pad and arm together.
@@ -401,10 +404,19 @@ impl<'a> Prepared<'a> {
         Some(State { theta_rad: decoded(state, &measured, &ranges, noise, variance), ..state.clone() })
     }
 
-    /// Whether the object hung free before a sample. The pad may miss single readings: a lifted object has none for a while.
-    fn is_lifted_before(&self, sample: usize) -> bool {
-        let lifted = sample.saturating_sub(LIFTED_SAMPLES)..sample;
-        lifted.len() == LIFTED_SAMPLES && self.log.samples[lifted].iter().all(|sample| sample.s_m.is_none())
+    /// Whether the object hung free before a sample: it was lifted from the pad, and so high that it could turn as it liked. One that tips over, or
+    /// bounces, is off the pad for a while as well.
+    fn hung_free_before(&self, sample: usize) -> bool {
+        let is_off = |index: &usize| self.log.samples[*index].s_m.is_none();
+        let off: Vec<f64> = (0..sample).rev().take_while(is_off).map(|index| self.height_m(index)).collect();
+        off.len() >= LIFTED_SAMPLES && off.iter().any(|height_m| *height_m > self.free_m)
+    }
+
+    /// Height of the pivot over the pad at a sample of the log.
+    fn height_m(&self, sample: usize) -> f64 {
+        let sample = &self.log.samples[sample];
+        self.options.rig.pad.along_and_above(sample.pivot_x_m, sample.pivot_y_m)[1]
+            - self.options.rig.calibration.height_m
     }
 
     /// Whether each segment begins after the object was lifted; the first one does.
@@ -412,7 +424,7 @@ impl<'a> Prepared<'a> {
         let first = self.samples.first().copied();
         self.ranges
             .iter()
-            .map(|range| Some(self.samples[range.start]) == first || self.is_lifted_before(self.samples[range.start]))
+            .map(|range| Some(self.samples[range.start]) == first || self.hung_free_before(self.samples[range.start]))
             .collect()
     }
 
@@ -590,13 +602,9 @@ impl<'a> Prepared<'a> {
         let mut first = Vec::new();
         for range in &self.ranges {
             let sample = self.samples[range.start];
-            let Some(before) = sample.checked_sub(1).filter(|_| self.is_lifted_before(sample)) else { continue };
-            let height = |index: usize| {
-                let sample = &self.log.samples[index];
-                self.options.rig.pad.along_and_above(sample.pivot_x_m, sample.pivot_y_m)[1]
-            };
+            let Some(before) = sample.checked_sub(1).filter(|_| self.hung_free_before(sample)) else { continue };
             if let (Some(theta), Some(sd)) = (motion[sample].theta_rad, motion[sample].psi_sd_rad) {
-                let lowered_m = height(before) - height(sample);
+                let lowered_m = self.height_m(before) - self.height_m(sample);
                 first.push(FirstContact::new(theta, sd, lowered_m, self.d_m[range.start]));
             }
         }

@@ -1,7 +1,9 @@
 //! `cargo xtask monte-carlo-pivot`: strokes of a pivoting grasp from nothing, many objects, as a Markdown table.
 //!
-//! Objects of the mixture, each held at a point of its own, five to eight strokes to and fro with friction of 0.3 to 0.6. *Right* is a felt boundary
+//! With `--mujoco` the strokes are those of another engine, with friction of 0.1 to 0.6. Objects of the mixture, each held at a point of its own, five to eight strokes to and fro with friction of 0.3 to 0.6. *Right* is a felt boundary
 //! within 0.5 % of the radius and a motion within 2 degrees; *wrong* is what is certified, not right, and beyond five of its own error bars.
+
+mod mujoco;
 
 use std::f64::consts::TAU;
 use std::num::NonZero;
@@ -9,6 +11,7 @@ use std::panic::catch_unwind;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
+use anyhow::Context as _;
 use palpate::pivot::{
     PadPose, PivotCalibration, PivotOptions, PivotReconstruction, PivotRig, PivotSimulateOptions, PivotSimulation,
     PivotTolerances, PivotTruthError, Stroke, compare_strokes, observability, reconstruct_strokes, simulate_strokes,
@@ -35,6 +38,9 @@ pub struct Arguments {
     /// Rigs that nobody calibrated, drawn from the default tolerances
     #[arg(long)]
     rig: bool,
+    /// Strokes in MuJoCo, which is installed for it
+    #[arg(long, conflicts_with = "rig")]
+    mujoco: bool,
     /// Print a line for each trial that was not right or not certified
     #[arg(long)]
     verbose: bool,
@@ -44,13 +50,21 @@ pub struct Arguments {
 
 impl Arguments {
     fn command(&self) -> String {
-        let rig = if self.rig { " --rig" } else { "" };
-        format!("cargo xtask monte-carlo-pivot{rig} --trials {} --seed {}", self.trials, self.seed)
+        let option = match (self.rig, self.mujoco) {
+            (true, _) => " --rig",
+            (_, true) => " --mujoco",
+            _ => "",
+        };
+        format!("cargo xtask monte-carlo-pivot{option} --trials {} --seed {}", self.trials, self.seed)
     }
 
     /// The documentation has no table of rigs that nobody calibrated.
     fn places(&self) -> &'static [Place] {
-        if self.rig { &[] } else { &[tables::MONTE_CARLO_PIVOT] }
+        match (self.rig, self.mujoco) {
+            (true, _) => &[],
+            (_, true) => &[tables::MONTE_CARLO_PIVOT_MUJOCO],
+            _ => &[tables::MONTE_CARLO_PIVOT],
+        }
     }
 }
 
@@ -59,6 +73,9 @@ const NOISE_M: [f64; 2] = [1e-4, 2e-5];
 /// Right is an error of the boundary within this share of the mean radius, and of the motion within so many radians.
 const RIGHT_R: f64 = 0.005;
 const RIGHT_PSI_RAD: f64 = 2.0 * std::f64::consts::PI / 180.0;
+/// Friction of the strokes, and of those in another engine.
+const FRICTION: std::ops::Range<f64> = 0.3..0.6;
+const FRICTION_IN_MUJOCO: std::ops::Range<f64> = 0.1..0.6;
 /// Wrong is beyond so many error bars as well.
 const WRONG_SDS: f64 = 5.0;
 
@@ -88,7 +105,7 @@ struct Drawn {
     options: PivotSimulateOptions,
 }
 
-fn drawn(seed: u64, uncalibrated: bool) -> anyhow::Result<Drawn> {
+fn drawn(seed: u64, uncalibrated: bool, friction: std::ops::Range<f64>) -> anyhow::Result<Drawn> {
     let (name, about_mass) = Object::Mixed.of_seed(seed)?;
     let mut rng = ChaCha8Rng::seed_from_u64(seed ^ 0x7069_766f_7400);
     let radius_m = about_mass.mean_radius_m();
@@ -124,7 +141,7 @@ fn drawn(seed: u64, uncalibrated: bool) -> anyhow::Result<Drawn> {
         touchpad: Touchpad { length_m: 1.0, noise_sd_m: NOISE_M[0], ..Touchpad::ideal() },
         arm_noise_sd_m: NOISE_M[1],
         center_of_mass_m: [-pivot_m[0], -pivot_m[1]],
-        friction: rng.random_range(0.3..0.6),
+        friction: rng.random_range(friction),
         rate_hz: rng.random_range(15.0..30.0),
         seed,
         ..PivotSimulateOptions::default()
@@ -153,9 +170,7 @@ fn bound_m(drawn: &Drawn, simulation: &PivotSimulation) -> Option<f64> {
     told.bound.map(|bound| bound.rms_r_sd_m())
 }
 
-fn trial(seed: u64, uncalibrated: bool) -> Option<Trial> {
-    let drawn = drawn(seed, uncalibrated).ok()?;
-    let simulation = simulate_strokes(&drawn.shape, &drawn.strokes, &drawn.options).ok()?;
+fn trial(drawn: Drawn, simulation: &PivotSimulation) -> Trial {
     let started = Instant::now();
     let solved = catch_unwind(|| reconstruct_strokes(&simulation.log, &PivotOptions::new(drawn.rig)));
     let seconds = started.elapsed().as_secs_f64();
@@ -165,18 +180,18 @@ fn trial(seed: u64, uncalibrated: bool) -> Option<Trial> {
         let errors = compare_strokes(&found, &simulation.truth).map_err(|error| error.to_string())?;
         Ok((found, errors))
     });
-    Some(Trial {
-        seed,
+    Trial {
+        seed: drawn.options.seed,
         radius_m: drawn.shape.mean_radius_m(),
         samples: simulation.log.samples.iter().filter(|sample| sample.s_m.is_some()).count(),
         leaps: simulation.leaps.len(),
-        bound_m: bound_m(&drawn, &simulation),
+        bound_m: bound_m(&drawn, simulation),
         seconds,
         inside: found.as_ref().map_or(f64::NAN, |(found, errors)| inside(found, &drawn.shape, errors)),
         found,
         panicked,
         name: drawn.name,
-    })
+    }
 }
 
 impl Trial {
@@ -236,17 +251,34 @@ fn table(arguments: &Arguments) -> anyhow::Result<String> {
     let done = AtomicUsize::new(0);
     let threads = std::thread::available_parallelism().unwrap_or(NonZero::<usize>::MIN);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.get()).build()?;
-    let trials: Vec<Trial> = pool.install(|| {
+    let (simulated, remark) = if arguments.mujoco {
+        let mut engine = mujoco::Engine::start()?;
+        let mut simulated = Vec::new();
+        for &seed in &seeds {
+            let drawn = drawn(seed, false, FRICTION_IN_MUJOCO)?;
+            let simulation = engine.simulation(&drawn).with_context(|| format!("seed {seed}"))?;
+            simulated.push((drawn, simulation));
+        }
+        (simulated, format!("\n\n{}", engine.geometry.told()))
+    } else {
         let one = |&seed: &u64| {
+            let drawn = drawn(seed, arguments.rig, FRICTION).ok()?;
+            let simulation = simulate_strokes(&drawn.shape, &drawn.strokes, &drawn.options).ok()?;
+            Some((drawn, simulation))
+        };
+        (pool.install(|| seeds.par_iter().filter_map(one).collect()), String::new())
+    };
+    let trials: Vec<Trial> = pool.install(|| {
+        let one = |(drawn, simulation): (Drawn, PivotSimulation)| {
             // Each trial on one thread, so that its seconds are its own.
-            let trial = trial(seed, arguments.rig);
+            let trial = trial(drawn, &simulation);
             let done = 1 + done.fetch_add(1, Ordering::Relaxed);
             if done.is_multiple_of(50) {
                 eprintln!("{done} of {} trials", seeds.len());
             }
             trial
         };
-        seeds.par_iter().map(one).collect::<Vec<_>>().into_iter().flatten().collect()
+        simulated.into_par_iter().map(one).collect()
     });
     anyhow::ensure!(!trials.is_empty(), "no trial could be simulated");
     for trial in trials.iter().filter(|trial| {
@@ -267,7 +299,7 @@ fn table(arguments: &Arguments) -> anyhow::Result<String> {
     }
     let panics = trials.iter().filter(|trial| trial.panicked).count();
     Ok(format!(
-        "    {}\n\n{HEAD}{rows}\n{} trials in {:.0} s; {} gave a usable log; {panics} panics.",
+        "    {}\n\n{HEAD}{rows}\n{} trials in {:.0} s; {} gave a usable log; {panics} panics.{remark}",
         arguments.command(),
         seeds.len(),
         started.elapsed().as_secs_f64(),
