@@ -16,9 +16,9 @@ use palpate::shape::{RandomShape, random_shape};
 use palpate::simulate::{SimulateOptions, Simulation, simulate};
 
 use super::Context;
+use super::Worker;
 use super::row::{Agreement, Row};
 use super::turns::{Turns, timed};
-use super::Worker;
 
 const JOB: &str = "from nothing";
 const PROTOTYPE: &str = "numpy prototype";

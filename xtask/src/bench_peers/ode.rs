@@ -16,9 +16,9 @@ use palpate::simulate::{SimulateOptions, simulate};
 use palpate::truth::TruePose;
 
 use super::Context;
+use super::Worker;
 use super::row::{Agreement, Row};
 use super::turns::{Turns, timed};
-use super::Worker;
 
 const JOB: &str = "paper's equations";
 const PEER: &str = "SciPy solve_ivp";

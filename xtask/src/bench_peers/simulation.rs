@@ -17,9 +17,9 @@ use palpate::shape::{NamedShape, SupportFunction, ellipse};
 use palpate::simulate::{SimulateOptions, Simulation, simulate};
 
 use super::Context;
+use super::Worker;
 use super::row::{Agreement, Row};
 use super::turns::{Turns, timed};
-use super::Worker;
 use crate::workspace;
 
 const JOB: &str = "simulation";

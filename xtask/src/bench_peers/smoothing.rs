@@ -19,9 +19,9 @@ use palpate::simulate::{SimulateOptions, simulate};
 use palpate::{Log, Sample};
 
 use super::Context;
+use super::Worker;
 use super::row::{Agreement, NOBODY, Row};
 use super::turns::{Turns, timed};
-use super::Worker;
 use crate::{debian, workspace};
 
 /// Name of this job.

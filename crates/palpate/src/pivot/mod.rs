@@ -38,6 +38,7 @@ mod decode;
 mod error;
 mod error_bars;
 mod evidence;
+mod joint_rotations;
 mod log;
 mod motion_between;
 mod motion_prior;

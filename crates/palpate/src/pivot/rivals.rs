@@ -7,6 +7,7 @@ use crate::math::angle::wrapped;
 use crate::pivot::association::Known;
 use crate::pivot::calibration::Reading;
 use crate::pivot::evidence::{Fit, log_evidence};
+use crate::pivot::joint_rotations::turned_together;
 use crate::pivot::motion_prior::MotionPrior;
 use crate::pivot::search::{same, search_noise};
 use crate::pivot::smoother::{Problem, State};
@@ -27,6 +28,9 @@ const ITSELF_RAD: f64 = 0.1;
 
 /// A contact angle that its own reading tells no better than this, radians, is a weak link: what lies beyond it may be turned.
 const WEAK_LINK_RAD: f64 = 0.1;
+
+/// Groups of which two are turned together at most, the largest.
+const MOST_TOGETHER: usize = 5;
 
 /// Arcs of the boundary for what segments share.
 const ARCS: usize = 180;
@@ -67,8 +71,9 @@ impl Rivals<'_> {
             Some((optimum.state, evidence))
         };
         let Some((present, evidence)) = thinned(state) else { return Vec::new() };
-        let moved: Vec<State> =
+        let mut moved: Vec<State> =
             self.groups(whole).iter().flat_map(|group| self.moved(&search, &present, group)).collect();
+        moved.extend(self.moved_together(whole, &search, &present));
         let mut found: Vec<Fit> = Vec::new();
         let mut seen: Vec<State> = vec![present.clone()];
         let mut starts: Vec<State> = others.collect();
@@ -102,12 +107,15 @@ impl Rivals<'_> {
         Some(Fit { optimum, log_evidence, ..whole.fit.clone() })
     }
 
-    /// Segments, cut at weak links, alone and in groups; as the places of their readings among the thinned ones.
-    fn groups(&self, whole: &Whole) -> Vec<Vec<usize>> {
+    /// Segments, cut at weak links, as the places of their readings among the thinned ones; and what boundary two of them share, radians: all of it where
+    /// both begin with the object hanging at rest, which it does in one way.
+    fn parts(&self, whole: &Whole) -> (Vec<Vec<usize>>, impl Fn(usize, usize) -> f64) {
         let slopes = &whole.fit.optimum.linear.told.slopes;
         let is_weak = |index: usize| slopes[index][0].hypot(slopes[index][1]) * WEAK_LINK_RAD < 1.0;
         let mut parts: Vec<Vec<usize>> = Vec::new();
-        for range in &self.thinning.ranges {
+        let mut at_rest = Vec::new();
+        for (range, begins_at_rest) in self.thinning.ranges.iter().zip(&self.prior.begins_at_rest) {
+            at_rest.extend(begins_at_rest.then_some(range.start));
             let mut part = Vec::new();
             for place in range.clone() {
                 if is_weak(self.thinning.kept[place]) {
@@ -133,31 +141,53 @@ impl Rivals<'_> {
                 felt
             })
             .collect();
-        let shared = |a: usize, b: usize| {
+        let rests: Vec<bool> =
+            parts.iter().map(|part| part.first().is_some_and(|first| at_rest.contains(first))).collect();
+        let shared = move |a: usize, b: usize| {
+            if rests[a] && rests[b] {
+                return TAU;
+            }
             let both = arcs[a].iter().zip(&arcs[b]).filter(|(a, b)| **a && **b).count();
             TAU * both as f64 / ARCS as f64
         };
+        (parts, shared)
+    }
+
+    /// Parts alone and in groups that hang together; as the places of their readings among the thinned ones.
+    fn groups(&self, whole: &Whole) -> Vec<Vec<usize>> {
+        let (parts, shared) = self.parts(whole);
         let mut groups: Vec<Vec<usize>> = (0..parts.len()).map(|part| vec![part]).collect();
         for least in SHARED_RAD {
-            let mut label: Vec<usize> = (0..parts.len()).collect();
-            for a in 0..parts.len() {
-                for b in 0..a {
-                    if shared(a, b) > least && label[a] != label[b] {
-                        let (from, to) = (label[a], label[b]);
-                        label.iter_mut().filter(|l| **l == from).for_each(|l| *l = to);
-                    }
-                }
-            }
-            for part in 0..parts.len() {
-                groups.push((0..parts.len()).filter(|&other| label[other] == part).collect());
-            }
+            groups.extend(connected(parts.len(), |a, b| shared(a, b) > least));
         }
-        groups.retain(|group| !group.is_empty() && group.len() < parts.len());
+        groups.retain(|group| group.len() < parts.len());
         groups.sort();
         groups.dedup();
-        groups
-            .into_iter()
-            .map(|group| group.into_iter().flat_map(|part| parts[part].iter().copied()).collect())
+        groups.into_iter().map(|group| places(&parts, &group)).collect()
+    }
+
+    /// States of the thinned problem with two groups turned that share nothing with each other or the rest.
+    fn moved_together(&self, whole: &Whole, search: &Problem, state: &State) -> Vec<State> {
+        let (parts, shared) = self.parts(whole);
+        let groups = connected(parts.len(), |a, b| shared(a, b) > SHARED_RAD[0]);
+        let mut groups: Vec<Vec<usize>> = groups.iter().map(|group| places(&parts, group)).collect();
+        groups.sort_by_key(|group| std::cmp::Reverse(group.len()));
+        groups.truncate(MOST_TOGETHER);
+        // Of three the first may stay where it is.
+        let first = if groups.len() == 3 { 1 } else { 0 };
+        let pairs = (first..groups.len()).flat_map(|a| (a + 1..groups.len()).map(move |b| [a, b]));
+        if groups.len() < 3 {
+            return Vec::new();
+        }
+        pairs
+            .flat_map(|[a, b]| {
+                let turned = turned_together(search, state, [&groups[a], &groups[b]]);
+                turned
+                    .into_iter()
+                    .take_while(|(worse, _)| *worse < FOLLOWED_NATS)
+                    .take(FOLLOWED)
+                    .map(|(_, state)| state)
+            })
             .collect()
     }
 
@@ -197,5 +227,40 @@ impl Rivals<'_> {
                 moved
             })
             .collect()
+    }
+}
+
+/// Groups of so many parts that hang together where two of them are linked.
+fn connected(parts: usize, is_linked: impl Fn(usize, usize) -> bool) -> Vec<Vec<usize>> {
+    let mut label: Vec<usize> = (0..parts).collect();
+    for a in 0..parts {
+        for b in 0..a {
+            if is_linked(a, b) && label[a] != label[b] {
+                let (from, to) = (label[a], label[b]);
+                label.iter_mut().filter(|l| **l == from).for_each(|l| *l = to);
+            }
+        }
+    }
+    let group = |of: usize| (0..parts).filter(|&part| label[part] == of).collect::<Vec<usize>>();
+    (0..parts).map(group).filter(|group| !group.is_empty()).collect()
+}
+
+/// The readings of some parts.
+fn places(parts: &[Vec<usize>], group: &[usize]) -> Vec<usize> {
+    group.iter().flat_map(|&part| parts[part].iter().copied()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_hang_together_through_others() {
+        let links = [(0, 2), (2, 4), (1, 3)];
+        let found = connected(6, |a, b| links.contains(&(a, b)) || links.contains(&(b, a)));
+        let mut found = found;
+        found.sort();
+        assert_eq!(found, [vec![0, 2, 4], vec![1, 3], vec![5]]);
+        assert_eq!(places(&[vec![3], vec![], vec![1, 2]], &[0, 2]), [3, 1, 2]);
     }
 }

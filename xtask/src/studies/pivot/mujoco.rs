@@ -89,8 +89,7 @@ impl Engine {
             leaps: Vec::new(),
         };
         let angle = |node: u32| std::f64::consts::TAU * f64::from(node) / f64::from(TRUTH_SAMPLES);
-        simulation.truth.support =
-            (0..TRUTH_SAMPLES).map(|node| (angle(node), shape.radius_m(angle(node)))).collect();
+        simulation.truth.support = (0..TRUTH_SAMPLES).map(|node| (angle(node), shape.radius_m(angle(node)))).collect();
         let mut before: Option<[f64; 2]> = None;
         for row in numbers.chunks_exact(NUMBERS) {
             let [time_s, along_m, above_m, position_m, turned_rad]: [f64; NUMBERS] = row.try_into()?;

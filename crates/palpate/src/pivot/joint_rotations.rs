@@ -1,0 +1,167 @@
+//! Rotations of two groups of readings at once against the rest: groups that share no boundary are held together by the form of the whole shape alone,
+//! and where two of them are wrong, moving one of them may make nothing better.
+//!
+//! What a group tells, every θ eliminated, is a quadratic form in the coefficients of the shape, ½ xᵀHx + bᵀx. It turns with the group: its harmonics
+//! turn by k times the rotation. So all pairs of rotations on a grid are compared by the evidence of a linear model, bᵀA⁻¹b − ln det A of the sums.
+
+use std::f64::consts::TAU;
+
+use nalgebra::{Cholesky, DMatrix, DVector};
+
+use crate::estimate::model::layout::{rotate, rotated_covariance};
+use crate::pivot::calibration::Reading;
+use crate::pivot::smoother::{Problem, State};
+
+/// Rotations of each group: five degrees apart, for which each θ, which is free, makes up.
+const ROTATIONS: usize = 72;
+
+/// What a group tells of coefficients and constants.
+#[derive(Clone, Debug)]
+struct Form {
+    information: DMatrix<f64>,
+    linear: DVector<f64>,
+}
+
+impl Form {
+    /// At a state that explains the readings.
+    fn at(problem: &Problem, state: &State) -> Self {
+        let told = problem.told(state);
+        let information = &told.columns * told.columns.transpose();
+        let linear = &told.columns * &told.left - &information * DVector::from_column_slice(&state.coefficients);
+        Self { information, linear }
+    }
+
+    /// Of a group alone, and its contact angles: what the others say of the shape bends how the group sees it.
+    fn of(problem: &Problem, state: &State, group: &[usize]) -> Option<(Self, Vec<f64>)> {
+        let readings: Vec<Reading> = group.iter().map(|&place| problem.readings[place]).collect();
+        let theta_rad = group.iter().map(|&place| state.theta_rad[place]).collect();
+        let problem = Problem { readings: &readings, ..problem.clone() };
+        let own = problem.solve(State { theta_rad, ..state.clone() })?.state;
+        Some((Self::at(&problem, &own), own.theta_rad))
+    }
+
+    /// The same of readings whose contact angles are larger by `angle`.
+    fn turned(&self, angle: f64) -> Self {
+        let mut linear = self.linear.clone();
+        rotate(linear.as_mut_slice(), angle);
+        Self { information: rotated_covariance(&self.information, angle), linear }
+    }
+}
+
+/// States in which two groups are turned, each at a maximum of the evidence over both rotations, the best first, with how much less than the best they
+/// have, nats. The rotations of the state itself are not among them.
+pub(super) fn turned_together(problem: &Problem, state: &State, groups: [&[usize]; 2]) -> Vec<(f64, State)> {
+    let mut inside = vec![false; problem.readings.len()];
+    groups.iter().flat_map(|group| group.iter()).for_each(|&place| inside[place] = true);
+    let rest: Vec<usize> = (0..inside.len()).filter(|&place| !inside[place]).collect();
+    // The constants of the rig do not turn: harmonics are compared at those of the state.
+    let stated = problem.stated.with_told(state.told);
+    let fixed = Problem { open: Vec::new(), between: None, stated, ..problem.clone() };
+    let own = |group: &[usize]| Form::of(&fixed, state, group);
+    let (Some((mut rest, _)), [Some(first), Some(second)]) = (own(&rest), groups.map(own)) else { return Vec::new() };
+    for (index, sd) in fixed.prior_sds().into_iter().enumerate() {
+        rest.information[(index, index)] += 1.0 / (sd * sd);
+    }
+    let angle = |turn: usize| TAU * turn as f64 / ROTATIONS as f64;
+    let turned = |form: &Form| (0..ROTATIONS).map(|turn| form.turned(angle(turn))).collect::<Vec<Form>>();
+    let (angles, [first, second]) = ([&first.1, &second.1], [turned(&first.0), turned(&second.0)]);
+    let solved = |a: usize, b: usize| {
+        let information = &rest.information + &first[a].information + &second[b].information;
+        let linear = &rest.linear + &first[a].linear + &second[b].linear;
+        let factor = Cholesky::new(information)?;
+        let log_determinant: f64 = factor.l_dirty().diagonal().iter().map(|value| value.ln()).sum();
+        let coefficients = -factor.solve(&linear);
+        let cost = 0.5 * linear.dot(&coefficients) + log_determinant;
+        cost.is_finite().then_some((cost, coefficients))
+    };
+    let costs: Vec<f64> = (0..ROTATIONS * ROTATIONS)
+        .map(|index| solved(index / ROTATIONS, index % ROTATIONS).map_or(f64::INFINITY, |(cost, _)| cost))
+        .collect();
+    let at = |a: usize, b: usize| costs[(a % ROTATIONS) * ROTATIONS + b % ROTATIONS];
+    let is_least = |a: usize, b: usize| {
+        let around = (0..9).map(|place| at(a + ROTATIONS + place / 3 - 1, b + ROTATIONS + place % 3 - 1));
+        at(a, b).is_finite() && around.into_iter().all(|other| at(a, b) <= other)
+    };
+    let minima = (0..ROTATIONS * ROTATIONS)
+        .map(|index| (index / ROTATIONS, index % ROTATIONS))
+        .filter(|&(a, b)| (a, b) != (0, 0) && is_least(a, b));
+    let mut found: Vec<(f64, State)> = minima
+        .filter_map(|(a, b)| {
+            let (cost, coefficients) = solved(a, b)?;
+            let mut turned = State { coefficients: coefficients.as_slice().to_vec(), ..state.clone() };
+            for ((group, own_rad), turn) in groups.iter().zip(angles).zip([a, b]) {
+                group.iter().zip(own_rad).for_each(|(&place, own)| turned.theta_rad[place] = own + angle(turn));
+            }
+            Some((cost, turned))
+        })
+        .collect();
+    found.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let least = found.first().map_or(0.0, |(cost, _)| *cost).min(at(0, 0));
+    found.iter_mut().for_each(|(cost, _)| *cost -= least);
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::estimate::model::contact::support;
+    use crate::pivot::calibration::PivotCalibration;
+    use crate::pivot::smoother::Noise;
+    use crate::shape::ContactSupport;
+
+    /// Readings of three arcs that share nothing, and where they were felt.
+    fn arcs() -> (Vec<Reading>, State) {
+        let coefficients = vec![0.03, 0.004, -0.003, 0.0, 0.002, 0.002, 0.0];
+        let theta_rad: Vec<f64> =
+            [0.2, 2.4, 4.3].iter().flat_map(|from| (0..20).map(move |index| from + 0.08 * f64::from(index))).collect();
+        let reading = |theta: &f64| {
+            let ContactSupport { r, d, .. } = support(&coefficients, *theta);
+            Reading { along_m: 0.5, above_m: r, s_m: 0.5 - d }
+        };
+        let readings = theta_rad.iter().map(reading).collect();
+        (readings, State { coefficients, told: PivotCalibration::default().told(), theta_rad })
+    }
+
+    fn problem(readings: &[Reading]) -> Problem<'_> {
+        Problem {
+            readings,
+            noise: Noise { r_m: 2e-5, d_m: 1e-4 },
+            order: 3,
+            size_m: 0.03,
+            spread_m: 0.01,
+            stated: PivotCalibration::default(),
+            open: Vec::new(),
+            between: None,
+        }
+    }
+
+    #[test]
+    fn two_groups_that_were_turned_are_turned_back() {
+        let (readings, right) = arcs();
+        let problem = problem(&readings);
+        let groups: [Vec<usize>; 2] = [(20..40).collect(), (40..60).collect()];
+        let mut wrong = right.clone();
+        for (group, by) in groups.iter().zip([1.0, -2.1]) {
+            group.iter().for_each(|&place| wrong.theta_rad[place] += by);
+        }
+        let found = turned_together(&problem, &wrong, [&groups[0], &groups[1]]);
+        let best = problem.solve(found[0].1.clone()).expect("an optimum");
+        let own = problem.solve(wrong).expect("an optimum").cost;
+        assert!(best.cost < 2.0 && own > 100.0, "{own} {}", best.cost);
+    }
+
+    #[test]
+    fn a_form_turns_with_its_group() {
+        let (readings, state) = arcs();
+        let problem = problem(&readings[..20]);
+        let state = State { theta_rad: state.theta_rad[..20].to_vec(), ..state };
+        let turned = Form::at(&problem, &state).turned(0.7);
+        // The same readings of the shape turned as much.
+        let mut moved = state.clone();
+        rotate(&mut moved.coefficients, 0.7);
+        moved.theta_rad.iter_mut().for_each(|theta| *theta += 0.7);
+        let form = Form::at(&problem, &moved);
+        assert!((&turned.information - &form.information).norm() < 1e-9 * form.information.norm());
+        assert!((&turned.linear - &form.linear).norm() < 1e-6 * form.linear.norm());
+    }
+}
