@@ -6,6 +6,9 @@ use crate::pivot::smoother::{Noise, Optimum, Problem, State, across, prior_sds};
 /// Numbers of harmonics that are tried, in this order.
 const ORDERS: [usize; 12] = [4, 6, 8, 10, 12, 14, 16, 20, 24, 32, 40, 48];
 
+/// The largest of them.
+pub(super) const MOST_HARMONICS: usize = ORDERS[ORDERS.len() - 1];
+
 /// Numbers tried beyond the best one.
 const BEYOND: usize = 1;
 

@@ -12,7 +12,7 @@ use crate::pivot::closed_form::Stretch;
 use crate::pivot::decode::decoded;
 use crate::pivot::error::PivotReconstructError;
 use crate::pivot::error_bars::ErrorBars;
-use crate::pivot::evidence::{self, Fit, Stated, choose_order, squares_and_redundancies};
+use crate::pivot::evidence::{self, Fit, MOST_HARMONICS, Stated, choose_order, squares_and_redundancies};
 use crate::pivot::log::PivotLog;
 use crate::pivot::motion_between::{FIRST_SD_RAD, MotionBetween};
 use crate::pivot::motion_prior::{MotionPrior, lifted, tips_over};
@@ -149,6 +149,7 @@ impl Found {
             matches!(
                 doubt,
                 PivotDoubt::Misfit { .. }
+                    | PivotDoubt::NotSmooth { .. }
                     | PivotDoubt::NotConvex
                     | PivotDoubt::Leaps { .. }
                     | PivotDoubt::OtherStarts { .. }
@@ -517,6 +518,7 @@ impl<'a> Prepared<'a> {
             r_sd_m,
             theta_sd_rad,
             largest_theta_sd_rad: bars.theta_sd_rad.iter().copied().fold(0.0, f64::max),
+            most_harmonics: (self.options.harmonics.is_none() && fit.order >= MOST_HARMONICS).then_some(fit.order),
             concave_sds,
             alternatives,
             leaps,
@@ -625,7 +627,7 @@ fn scatter(values: &[f64], ranges: &[Range<usize>]) -> f64 {
 fn check(log: &PivotLog, options: &PivotOptions) -> Result<(), PivotReconstructError> {
     let bad = |what: &str| Err(PivotReconstructError::BadOption(what.to_owned()));
     let rig = &options.rig;
-    if options.harmonics.is_some_and(|order| !(2..=48).contains(&order)) {
+    if options.harmonics.is_some_and(|order| !(2..=MOST_HARMONICS).contains(&order)) {
         return bad("the number of harmonics must be between 2 and 48");
     }
     let (constants, tolerances, pad) = (&rig.calibration, &rig.tolerances, &rig.pad);

@@ -174,7 +174,7 @@ impl Rivals<'_> {
         groups.sort_by_key(|group| std::cmp::Reverse(group.len()));
         groups.truncate(MOST_TOGETHER);
         // Of three the first may stay where it is.
-        let first = if groups.len() == 3 { 1 } else { 0 };
+        let first = usize::from(groups.len() == 3);
         let pairs = (first..groups.len()).flat_map(|a| (a + 1..groups.len()).map(move |b| [a, b]));
         if groups.len() < 3 {
             return Vec::new();

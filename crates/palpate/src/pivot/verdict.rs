@@ -56,6 +56,11 @@ pub enum PivotDoubt {
         /// Whether the noise was stated; else it was estimated from the scatter of neighbouring samples.
         stated: bool,
     },
+    /// The readings ask for as many harmonics as there are, and might ask for more.
+    NotSmooth {
+        /// Harmonics of the result.
+        harmonics: usize,
+    },
     /// The felt boundary is not convex.
     NotConvex,
     /// Too little of the boundary was felt to tell an object by.
@@ -111,6 +116,10 @@ impl fmt::Display for PivotDoubt {
                 "the readings are missed by {times_noise:.1} times {}",
                 if *stated { "the stated noise" } else { "the noise that neighbouring samples show" }
             ),
+            Self::NotSmooth { harmonics } => write!(
+                f,
+                "{harmonics} harmonics explain the readings better than fewer: edges are seldom so sharp, and strokes that are laid together wrongly look like it"
+            ),
             Self::NotConvex => write!(f, "the felt boundary is not convex"),
             Self::LittleFelt { coverage } => {
                 write!(f, "only {:.0} % of the boundary was felt", 100.0 * coverage)
@@ -156,6 +165,9 @@ impl PivotDoubt {
             Self::Misfit { .. } => {
                 "Check the pose of the pad, the pivot's place in the gripper and the zero of the pad; or state larger tolerances."
             }
+            Self::NotSmooth { .. } => {
+                "Make strokes longer, so that each feels boundary of others; sample faster where the object tips over an edge."
+            }
             Self::NotConvex => "Check zero and scale of the pad; a hollow side is bridged and cannot be felt.",
             Self::LittleFelt { .. } => "Drag further, in both directions, or press harder so that the object rolls.",
             Self::Ambiguous { .. } => "Make strokes longer, so that they feel boundary in common.",
@@ -180,6 +192,8 @@ pub(super) struct Findings {
     pub r_sd_m: f64,
     pub theta_sd_rad: f64,
     pub largest_theta_sd_rad: f64,
+    /// Harmonics of the result, where the evidence chose them and had no more to choose.
+    pub most_harmonics: Option<usize>,
     /// How far the radius of curvature is below 0 on the felt boundary, in standard deviations.
     pub concave_sds: f64,
     pub alternatives: usize,
@@ -200,6 +214,9 @@ impl Findings {
         let excess = (CHI2_SDS * (2.0 / self.dof.max(1.0)).sqrt()).max(least);
         if !(self.chi2_per_dof <= 1.0 + excess) {
             doubts.push(PivotDoubt::Misfit { times_noise: self.chi2_per_dof.sqrt(), stated: self.noise_stated });
+        }
+        if let Some(harmonics) = self.most_harmonics {
+            doubts.push(PivotDoubt::NotSmooth { harmonics });
         }
         if !(self.concave_sds <= CONCAVE_SDS) {
             doubts.push(PivotDoubt::NotConvex);
@@ -249,6 +266,7 @@ mod tests {
         r_sd_m: 1e-5,
         theta_sd_rad: 3e-3,
         largest_theta_sd_rad: 0.02,
+        most_harmonics: None,
         concave_sds: 0.0,
         alternatives: 1,
         leaps: 0,
@@ -264,7 +282,7 @@ mod tests {
         let chi2 =
             |dof: f64, noise_stated: bool, chi2_per_dof: f64| Findings { dof, noise_stated, chi2_per_dof, ..GOOD };
         let few = CHI2_SDS * 0.2_f64.sqrt();
-        let pairs: [(Findings, Findings); 14] = [
+        let pairs: [(Findings, Findings); 15] = [
             (chi2(900.0, true, 1.0 + 0.99 * CHI2_SDS * (2.0_f64 / 900.0).sqrt()), chi2(900.0, true, 1.3)),
             (chi2(1e6, true, 0.99 + CHI2_EXCESS_STATED), chi2(1e6, true, 1.01 + CHI2_EXCESS_STATED)),
             (chi2(1e6, false, 0.99 + CHI2_EXCESS_ESTIMATED), chi2(1e6, false, 1.01 + CHI2_EXCESS_ESTIMATED)),
@@ -295,6 +313,7 @@ mod tests {
             ),
             (Findings { left_out: 0.99 * MOST_LEFT_OUT, ..GOOD }, Findings { left_out: 1.01 * MOST_LEFT_OUT, ..GOOD }),
             (GOOD, Findings { alternatives: 2, ..GOOD }),
+            (GOOD, Findings { most_harmonics: Some(48), ..GOOD }),
             (GOOD, Findings { leaps: 1, ..GOOD }),
             (GOOD, Findings { other_starts: 1, ..GOOD }),
         ];
