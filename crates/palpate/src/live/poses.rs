@@ -8,6 +8,7 @@ use crate::estimate::association::transitions::near;
 use crate::estimate::evidence::motion_prior::{CERTAIN, UNPREDICTED_JUMP};
 use crate::estimate::measurements::Instant;
 use crate::live::shape_belief::{Settled, ShapeBelief};
+use crate::math::angle::wrapped_to;
 
 /// Squared standard deviations by which a sample is missed above which other poses are looked for, and it does not bend the shape.
 pub(super) const UNEXPLAINED: f64 = 25.0;
@@ -78,7 +79,11 @@ impl Poses {
         self.waiting.push_back(instant);
         self.sort(shape.period_rad());
         if self.best().misfit > UNEXPLAINED {
-            for newest in shape.elsewhere(&instant, self.best().psi) {
+            let from = self.best().psi;
+            for there in shape.elsewhere(&instant, from) {
+                // By the shorter way round.
+                let psi = from + wrapped_to(there.psi - from, shape.period_rad());
+                let newest = Settled { psi, ..there };
                 let cost = before_cost + UNPREDICTED_JUMP.deviance();
                 let mut other = Hypothesis { cost, newest, psi: before_psi.clone() };
                 other.take(newest);
@@ -86,6 +91,9 @@ impl Poses {
             }
             self.sort(shape.period_rad());
         }
+        // Costs count from that of the best.
+        let least = self.hypotheses.first().map_or(0.0, |best| best.cost);
+        self.hypotheses.iter_mut().for_each(|hypothesis| hypothesis.cost -= least);
         self.decide()
     }
 
@@ -94,11 +102,10 @@ impl Poses {
         self.hypotheses.sort_by(|a, b| a.cost.total_cmp(&b.cost));
         let least = self.hypotheses.first().map_or(0.0, |best| best.cost);
         let mut kept: Vec<Hypothesis> = Vec::new();
-        for mut hypothesis in self.hypotheses.drain(..) {
+        for hypothesis in self.hypotheses.drain(..) {
             let is_known = kept.iter().any(|other| near(other.newest.psi, hypothesis.newest.psi, period));
             let is_behind = hypothesis.cost > least + ENDS * CERTAIN.deviance();
             if kept.len() < MOST_HYPOTHESES && !is_known && !is_behind {
-                hypothesis.cost -= least;
                 kept.push(hypothesis);
             }
         }
@@ -135,11 +142,14 @@ impl Hypothesis {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::f64::consts::PI;
+
     use crate::estimate::measurements::Measurements;
     use crate::estimate::model::layout::Layout;
     use crate::estimate::model::noise::Noise;
     use crate::estimate::model::prior::Prior;
     use crate::estimate::solver::posterior::Posterior;
+    use crate::math::angle::wrapped;
     use crate::plan::{PalmLimits, plan_turn};
     use crate::sensor::Touchpad;
     use crate::shape::NamedShape;
@@ -148,12 +158,15 @@ mod tests {
 
     const NOISE: Noise = Noise { sensor_m: 1e-4, balance_m: 1e-5 };
 
-    /// A known shape, and samples of it with their orientations while palms turn it round without a jump.
+    /// A known shape, and exact samples of it with their orientations while palms turn it round without a jump.
     fn setting() -> (ShapeBelief, Vec<(Instant, f64)>) {
+        setting_with(Touchpad::ideal())
+    }
+
+    fn setting_with(touchpad: Touchpad) -> (ShapeBelief, Vec<(Instant, f64)>) {
         let shape = NamedShape::Pebble.shape(0.03).expect("a positive size");
         let plan = plan_turn(&shape, &PalmLimits::default(), 40.0).expect("a motion without a jump");
-        let (touchpad, start_psi_rad) = (Touchpad::ideal(), plan.start_psi_rad);
-        let options = SimulateOptions { touchpad, start_psi_rad, ..SimulateOptions::default() };
+        let options = SimulateOptions { touchpad, start_psi_rad: plan.start_psi_rad, ..SimulateOptions::default() };
         let run = simulate(&shape, &plan.motion.sample(20.0).expect("possible"), &options).expect("possible");
         let psi = run.truth.motion.iter().map(|pose| pose.psi_rad);
         let samples = Measurements::new(&run.log, None).instants.into_iter().zip(psi).collect();
@@ -193,17 +206,25 @@ mod tests {
 
     #[test]
     fn a_jump_is_found_and_decided_on() {
-        let (shape, here) = setting();
+        assert_jump_is_found(&setting());
+    }
+
+    #[test]
+    fn a_jump_is_found_in_noisy_samples_too() {
+        let noisy = Touchpad { noise_sd_m: NOISE.sensor_m, ..Touchpad::ideal() };
+        assert_jump_is_found(&setting_with(noisy));
+    }
+
+    fn assert_jump_is_found((shape, here): &(ShapeBelief, Vec<(Instant, f64)>)) {
         assert!((here[300].1 - here[39].1).abs() > 0.5);
         let mut poses = Poses::from(here[0].1);
         // The palms are at once where they were a quarter of a turn later.
         let samples: Vec<(Instant, f64)> = here[..40].iter().chain(&here[300..400]).copied().collect();
-        let decided = all(&mut poses, &shape, &samples);
+        let decided = all(&mut poses, shape, &samples);
         assert!(decided.len() + LAG >= 140 && poses.count() <= MOST_HYPOTHESES);
-        let is_there = |(decided, (_, psi)): (&Decided, &(Instant, f64))| {
-            let off = decided.psi - psi;
-            off.sin().abs() < 1e-2 && off.cos() > 0.0
-        };
+        // By the shorter way round: less than half a turn.
+        assert!(decided.windows(2).all(|pair| (pair[1].psi - pair[0].psi).abs() < PI));
+        let is_there = |(decided, (_, psi)): (&Decided, &(Instant, f64))| wrapped(decided.psi - psi).abs() < 1e-2;
         let found = decided.iter().zip(&samples).filter(|pair| is_there(*pair)).count();
         assert!(found + 2 >= decided.len(), "{found} of {}", decided.len());
     }
