@@ -26,6 +26,8 @@ const GROWTH: f64 = 1.1;
 const SHORTEST: usize = 100;
 /// Distances are measured at these multiples of the first certified sample, as far as the log goes: half of them at a young answer.
 const LATER: [f64; 6] = [1.25, 1.75, 2.5, 4.0, 8.0, 16.0];
+/// Up to so many times an answer is young: with few samples each changes noise and harmonics.
+const SOON: f64 = 2.0;
 
 /// Options of `cargo xtask bench-live`.
 #[derive(clap::Args)]
@@ -183,8 +185,8 @@ fn resident_mb() -> Option<f64> {
 struct First {
     live: usize,
     batch: usize,
-    /// Standard deviations.
-    distances: Vec<f64>,
+    /// How many times the samples of the first certified estimate there were, and standard deviations.
+    distances: Vec<(f64, f64)>,
     /// Share of the estimates from the first certified one on that are certified.
     certified: f64,
 }
@@ -215,7 +217,7 @@ fn first_certified(seed: u64) -> anyhow::Result<Option<First>> {
     let mut distances = Vec::new();
     for (count, estimate) in behind {
         let found = prefix(count).context("a prefix that was certified live")?;
-        distances.extend(estimate.distance_sds(&found));
+        distances.extend(estimate.distance_sds(&found).map(|sds| (count as f64 / first as f64, sds)));
     }
     let certified = f64::from(certified) / (samples.len() - first + 1) as f64;
     Ok(Some(First { live: first, batch: count.min(first), distances, certified }))
@@ -240,8 +242,14 @@ fn table_of(firsts: &[First], logs: u64) -> String {
     table.push_str(&row("samples at the first certified estimate", quantiles(live), 0));
     let ratios = firsts.iter().map(|first| first.live as f64 / first.batch as f64).collect();
     table.push_str(&row("the same over the first prefix that the batch estimator certifies", quantiles(ratios), 2));
-    let distances = firsts.iter().flat_map(|first| first.distances.iter().copied()).collect();
-    table.push_str(&row("distance from the batch estimator, standard deviations", quantiles(distances), 2));
+    let distances = |is_meant: fn(f64) -> bool| {
+        let all = firsts.iter().flat_map(|first| first.distances.iter().copied());
+        quantiles(all.filter(|(times, _)| is_meant(*times)).map(|(_, sds)| sds).collect())
+    };
+    let soon = distances(|times| times < SOON);
+    table.push_str(&row("distance from the batch estimator, standard deviations, soon after the first", soon, 2));
+    let later = distances(|times| times >= SOON);
+    table.push_str(&row("the same from twice as many samples on", later, 2));
     let certified = firsts.iter().map(|first| first.certified).collect();
     table.push_str(&row("share of the estimates after that which are certified", quantiles(certified), 2));
     table
