@@ -70,6 +70,15 @@ fn the_table_holds_the_rows() {
 }
 
 #[test]
+fn a_job_without_a_log_says_of_which_object() {
+    let short = "kind = \"simulate\"\ntrials = 1\nsamples = 25\nmotions = [\"random-jump-free\"]\nobjects.named = { name = [\"egg\"] }\ntouchpads = [{ noise_sd_m = 0.1e-3 }]\n";
+    let outcomes = sweep(short, Path::new(".")).run(TWO, &mut |_| ()).expect("outcomes");
+    let row = &outcomes[0].row;
+    assert_eq!((row.status, row.object.as_str()), (Status::NoLog, "egg"), "{}", row.reason);
+    assert!(row.reason.contains("no motion out of"), "{}", row.reason);
+}
+
+#[test]
 fn a_job_that_travels_gives_the_same_row() {
     let sweep = sweep(SHORT, Path::new("."));
     let here = sweep.outcome(3).expect("a job").row;

@@ -109,7 +109,12 @@ impl Job {
         row.angle_noise_sd_rad = Some(pads.angle_noise_sd_rad);
         row.dropout = Some(pads.dropout);
         let options = options.clone().with_rig(job.rig.as_deref().copied().unwrap_or_default());
-        self.simulated(job.simulate(), Touchpad::from(pads).position_sd_m(), &options, row)
+        let simulated = job.simulate();
+        if let (Err(_), Ok((object, _))) = (&simulated, job.object.of_seed(job.seed)) {
+            // What gave no log is told as well.
+            row.object = object;
+        }
+        self.simulated(simulated, Touchpad::from(pads).position_sd_m(), &options, row)
     }
 
     fn varied(&self, job: VariedJob, options: &ReconstructOptions, row: &mut Row) -> Option<Scored> {
