@@ -19,6 +19,7 @@ import mujoco
 import numpy as np
 from mujoco import rollout
 from scipy.interpolate import CubicHermiteSpline
+from support_function import outline
 
 MASS_KG = 0.1  # of no consequence
 GRAVITY_M_PER_S2 = 9.80665
@@ -45,17 +46,6 @@ MODEL = """
   </worldbody>
 </mujoco>
 """
-
-
-def outline(scene, vertices):
-    """The boundary points at evenly spread normal angles."""
-    theta = 2 * np.pi * np.arange(vertices) / vertices
-    a, b = np.array(scene["harmonics_m"]).T
-    k = np.arange(1, len(a) + 1)
-    cos, sin = np.cos(np.outer(theta, k)), np.sin(np.outer(theta, k))
-    r = scene["mean_radius_m"] + cos @ a + sin @ b
-    d = sin @ (k * a) - cos @ (k * b)
-    return np.stack([r * np.cos(theta) + d * np.sin(theta), r * np.sin(theta) - d * np.cos(theta)], axis=1)
 
 
 def model(scene, vertices):

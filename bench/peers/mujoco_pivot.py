@@ -16,6 +16,7 @@ import sys
 
 import mujoco
 import numpy as np
+from support_function import outline
 
 MASS_KG = 0.05
 GRAVITY_M_PER_S2 = 9.80665
@@ -54,22 +55,11 @@ MODEL = """
 """
 
 
-def outline(scene):
-    """Boundary points about the pivot at evenly spread normal angles."""
-    theta = 2 * np.pi * np.arange(VERTICES) / VERTICES
-    a, b = np.array(scene["harmonics_m"]).T
-    k = np.arange(1, len(a) + 1)
-    cos, sin = np.cos(np.outer(theta, k)), np.sin(np.outer(theta, k))
-    r = scene["mean_radius_m"] + cos @ a + sin @ b
-    d = sin @ (k * a) - cos @ (k * b)
-    return np.stack([r * np.cos(theta) + d * np.sin(theta), r * np.sin(theta) - d * np.cos(theta)], axis=1)
-
-
 def compiled(scene):
     """The model of a scene."""
     # A lens: the rim, and one vertex before and behind it.
     points = np.zeros((VERTICES + 2, 3))
-    points[:-2, :2] = outline(scene)
+    points[:-2, :2] = outline(scene, VERTICES)
     points[-2:, 2] = [0.01, -0.01]
     radius_m = scene["mean_radius_m"]
     inertia = 0.5 * MASS_KG * radius_m**2
@@ -110,7 +100,7 @@ class Run:
         self.scene = scene
         self.model = compiled(scene)
         self.data = mujoco.MjData(self.model)
-        points = outline(scene)
+        points = outline(scene, VERTICES)
         self.clear_m = 1.1 * np.hypot(*points.T).max()
         # It hangs free.
         x, y = scene["center_of_mass_m"]
