@@ -24,7 +24,7 @@ STEP_S = 1e-4
 CONTACT_STEPS = 2.0  # time constant of a contact in steps: the stiffest that MuJoCo allows
 VERTICES = 6000  # of the rim: a facet of 0.03 mm on an object of 30 mm
 CONTROL_S = 1e-3  # the arm is told where to go so often
-DAMPING = 0.5  # of the hinge, as a share of what is critical for a pendulum of the mean radius
+DAMPING = 0.5  # of the hinge, as a share of what is critical for the object hanging from it
 LEAST_FORCE = 0.02  # of the weight: a lighter touch is not felt
 
 MODEL = """
