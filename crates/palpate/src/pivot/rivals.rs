@@ -71,9 +71,10 @@ impl Rivals<'_> {
             Some((optimum.state, evidence))
         };
         let Some((present, evidence)) = thinned(state) else { return Vec::new() };
+        let (parts, shared) = self.parts(whole);
         let mut moved: Vec<State> =
-            self.groups(whole).iter().flat_map(|group| self.moved(&search, &present, group)).collect();
-        moved.extend(self.moved_together(whole, &search, &present));
+            Self::groups(&parts, &shared).iter().flat_map(|group| self.moved(&search, &present, group)).collect();
+        moved.extend(Self::moved_together(&parts, &shared, &search, &present));
         let mut found: Vec<Fit> = Vec::new();
         let mut seen: Vec<State> = vec![present.clone()];
         let mut starts: Vec<State> = others.collect();
@@ -154,8 +155,7 @@ impl Rivals<'_> {
     }
 
     /// Parts alone and in groups that hang together; as the places of their readings among the thinned ones.
-    fn groups(&self, whole: &Whole) -> Vec<Vec<usize>> {
-        let (parts, shared) = self.parts(whole);
+    fn groups(parts: &[Vec<usize>], shared: impl Fn(usize, usize) -> f64) -> Vec<Vec<usize>> {
         let mut groups: Vec<Vec<usize>> = (0..parts.len()).map(|part| vec![part]).collect();
         for least in SHARED_RAD {
             groups.extend(connected(parts.len(), |a, b| shared(a, b) > least));
@@ -163,22 +163,26 @@ impl Rivals<'_> {
         groups.retain(|group| group.len() < parts.len());
         groups.sort();
         groups.dedup();
-        groups.into_iter().map(|group| places(&parts, &group)).collect()
+        groups.into_iter().map(|group| places(parts, &group)).collect()
     }
 
     /// States of the thinned problem with two groups turned that share nothing with each other or the rest.
-    fn moved_together(&self, whole: &Whole, search: &Problem, state: &State) -> Vec<State> {
-        let (parts, shared) = self.parts(whole);
+    fn moved_together(
+        parts: &[Vec<usize>],
+        shared: impl Fn(usize, usize) -> f64,
+        search: &Problem,
+        state: &State,
+    ) -> Vec<State> {
         let groups = connected(parts.len(), |a, b| shared(a, b) > SHARED_RAD[0]);
-        let mut groups: Vec<Vec<usize>> = groups.iter().map(|group| places(&parts, group)).collect();
+        let mut groups: Vec<Vec<usize>> = groups.iter().map(|group| places(parts, group)).collect();
         groups.sort_by_key(|group| std::cmp::Reverse(group.len()));
         groups.truncate(MOST_TOGETHER);
-        // Of three the first may stay where it is.
-        let first = usize::from(groups.len() == 3);
-        let pairs = (first..groups.len()).flat_map(|a| (a + 1..groups.len()).map(move |b| [a, b]));
         if groups.len() < 3 {
             return Vec::new();
         }
+        // Of three the first may stay where it is.
+        let first = usize::from(groups.len() == 3);
+        let pairs = (first..groups.len()).flat_map(|a| (a + 1..groups.len()).map(move |b| [a, b]));
         pairs
             .flat_map(|[a, b]| {
                 let turned = turned_together(search, state, [&groups[a], &groups[b]]);
