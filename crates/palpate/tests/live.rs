@@ -76,13 +76,37 @@ fn jumps_are_followed_without_another_search() {
 }
 
 #[test]
-fn a_pose_that_is_wrong_after_a_jump_is_contradicted_and_corrected() {
-    let run_of = felt(16, 12.0, 100.0);
+fn a_pose_on_boundary_that_is_not_known_is_not_certified_before_a_search_has_found_it() {
+    let seed = 16;
+    let run_of = felt(seed, 12.0, 100.0);
+    let shape = random_shape(&RandomShape::default(), seed).expect("possible");
     let (estimates, _) = run(&run_of.log.samples);
-    let contradicted = estimates.iter().position(|estimate| estimate.contradicted);
-    let at = contradicted.expect("where it lands, the shape is hardly known");
-    assert!(!estimates[at].is_certified() && estimates[at].reason().contains("another search"));
+    let psi = |index: usize| run_of.truth.motion[index].psi_rad;
+    let wrong = |index: usize, estimate: &Estimate| {
+        let off = estimate.psi_error_rad(&shape, [psi(0), psi(index)]).expect("a pose");
+        off > f64::max(0.035, 5.0 * estimate.pose.expect("a pose").psi_sd_rad)
+    };
+    let is_wrong = |(index, estimate): &(usize, &Estimate)| estimate.pose.is_some() && wrong(*index, estimate);
+    let doubted = estimates.iter().enumerate().filter(is_wrong).filter(|(_, estimate)| estimate.ambiguous).count();
+    assert!(doubted > 10, "where it lands, the shape is hardly known: {doubted}");
+    let ambiguous = estimates.iter().find(|estimate| estimate.ambiguous && !estimate.is_certified());
+    assert!(ambiguous.is_some_and(|estimate| estimate.reason().contains("ambiguous")));
+    let certified = estimates.iter().enumerate().filter(|(_, estimate)| estimate.is_certified());
+    assert_eq!(certified.filter(is_wrong).map(|(index, _)| index).collect::<Vec<_>>(), Vec::<usize>::new());
     assert_right_at_the_end(estimates.last().expect("an estimate"), &run_of);
+}
+
+#[test]
+fn another_object_contradicts_the_shape() {
+    let samples = felt(1, 6.0, 100.0).log.samples;
+    let others = felt(2, 6.0, 100.0).log.samples;
+    let mut live = Live::default();
+    samples.iter().for_each(|sample| drop(live.push(sample).clone()));
+    assert!(live.estimate().is_certified(), "{}", live.estimate().reason());
+    let after = |sample: &Sample| Sample { time_s: sample.time_s + 7.0, ..*sample };
+    let reasons = others.iter().map(|sample| live.push(&after(sample)).clone()).find(|estimate| estimate.contradicted);
+    let contradicted = reasons.expect("no pose of the first explains the second");
+    assert!(!contradicted.is_certified() && contradicted.reason().contains("another search"));
 }
 
 #[test]

@@ -11,7 +11,7 @@ use palpate::live::{Estimate, Live};
 use palpate::palms::PalmMotion;
 use palpate::sensor::Touchpad;
 use palpate::shape::{RandomShape, random_shape};
-use palpate::simulate::{SimulateOptions, simulate};
+use palpate::simulate::{SimulateOptions, Simulation, simulate};
 use palpate::{Log, Sample};
 
 use super::tables::{LIVE_DISTANCE, LIVE_SPEED, Table, Write};
@@ -28,6 +28,10 @@ const SHORTEST: usize = 100;
 const LATER: [f64; 6] = [1.25, 1.75, 2.5, 4.0, 8.0, 16.0];
 /// Up to so many times an answer is young: with few samples each changes noise and harmonics.
 const SOON: f64 = 2.0;
+
+/// An orientation is wrong beyond so many of its own error bars and beyond two degrees.
+const WRONG_SDS: f64 = 5.0;
+const WRONG_RAD: f64 = 0.035;
 
 /// Options of `cargo xtask bench-live`.
 #[derive(clap::Args)]
@@ -88,13 +92,18 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
 
 /// A random object while palms repeat a random motion, which ends as it begins.
 fn samples(seed: u64, rate_hz: f64, duration_s: f64) -> anyhow::Result<Vec<Sample>> {
+    Ok(simulation(seed, rate_hz, duration_s)?.log.samples)
+}
+
+/// The same with the truth.
+fn simulation(seed: u64, rate_hz: f64, duration_s: f64) -> anyhow::Result<Simulation> {
     let shape = random_shape(&RandomShape::default(), seed)?;
     let once = PalmMotion::random(seed, PERIOD_S, 1.0)?.sample(rate_hz)?;
     let palms = once[..once.len() - 1].iter().cycle().map(|(_, palms)| *palms);
     let motion: Vec<_> =
         (0..(duration_s * rate_hz) as u32).map(|index| f64::from(index) / rate_hz).zip(palms).collect();
     let touchpad = Touchpad { noise_sd_m: NOISE_SD_M, ..Touchpad::ideal() };
-    Ok(simulate(&shape, &motion, &SimulateOptions { touchpad, seed, ..SimulateOptions::default() })?.log.samples)
+    Ok(simulate(&shape, &motion, &SimulateOptions { touchpad, seed, ..SimulateOptions::default() })?)
 }
 
 /// Of every estimate of a stream, to the bit.
@@ -189,19 +198,26 @@ struct First {
     distances: Vec<(f64, f64)>,
     /// Share of the estimates from the first certified one on that are certified.
     certified: f64,
+    /// Certified estimates, and those of which the orientation is wrong.
+    estimates: usize,
+    wrong: usize,
 }
 
 /// `None` where the live estimator certifies nothing.
 fn first_certified(seed: u64) -> anyhow::Result<Option<First>> {
-    let samples = samples(seed, 100.0, 60.0)?;
+    let (shape, Simulation { log: Log { samples }, truth, .. }) =
+        (random_shape(&RandomShape::default(), seed)?, simulation(seed, 100.0, 60.0)?);
     let mut live = Live::default();
-    let (mut first, mut certified) = (None, 0);
+    let (mut first, mut certified, mut wrong) = (None, 0_usize, 0);
     let mut behind: Vec<(usize, Estimate)> = Vec::new();
     for (index, sample) in samples.iter().enumerate() {
         let (count, estimate) = (index + 1, live.push(sample));
         if estimate.is_certified() {
             first = first.or(Some(count));
             certified += 1;
+            let psi = [truth.motion[0].psi_rad, truth.motion[index].psi_rad];
+            let limit = estimate.pose.map_or(f64::INFINITY, |pose| WRONG_RAD.max(WRONG_SDS * pose.psi_sd_rad));
+            wrong += usize::from(estimate.psi_error_rad(&shape, psi).is_some_and(|off| off > limit));
         }
         let due = first.is_some_and(|first| LATER.iter().any(|times| (times * first as f64) as usize == count));
         if due && estimate.is_certified() {
@@ -219,8 +235,8 @@ fn first_certified(seed: u64) -> anyhow::Result<Option<First>> {
         let found = prefix(count).context("a prefix that was certified live")?;
         distances.extend(estimate.distance_sds(&found).map(|sds| (count as f64 / first as f64, sds)));
     }
-    let certified = f64::from(certified) / (samples.len() - first + 1) as f64;
-    Ok(Some(First { live: first, batch: count.min(first), distances, certified }))
+    let share = certified as f64 / (samples.len() - first + 1) as f64;
+    Ok(Some(First { live: first, batch: count.min(first), distances, certified: share, estimates: certified, wrong }))
 }
 
 /// The second table.
@@ -252,5 +268,6 @@ fn table_of(firsts: &[First], logs: u64) -> String {
     table.push_str(&row("the same from twice as many samples on", later, 2));
     let certified = firsts.iter().map(|first| first.certified).collect();
     table.push_str(&row("share of the estimates after that which are certified", quantiles(certified), 2));
-    table
+    let (all, wrong) = firsts.iter().fold((0, 0), |(all, wrong), first| (all + first.estimates, wrong + first.wrong));
+    table + &format!("| certified estimates with a wrong orientation: {wrong} of {all} | | | |\n")
 }

@@ -128,6 +128,12 @@ impl EstimateData {
         self.0.contradicted
     }
 
+    /// bool: whether the pose of the newest sample is hardly known: several explain it, or it is on boundary that is not known.
+    #[getter]
+    fn ambiguous(&self) -> bool {
+        self.0.ambiguous
+    }
+
     /// int: poses that the newest samples may have; 0 without a shape.
     #[getter]
     fn hypotheses(&self) -> usize {

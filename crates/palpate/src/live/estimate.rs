@@ -1,5 +1,6 @@
 //! What is known after a sample: plain data.
 
+use crate::math::angle::wrapped;
 use crate::reconstruct::{
     CalibrationEstimate, FoundSymmetry, FrictionEstimate, OutlinePoint, Pose, ReconstructError, Reconstruction, Verdict,
 };
@@ -53,6 +54,10 @@ pub struct Estimate {
     pub verdict: Option<Verdict>,
     /// Whether the newest samples contradict the shape, so that the verdict no longer holds.
     pub contradicted: bool,
+    /// Whether the pose of the newest sample is hardly known: several poses explain it, the object jumped onto boundary that is not known, or
+    /// the standard deviation of ψ is above that of the certificate
+    /// ([`CertificateLimits::largest_psi_sd_rad`](crate::reconstruct::CertificateLimits::largest_psi_sd_rad)).
+    pub ambiguous: bool,
     /// Samples that the last search knew of; 0 before the first.
     pub searched: u64,
     /// Why the last search found nothing at all.
@@ -84,6 +89,7 @@ impl Default for Estimate {
             alternatives: 0,
             verdict: None,
             contradicted: false,
+            ambiguous: false,
             searched: 0,
             failure: None,
             sensor_sd_m: f64::NAN,
@@ -95,14 +101,19 @@ impl Default for Estimate {
 }
 
 impl Estimate {
-    /// The last search certified shape and motion, and nothing since contradicts them.
+    /// The last search certified shape and motion, nothing since contradicts them, and the pose of the newest sample is not in doubt.
     pub fn is_certified(&self) -> bool {
+        !self.ambiguous && self.is_still_certified()
+    }
+
+    /// The last search certified shape and motion, and nothing since contradicts them.
+    pub(super) fn is_still_certified(&self) -> bool {
         !self.contradicted && self.verdict.as_ref().is_some_and(Verdict::is_certified)
     }
 
     /// The same of the centre of mass as well.
     pub fn is_com_certified(&self) -> bool {
-        !self.contradicted && self.verdict.as_ref().is_some_and(Verdict::is_com_certified)
+        self.is_certified() && self.verdict.as_ref().is_some_and(Verdict::is_com_certified)
     }
 
     /// Why it is not certified, in a sentence; empty where it is, with its centre of mass.
@@ -111,6 +122,9 @@ impl Estimate {
             return "the newest samples contradict the shape; another search corrects it".to_owned();
         }
         match (&self.verdict, &self.failure) {
+            (Some(verdict), _) if self.ambiguous && verdict.is_certified() => {
+                "the pose of the newest sample is ambiguous".to_owned()
+            }
             (Some(verdict), _) => verdict.reason(),
             (None, Some(failure)) => failure.to_string(),
             (None, None) if self.stage == Stage::Gathering => "too few samples for a first search".to_owned(),
@@ -132,6 +146,26 @@ impl Estimate {
             / rows.iter().map(|[_, slope, _]| slope * slope).sum::<f64>();
         let squares = rows.iter().map(|[off, slope, sd]| ((off - turn * slope) / sd).powi(2));
         Some((squares.sum::<f64>() / rows.len() as f64).sqrt())
+    }
+
+    /// How far the orientation is from that of a known object, after the best rotation over the felt boundary: radians, 0 to π. `shape` is the support
+    /// function of that object, and its orientations those at the first sample and at the newest. `None` without a shape, NaN where nothing was felt.
+    pub fn psi_error_rad(&self, shape: &SupportFunction, [psi_first_rad, psi_rad]: [f64; 2]) -> Option<f64> {
+        /// Gauss-Newton steps to the best rotation.
+        const STEPS: usize = 4;
+        let (psi_found, found) = (self.pose.as_ref()?.psi_rad, self.shape.as_ref()?);
+        let felt = || self.outline.iter().filter(|point| point.touches > 0);
+        let mut turn = psi_first_rad;
+        for _ in 0..STEPS {
+            let (mut off, mut slope) = (0.0, 0.0);
+            for point in felt() {
+                let known = shape.at(point.theta_rad - turn);
+                off += (found.at(point.theta_rad).r - known.r) * known.d;
+                slope += known.d * known.d;
+            }
+            turn += off / slope;
+        }
+        Some(wrapped(psi_found + turn - psi_rad).abs())
     }
 
     /// Standard deviation of r over the felt boundary, root mean square, metres; NaN without a shape.

@@ -8,17 +8,20 @@ use crate::estimate::measurements::{Instant, Measurements};
 use crate::estimate::model::layout::rotate;
 use crate::estimate::motion::LONGEST_STEP;
 use crate::live::estimate::{Estimate, Stage};
+use crate::live::kept::Kept;
 use crate::live::optimum::Optimum;
 use crate::live::poses::{Decided, Poses, UNEXPLAINED};
 use crate::live::shape_belief::ShapeBelief;
 use crate::log::{Log, Sample};
 use crate::math::angle::wrapped;
-use crate::reconstruct::Pose;
 use crate::reconstruct::verdict::assemble::{outline, pose};
+use crate::reconstruct::{Pose, ReconstructOptions};
 use crate::shape::SupportFunction;
 
-/// Samples that sharpen the shape together: a Gauss-Newton step takes as long for eight as for one.
-const BLOCK: usize = 8;
+/// Samples that sharpen the shape together: a Gauss-Newton step takes as long for eight as for one. Of those that are known, no more than this
+/// share waits for others: they would move the shape by a thirtieth of its standard deviation.
+const BLOCK: u64 = 8;
+const WAITING_SHARE: u64 = 1000;
 
 /// Samples between two looks at the whole outline with its error bars.
 pub const OUTLINE_EVERY: u64 = 10;
@@ -29,7 +32,9 @@ const CONTRADICTED: f64 = 8.0;
 const EXPECTED: f64 = 2.0;
 const MEMORY: f64 = 50.0;
 
+#[derive(Clone)]
 pub(super) struct Follower {
+    /// What the last search or fit found, with the orientations that were decided on since.
     optimum: Optimum,
     shape: ShapeBelief,
     poses: Poses,
@@ -46,30 +51,55 @@ pub(super) struct Follower {
     before: Option<Sample>,
     psi_before: f64,
     piece: u32,
+    /// Whether the pose since the last jump is that of boundary that is known, and whether that of every jump since the last search was. Where the
+    /// object lands on boundary that is not, any pose explains it, and only a search can tell.
+    is_placed: bool,
+    were_placed: bool,
     taken: u64,
     outline_is_due: bool,
+    /// Standard deviation of an orientation that is hardly known, radians.
+    uncertain_rad: f64,
 }
 
 impl Follower {
-    /// `None` where the optimum does not determine a shape.
-    pub fn new(optimum: Optimum) -> Option<Self> {
+    /// `None` where the optimum does not determine a shape. An orientation counts as ambiguous above this standard deviation, radians.
+    pub fn new(optimum: Optimum, uncertain_rad: f64) -> Option<Self> {
         let shape = ShapeBelief::new(optimum.belief.clone(), optimum.noise, optimum.prior)?;
         let touches = optimum.found.outline.iter().map(|point| point.touches).collect();
+        let psi = *optimum.motion.last()?;
         let mut follower = Self {
             shape,
-            poses: Poses::from(optimum.psi),
+            poses: Poses::from(psi),
             block: Vec::new(),
             touches,
             contacts: [None; 2],
             covariance: DMatrix::zeros(0, 0),
             strain: EXPECTED,
             before: None,
-            psi_before: optimum.psi,
+            psi_before: psi,
             piece: optimum.piece,
+            is_placed: true,
+            were_placed: true,
             taken: 0,
             outline_is_due: true,
+            uncertain_rad,
             optimum,
         };
+        follower.look()?;
+        Some(follower)
+    }
+
+    /// The same with shape, noise and prior fitted anew to all samples that were decided on, as far as they are kept: as the batch estimator
+    /// fits them, and not one after the other. `None` where that determines no shape, or other samples are kept here.
+    pub fn refitted(self, kept: &Kept, options: &ReconstructOptions) -> Option<Self> {
+        if kept.thinning().every() != self.optimum.thinning.every() {
+            return None;
+        }
+        let psi = self.optimum.motion.clone();
+        let log = Log { samples: kept.log().samples.get(..psi.len())?.to_vec() };
+        let optimum = self.optimum.refitted(&log, options, self.shape.coefficients().to_vec(), psi)?;
+        let shape = ShapeBelief::new(optimum.belief.clone(), optimum.noise, optimum.prior)?;
+        let mut follower = Self { optimum, shape, block: Vec::new(), ..self };
         follower.look()?;
         Some(follower)
     }
@@ -102,6 +132,7 @@ impl Follower {
     }
 
     fn decided(&mut self, instant: Instant, psi: f64) {
+        self.optimum.thinning.push(&mut self.optimum.motion, psi);
         let misfit = self.shape.settled(&instant, psi).misfit;
         // No number is no explanation.
         let is_explained = misfit < UNEXPLAINED;
@@ -112,14 +143,17 @@ impl Follower {
         }
         if wrapped(psi - self.psi_before).abs() > LONGEST_STEP {
             self.piece += 1;
+            self.were_placed &= self.is_placed;
+            self.is_placed = false;
         }
         self.psi_before = psi;
-        if !is_explained {
+        self.is_placed |= is_explained && self.shape.knows(&instant, psi);
+        if !is_explained || !self.is_placed {
             return;
         }
         self.feel(&instant, psi);
         self.block.push((instant, psi));
-        if self.block.len() == BLOCK {
+        if self.block.len() as u64 >= (self.optimum.thinning.seen() / WAITING_SHARE).clamp(1, BLOCK) {
             self.shape.fold(std::mem::take(&mut self.block));
         }
     }
@@ -166,9 +200,11 @@ impl Follower {
         let (psi_sd, com_sd) = self.shape.pose_sd(instant, best.psi, &self.covariance);
         let scale = self.optimum.inflation.sqrt();
         let turned = self.optimum.turned;
+        let psi_sd_rad = (scale * psi_sd).max(self.poses.ambiguity_rad());
+        estimate.ambiguous = !self.is_placed || psi_sd_rad > self.uncertain_rad;
         estimate.pose = Some(Pose {
             psi_rad: best.psi - turned,
-            psi_sd_rad: (scale * psi_sd).max(self.poses.ambiguity_rad()),
+            psi_sd_rad,
             com_sd_m: scale * com_sd,
             theta1_rad: there.theta1_rad + turned,
             theta2_rad: there.theta2_rad + turned,
@@ -193,7 +229,12 @@ impl Follower {
         estimate.contradicted = self.strain > CONTRADICTED;
     }
 
-    /// What was found by the search behind it.
+    /// Whether the pose of every sample since the last search is that of boundary that is known.
+    pub fn all_are_placed(&self) -> bool {
+        self.is_placed && self.were_placed
+    }
+
+    /// What was found by the search behind it, as last fitted.
     pub fn optimum(&self) -> &Optimum {
         &self.optimum
     }

@@ -5,8 +5,9 @@
 //! * **A filter.** The shape is a Gaussian that each sample sharpens by a Gauss-Newton step of the batch estimator with that Gaussian in place of
 //!   the prior; the pose of the newest samples is followed by a few hypotheses.
 //! * **Searches.** Now and then the batch estimator is run over the samples so far, in the background. It finds the first shape, corrects a wrong
-//!   one, and certifies it. When a search begins and when its result is taken over is settled by the number of samples, so that the same samples
-//!   give the same estimates, to the bit.
+//!   one, and certifies it. A certified answer is fitted anew to all samples so far in between, as the batch estimator would. When a search or a
+//!   fit begins and when its result is taken over is settled by the number of samples, so that the same samples give the same estimates, to the
+//!   bit.
 //!
 //! [`Live::finish`] gives what [`reconstruct`](crate::reconstruct()) gives for the same samples.
 
@@ -27,7 +28,7 @@ use crate::log::{Log, Sample};
 use crate::reconstruct::{ReconstructError, ReconstructOptions, Reconstruction, Reconstructor, check_sample};
 use follower::Follower;
 use kept::Kept;
-use searches::Searches;
+use searches::{Ended, Searches};
 
 /// Samples of the time of a search that are followed again with its result, for each new one: as many as are far from a thousandth of a second of
 /// work.
@@ -62,9 +63,9 @@ pub struct Live {
     kept: Kept,
     searches: Searches,
     follower: Option<Follower>,
-    /// From the result of the last search, until it has caught up with the samples that came meanwhile.
+    /// From the result of the last search or fit, until it has caught up with the samples that came meanwhile.
     successor: Option<Follower>,
-    /// Samples since the search that is running began (none where none is), and those that the successor has not seen.
+    /// Samples since what is running began (none where nothing is), and those that the successor has not seen.
     since_begun: VecDeque<Sample>,
     behind: VecDeque<Sample>,
     newest: Option<Sample>,
@@ -104,7 +105,7 @@ impl Live {
         self.newest = Some(*sample);
         self.kept.push(sample);
         self.searches.push(sample);
-        self.estimate.samples = self.kept.seen();
+        self.estimate.samples = self.kept.thinning().seen();
         self.estimate.time_s = sample.time_s;
         if self.searches.is_running() {
             self.since_begun.push_back(*sample);
@@ -132,7 +133,7 @@ impl Live {
 
     /// One in so many samples is kept: 1 up to 65 536 samples, then 2, 4 and so on.
     pub fn kept_every(&self) -> u64 {
-        self.kept.every()
+        self.kept.thinning().every()
     }
 
     /// What the batch estimator finds for the samples that are kept: byte for byte what [`reconstruct`](crate::reconstruct()) gives with these options.
@@ -143,11 +144,21 @@ impl Live {
         Reconstructor::from(self.options).run(self.kept.log())
     }
 
-    /// The result of a search that ends here.
+    /// The result of a search or a fit that ends here.
     fn take_over(&mut self) {
-        let Some(ended) = self.searches.ended(self.estimate.samples) else { return };
+        let found = match self.searches.ended(self.estimate.samples) {
+            Some(Ended::Search(found)) => found,
+            Some(Ended::Fit(Some(successor))) => {
+                self.successor = Some(*successor);
+                self.behind = std::mem::take(&mut self.since_begun);
+                return;
+            }
+            Some(Ended::Fit(None)) | None => return,
+        };
         self.estimate.searched = self.searches.begun_at();
-        let successor = ended.and_then(|optimum| Follower::new(*optimum).ok_or(ReconstructError::NotSolvable));
+        let uncertain_rad = self.options.limits.largest_psi_sd_rad;
+        let successor =
+            found.and_then(|optimum| Follower::new(*optimum, uncertain_rad).ok_or(ReconstructError::NotSolvable));
         match successor {
             // Neither is it where the first way alone explains nothing: others may have explained it before.
             Ok(successor)
@@ -162,13 +173,26 @@ impl Live {
         }
     }
 
+    /// A search, or a fit of what is certified.
     fn begin(&mut self) {
+        let samples = self.estimate.samples;
+        let all_are_placed = self.follower.as_ref().is_some_and(Follower::all_are_placed);
         let searched = self.follower.as_ref().map_or(0.0, |follower| follower.optimum().found.coverage);
-        let is_settled = is_settled(&self.estimate, searched);
-        if self.searches.is_due(self.estimate.samples, is_settled) {
+        let is_settled = all_are_placed && is_settled(&self.estimate, searched);
+        if self.searches.is_due(samples, is_settled) {
             self.since_begun.clear();
-            self.searches.begin(self.estimate.samples);
+            self.searches.begin(samples);
             self.estimate.stage = self.estimate.stage.max(Stage::Searching);
+            return;
+        }
+        let may_fit = all_are_placed
+            && self.successor.is_none()
+            && self.estimate.is_certified()
+            && self.searches.fit_is_due(samples);
+        if let Some(follower) = self.follower.as_ref().filter(|follower| may_fit && follower.optimum().balance_counts) {
+            // It has not seen the newest sample.
+            self.since_begun = self.newest.into_iter().collect();
+            self.searches.begin_fit(samples, follower.clone());
         }
     }
 
@@ -193,7 +217,7 @@ impl Live {
         }
     }
 
-    /// What the last search says, now that the filter goes on from it.
+    /// What the last search or fit says, now that the filter goes on from it.
     fn renew(&mut self) {
         let Some(follower) = &self.follower else { return };
         let optimum = follower.optimum();
@@ -211,7 +235,7 @@ impl Live {
 /// Whether another search would hardly change the answer: it is certified, the newest samples agree with it, and little was felt besides what the last
 /// search knew of.
 fn is_settled(estimate: &Estimate, searched_coverage: f64) -> bool {
-    estimate.is_certified() && estimate.coverage < searched_coverage + NEW_COVERAGE
+    estimate.is_still_certified() && estimate.coverage < searched_coverage + NEW_COVERAGE
 }
 
 #[cfg(test)]
@@ -225,5 +249,8 @@ mod tests {
         assert!(is_settled(&estimate(0.59), 0.5) && !is_settled(&estimate(0.61), 0.5));
         assert!(!is_settled(&Estimate { contradicted: true, ..estimate(0.5) }, 0.5));
         assert!(!is_settled(&Estimate { verdict: None, ..estimate(0.5) }, 0.5));
+        // The newest pose may be in doubt.
+        let ambiguous = Estimate { ambiguous: true, ..estimate(0.5) };
+        assert!(is_settled(&ambiguous, 0.5) && !ambiguous.is_certified());
     }
 }

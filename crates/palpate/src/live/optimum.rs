@@ -1,7 +1,6 @@
 //! The optimum that a search over the samples so far leaves to the filter: shape, noise, prior and calibration as the batch estimator finds them,
 //! and the Gaussian of the shape given all samples that are kept (`docs/theory.md`, online).
 
-use crate::estimate::evidence::fit::{ROUNDS, fit};
 use crate::estimate::evidence::symmetry::turn_to_axis;
 use crate::estimate::measurements::Measurements;
 use crate::estimate::model::layout::rotate;
@@ -10,6 +9,7 @@ use crate::estimate::model::prior::Prior;
 use crate::estimate::solver::gauss_newton::{Estimate, Fit, Smoother};
 use crate::estimate::solver::posterior::Posterior;
 use crate::estimate::work::Work;
+use crate::live::kept::{Kept, Thinning};
 use crate::live::shape_belief::settled;
 use crate::log::Log;
 use crate::math::statistics::median;
@@ -20,10 +20,15 @@ use crate::sensor::Calibration;
 /// Samples that are searched at most; of more, every n-th is. The optimum that is found is then that of all.
 const MOST_SEARCHED: usize = 3000;
 
+/// Standard deviation of the balance that a fit begins with at least, over that of the contacts: from a loose one, the evidence chooses between loose
+/// and exact (`Job::fit_all`).
+const LOOSE: f64 = 0.4;
+
 /// Largest factor of the variances, so that one poor search does not blind the filter.
 const MOST_INFLATION: f64 = 1e4;
 
 /// What is known after a search.
+#[derive(Clone)]
 pub(super) struct Optimum {
     /// The answer of the batch estimator, without its motion and its rivals.
     pub found: Reconstruction,
@@ -31,11 +36,12 @@ pub(super) struct Optimum {
     pub belief: Posterior,
     pub noise: Noise,
     pub prior: Prior,
-    /// ψ of the first sample in the frame of the fit, radians: angles of the object's own frame are larger by it, and ψ is less.
-    pub turned: f64,
-    /// ψ of the last sample in the frame of the fit, and its piece.
-    pub psi: f64,
+    /// ψ of the samples that are kept in the frame of the fit, radians, which samples those are, and the piece of the last.
+    pub motion: Vec<f64>,
+    pub thinning: Thinning,
     pub piece: u32,
+    /// ψ of the first: angles of the object's own frame are larger by it, and ψ is less.
+    pub turned: f64,
     /// What the samples were corrected by.
     pub calibration: Calibration,
     /// Standard deviation that weights of contacts are relative to, where it is stated, metres; and what the weights are multiplied by.
@@ -56,8 +62,9 @@ pub(super) enum Extent {
     Whole { most_work: u64 },
 }
 
-/// Searches the samples of a log, and takes what is found to the optimum of all of them.
-pub(super) fn search(log: &Log, options: &ReconstructOptions, extent: Extent) -> Result<Optimum, ReconstructError> {
+/// Searches the samples that are kept, and takes what is found to the optimum of all of them.
+pub(super) fn search(kept: &Kept, options: &ReconstructOptions, extent: Extent) -> Result<Optimum, ReconstructError> {
+    let log = kept.log();
     let every = log.samples.len().div_ceil(MOST_SEARCHED).max(1);
     let few = Log { samples: log.samples.iter().step_by(every).copied().collect() };
     let reconstructor = Reconstructor::from(options.clone());
@@ -65,7 +72,7 @@ pub(super) fn search(log: &Log, options: &ReconstructOptions, extent: Extent) ->
         Extent::Brief => reconstructor.run_briefly(&few),
         Extent::Whole { most_work } => reconstructor.run_within(&few, most_work),
     }?;
-    Optimum::of_all(log, options, found, every).ok_or(ReconstructError::NotSolvable)
+    Optimum::of_all(kept, options, found, every).ok_or(ReconstructError::NotSolvable)
 }
 
 impl Optimum {
@@ -75,11 +82,10 @@ impl Optimum {
     }
 
     /// From what was found for every n-th sample.
-    fn of_all(log: &Log, options: &ReconstructOptions, mut found: Reconstruction, every: usize) -> Option<Self> {
+    fn of_all(kept: &Kept, options: &ReconstructOptions, mut found: Reconstruction, every: usize) -> Option<Self> {
         let calibration = found.calibration.as_ref().map_or(options.rig.calibration, |of_rig| of_rig.calibration);
         let balance_counts = found.friction.is_none() && found.inertia.is_none();
-        let job = Job::calibrated(log, options, calibration, Work::for_log(log.samples.len(), 1));
-        let job = if balance_counts { job } else { job.without_balance() };
+        let job = job(kept.log(), options, calibration, balance_counts);
         let mut coefficients = found.shape.coefficients();
         let mut psi = motion_of_all(&job.measurements, &coefficients, &found, every);
         let symmetry = found.symmetry.symmetry;
@@ -88,22 +94,20 @@ impl Optimum {
         psi.iter_mut().for_each(|psi| *psi -= turn);
         let noise = Noise { sensor_m: found.sensor_sd_m, balance_m: found.balance_sd_m };
         let start = Estimate { coefficients, psi, cost: f64::INFINITY };
-        let (fit, weighted) = fit_all(&job, start, noise, Prior { symmetry, ..job.prior })?;
-        let Fit { estimate, order, noise, prior, .. } = fit;
-        let smoother = Smoother::new(&weighted, order, noise, prior).strictly_convex();
-        let belief = smoother.belief(&estimate)?;
-        let turned = *estimate.psi.first()?;
+        let Fitted { belief, noise, prior, motion } = fit_all(&job, start, noise, Prior { symmetry, ..job.prior })?;
+        let turned = *motion.first()?;
         let inflation = inflation(&found, &belief, turned, every);
         let piece = found.motion.last().map_or(0, |pose| pose.piece);
         found.motion.clear();
         found.others.clear();
         Some(Self {
-            psi: *estimate.psi.last()?,
             belief,
             noise,
             prior,
-            turned,
+            motion,
+            thinning: kept.thinning(),
             piece,
+            turned,
             calibration,
             stated_m: job.stated_m,
             weights: weights(&job),
@@ -112,19 +116,52 @@ impl Optimum {
             found,
         })
     }
+
+    /// The same object and pieces with shape, noise and prior that are fitted to all samples of a log, from these coefficients and orientations in
+    /// the frame of the fit. `None` where they do not determine a shape.
+    pub fn refitted(
+        self,
+        log: &Log,
+        options: &ReconstructOptions,
+        coefficients: Vec<f64>,
+        psi: Vec<f64>,
+    ) -> Option<Self> {
+        let job = job(log, options, self.calibration, self.balance_counts);
+        let start = Estimate { coefficients, psi, cost: f64::INFINITY };
+        let noise = Noise { balance_m: self.noise.balance_m.max(LOOSE * self.noise.sensor_m), ..self.noise };
+        let Fitted { belief, noise, prior, motion } = fit_all(&job, start, noise, self.prior)?;
+        Some(Self { belief, noise, prior, turned: *motion.first()?, motion, ..self })
+    }
+}
+
+/// The estimation problem of all samples of a log.
+fn job<'a>(log: &'a Log, options: &'a ReconstructOptions, calibration: Calibration, balance_counts: bool) -> Job<'a> {
+    let job = Job::calibrated(log, options, calibration, Work::for_log(log.samples.len(), 1));
+    if balance_counts { job } else { job.without_balance() }
+}
+
+/// The Gaussian of a shape at its optimum, with noise, prior and motion.
+struct Fitted {
+    belief: Posterior,
+    noise: Noise,
+    prior: Prior,
+    motion: Vec<f64>,
 }
 
 /// The optimum over all samples with its noise and prior, as the batch estimator finds it; where the forces do not count, the shape as it was
 /// found, since the contacts do not tell where its centre of mass is.
-fn fit_all(job: &Job, start: Estimate, noise: Noise, prior: Prior) -> Option<(Fit, Measurements)> {
+fn fit_all(job: &Job, start: Estimate, noise: Noise, prior: Prior) -> Option<Fitted> {
     let order = start.coefficients.len() / 2;
-    if !job.balance_counts {
+    let (fit, weighted) = if job.balance_counts {
+        let fitted = job.fit_all(order, start, noise, prior)?;
+        (fitted.fit, fitted.weighted)
+    } else {
         let fit = Fit { estimate: start, order, noise, prior, log_evidence: 0.0 };
-        return Some((fit, job.measurements.clone()));
-    }
-    let components = job.variance_components_of_all();
-    let fitted = fit(&job.measurements, order, start, noise, prior, components, ROUNDS)?;
-    Some((fitted.fit, fitted.weighted))
+        (fit, job.measurements.clone())
+    };
+    let Fit { estimate, order, noise, prior, .. } = fit;
+    let belief = Smoother::new(&weighted, order, noise, prior).strictly_convex().belief(&estimate)?;
+    Some(Fitted { belief, noise, prior, motion: estimate.psi })
 }
 
 /// The orientations of all samples from those of every n-th: between two of them, or at either where a jump lies between.

@@ -23,6 +23,7 @@ const ENDS: f64 = 2.0;
 /// Samples that wait for a decision at most.
 const LAG: usize = 64;
 
+#[derive(Clone)]
 struct Hypothesis {
     /// Cost, −2 ln of the likelihood.
     cost: f64,
@@ -32,6 +33,7 @@ struct Hypothesis {
 }
 
 /// The hypotheses.
+#[derive(Clone)]
 pub(super) struct Poses {
     waiting: VecDeque<Instant>,
     hypotheses: Vec<Hypothesis>,

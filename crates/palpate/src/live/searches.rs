@@ -1,9 +1,10 @@
-//! Searches over the samples so far, on a thread of their own: when they begin and when their result is taken over depends on the number of samples
-//! alone, so that a replay gives the same estimates whatever the machine does meanwhile.
+//! Searches over the samples so far, and fits of what they found, on a thread of their own: when they begin and when their result is taken over
+//! depends on the number of samples alone, so that a replay gives the same estimates whatever the machine does meanwhile.
 
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 
+use crate::live::follower::Follower;
 use crate::live::kept::Kept;
 use crate::live::optimum::{Extent, Optimum, search};
 use crate::log::Sample;
@@ -28,15 +29,27 @@ const WHOLE_GROWTH: u64 = 2;
 /// Work of a search that goes all ways for each sample until its end (`estimate/work.rs`): what a core does in a hundredth of a second, about.
 const WORK_PER_SAMPLE: u64 = 20_000_000;
 
+/// Samples from the begin of a fit to its end, and to the begin of the next: these shares of those before it, within limits. A fit takes 4
+/// microseconds for each sample.
+const FIT_SHARE: f64 = 1.0 / 64.0;
+const FIT_LEAST: u64 = 8;
+const FIT_MOST: u64 = 1000;
+const NEXT_FIT_SHARE: f64 = 1.0 / 16.0;
+const NEXT_FIT_LEAST: u64 = 16;
+
 /// Samples that wait at most for the thread of the searches to take them in, while it has nothing else to do.
 const WAITING: usize = 1024;
 
-type Found = Result<Box<Optimum>, ReconstructError>;
+/// What a search found, or the follower with a shape that was fitted anew.
+pub(super) enum Ended {
+    Search(Result<Box<Optimum>, ReconstructError>),
+    Fit(Option<Box<Follower>>),
+}
 
-/// A search that is under way, or over, and not yet taken over.
+/// What is under way, or over, and not yet taken over.
 enum Running {
-    Thread(JoinHandle<Found>),
-    Done(Box<Found>),
+    Thread(JoinHandle<Ended>),
+    Done(Box<Ended>),
 }
 
 /// The searches of one stream.
@@ -46,6 +59,7 @@ pub(super) struct Searches {
     kept: Arc<Mutex<Kept>>,
     waiting: Vec<Sample>,
     next_at: u64,
+    fit_at: u64,
     running: Option<(Running, u64)>,
     begun_at: u64,
     /// Where one may go all ways, and whether the last did.
@@ -62,6 +76,7 @@ impl Searches {
             kept: Arc::new(Mutex::new(Kept::new())),
             waiting: Vec::new(),
             next_at: FIRST,
+            fit_at: 0,
             running: None,
             begun_at: 0,
             whole_at: FIRST_WHOLE,
@@ -81,7 +96,12 @@ impl Searches {
         self.running.is_none() && samples >= next_at.max(self.next_at)
     }
 
-    /// Whether a search is under way, or over and not yet taken over.
+    /// Whether what is certified is to be fitted anew behind so many samples.
+    pub fn fit_is_due(&self, samples: u64) -> bool {
+        self.running.is_none() && samples >= self.fit_at
+    }
+
+    /// Whether one of either is under way, or over and not yet taken over.
     pub fn is_running(&self) -> bool {
         self.running.is_some()
     }
@@ -105,30 +125,48 @@ impl Searches {
         } else {
             Extent::Brief
         };
+        (self.next_at, self.begun_at, self.was_whole) = (until, samples, is_whole);
+        self.run(samples, until, move |kept, options| Ended::Search(search(kept, options, extent).map(Box::new)));
+    }
+
+    /// Begins a fit of what this follower knows to the samples so far.
+    pub fn begin_fit(&mut self, samples: u64, follower: Follower) {
+        let until = samples + ((FIT_SHARE * samples as f64) as u64).clamp(FIT_LEAST, FIT_MOST);
+        self.run(samples, until, move |kept, options| Ended::Fit(follower.refitted(kept, options).map(Box::new)));
+    }
+
+    fn run(
+        &mut self,
+        samples: u64,
+        until: u64,
+        task: impl FnOnce(&Kept, &ReconstructOptions) -> Ended + Clone + Send + 'static,
+    ) {
+        self.fit_at = until.max(samples + ((NEXT_FIT_SHARE * samples as f64) as u64).max(NEXT_FIT_LEAST));
         let (options, kept, waiting) =
             (self.options.clone(), Arc::clone(&self.kept), std::mem::take(&mut self.waiting));
         let work = move || {
             keep(&kept, waiting);
             let kept = kept.lock().unwrap_or_else(PoisonError::into_inner);
-            search(kept.log(), &options, extent).map(Box::new)
+            task(&kept, &options)
         };
         let spawned = std::thread::Builder::new().name("search".to_owned()).spawn(work.clone());
         // Without a thread to be had it is done at once.
         let running = spawned.map_or_else(|_| Running::Done(Box::new(work())), Running::Thread);
-        (self.running, self.next_at, self.begun_at) = (Some((running, until)), until, samples);
-        self.was_whole = is_whole;
+        self.running = Some((running, until));
     }
 
-    /// The result of a search that ends behind so many samples; waits for it where it is not there yet.
-    pub fn ended(&mut self, samples: u64) -> Option<Found> {
+    /// The result of what ends behind so many samples; waits for it where it is not there yet.
+    pub fn ended(&mut self, samples: u64) -> Option<Ended> {
         let (running, _) = self.running.take_if(|(_, until)| samples >= *until)?;
-        let found = match running {
-            Running::Done(found) => *found,
-            // A search that failed for good is one that found nothing.
-            Running::Thread(thread) => thread.join().unwrap_or(Err(ReconstructError::NotSolvable)),
+        let ended = match running {
+            Running::Done(ended) => *ended,
+            // One that failed for good is one that found nothing.
+            Running::Thread(thread) => thread.join().unwrap_or(Ended::Fit(None)),
         };
-        self.is_explained = found.as_ref().is_ok_and(|optimum| optimum.is_explained());
-        Some(found)
+        if let Ended::Search(found) = &ended {
+            self.is_explained = found.as_ref().is_ok_and(|optimum| optimum.is_explained());
+        }
+        Some(ended)
     }
 
     /// Whether the last search went all ways.

@@ -27,6 +27,9 @@ const WINDOW: usize = 256;
 /// Samples between two linearisations of all of them.
 const RELINEARISED_EVERY: usize = 64;
 
+/// A boundary is known where its standard deviation is below so many of those of a contact position.
+const KNOWN_SDS: f64 = 3.0;
+
 /// Effort of a fit to these samples: the Gaussian holds the shape next to its optimum.
 const FITTING: StoppingCriteria = StoppingCriteria { iterations: 2, tolerance: 1e-9 };
 
@@ -76,6 +79,7 @@ fn student(square: f64) -> f64 {
 }
 
 /// The Gaussian, with what is derived from it.
+#[derive(Clone)]
 pub(super) struct ShapeBelief {
     /// Given all samples but those of the window.
     base: Posterior,
@@ -143,6 +147,17 @@ impl ShapeBelief {
         let missed = Vector2::new(weights[0] * value[0], weights[1] * value[1]);
         let contacts = of_contacts.cholesky().map_or(f64::INFINITY, |factor| missed.dot(&factor.solve(&missed)));
         contacts + student(balance)
+    }
+
+    /// Whether the boundary at both contacts is known, so that only the right pose explains where they are.
+    pub fn knows(&self, instant: &Instant, psi: f64) -> bool {
+        let by_shape = rows(instant, psi, self.belief.layout.order);
+        let weights = self.noise.weights(instant);
+        [0, 1].into_iter().all(|contact| {
+            let row = by_shape.column(contact);
+            // One that was not seen tells nothing.
+            weights[contact] > 0.0 && weights[contact] * (&self.covariance * row).dot(&row).sqrt() < KNOWN_SDS
+        })
     }
 
     /// Orientations that explain a sample, wherever they are.

@@ -34,6 +34,7 @@ fn cubic(x: f64, [from, to]: [f64; 2], [slope, end_slope]: [f64; 2]) -> f64 {
 }
 
 /// r, d and v of one shape at equally spaced normal angles.
+#[derive(Clone)]
 pub(crate) struct SupportTable {
     entries: Vec<ContactSupport>,
 }

@@ -562,7 +562,7 @@ impl<'a> Job<'a> {
     /// The optimum over all samples. A shape that misses the balance can make the balance seem loose, and a loose balance holds it there: the
     /// centre of mass of nearly round objects was then off by ten error bars. So where the balance comes out loose, the fit is repeated from
     /// one as exact as statics has it, and the evidence decides.
-    fn fit_all(&self, order: usize, start: Estimate, noise: Noise, prior: Prior) -> Option<Fitted> {
+    pub(crate) fn fit_all(&self, order: usize, start: Estimate, noise: Noise, prior: Prior) -> Option<Fitted> {
         let fit_from = |start: Estimate, noise: Noise| {
             fit(&self.measurements, order, start, noise, prior, self.variance_components_of_all(), ROUNDS)
         };
