@@ -15,7 +15,7 @@ use crate::live::shape_belief::ShapeBelief;
 use crate::log::{Log, Sample};
 use crate::math::angle::wrapped;
 use crate::reconstruct::verdict::assemble::{outline, pose};
-use crate::reconstruct::{Pose, ReconstructOptions};
+use crate::reconstruct::{CertificateLimits, Pose, ReconstructOptions};
 use crate::shape::SupportFunction;
 
 /// Samples that sharpen the shape together: a Gauss-Newton step takes as long for eight as for one. Of those that are known, no more than this
@@ -62,8 +62,8 @@ pub(super) struct Follower {
 }
 
 impl Follower {
-    /// `None` where the optimum does not determine a shape. An orientation counts as ambiguous above this standard deviation, radians.
-    pub fn new(optimum: Optimum, uncertain_rad: f64) -> Option<Self> {
+    /// `None` where the optimum does not determine a shape.
+    pub fn new(optimum: Optimum, limits: &CertificateLimits) -> Option<Self> {
         let shape = ShapeBelief::new(optimum.belief.clone(), optimum.noise, optimum.prior)?;
         let touches = optimum.found.outline.iter().map(|point| point.touches).collect();
         let psi = *optimum.motion.last()?;
@@ -78,11 +78,12 @@ impl Follower {
             before: None,
             psi_before: psi,
             piece: optimum.piece,
-            is_placed: true,
+            // A last piece of few samples may be elsewhere than the search found it.
+            is_placed: optimum.psi_sd_rad < limits.psi_sd_rad,
             were_placed: true,
             taken: 0,
             outline_is_due: true,
-            uncertain_rad,
+            uncertain_rad: limits.largest_psi_sd_rad,
             optimum,
         };
         follower.look()?;

@@ -156,9 +156,8 @@ impl Live {
             Some(Ended::Fit(None)) | None => return,
         };
         self.estimate.searched = self.searches.begun_at();
-        let uncertain_rad = self.options.limits.largest_psi_sd_rad;
-        let successor =
-            found.and_then(|optimum| Follower::new(*optimum, uncertain_rad).ok_or(ReconstructError::NotSolvable));
+        let limits = &self.options.limits;
+        let successor = found.and_then(|optimum| Follower::new(*optimum, limits).ok_or(ReconstructError::NotSolvable));
         match successor {
             // Neither is it where the first way alone explains nothing: others may have explained it before.
             Ok(successor)

@@ -1,6 +1,7 @@
 //! The optimum that a search over the samples so far leaves to the filter: shape, noise, prior and calibration as the batch estimator finds them,
 //! and the Gaussian of the shape given all samples that are kept (`docs/theory.md`, online).
 
+use crate::estimate::evidence::fit::{ROUNDS, fit};
 use crate::estimate::evidence::symmetry::turn_to_axis;
 use crate::estimate::measurements::Measurements;
 use crate::estimate::model::layout::rotate;
@@ -40,6 +41,8 @@ pub(super) struct Optimum {
     pub motion: Vec<f64>,
     pub thinning: Thinning,
     pub piece: u32,
+    /// Standard deviation of ψ of the last sample that was searched, radians.
+    pub psi_sd_rad: f64,
     /// ψ of the first: angles of the object's own frame are larger by it, and ψ is less.
     pub turned: f64,
     /// What the samples were corrected by.
@@ -94,10 +97,11 @@ impl Optimum {
         psi.iter_mut().for_each(|psi| *psi -= turn);
         let noise = Noise { sensor_m: found.sensor_sd_m, balance_m: found.balance_sd_m };
         let start = Estimate { coefficients, psi, cost: f64::INFINITY };
-        let Fitted { belief, noise, prior, motion } = fit_all(&job, start, noise, Prior { symmetry, ..job.prior })?;
+        let Fitted { belief, noise, prior, motion } =
+            fit_all(&job, start, noise, Prior { symmetry, ..job.prior }, Balance::AsFound)?;
         let turned = *motion.first()?;
         let inflation = inflation(&found, &belief, turned, every);
-        let piece = found.motion.last().map_or(0, |pose| pose.piece);
+        let (piece, psi_sd_rad) = found.motion.last().map(|pose| (pose.piece, pose.psi_sd_rad))?;
         found.motion.clear();
         found.others.clear();
         Some(Self {
@@ -107,6 +111,7 @@ impl Optimum {
             motion,
             thinning: kept.thinning(),
             piece,
+            psi_sd_rad,
             turned,
             calibration,
             stated_m: job.stated_m,
@@ -129,7 +134,7 @@ impl Optimum {
         let job = job(log, options, self.calibration, self.balance_counts);
         let start = Estimate { coefficients, psi, cost: f64::INFINITY };
         let noise = Noise { balance_m: self.noise.balance_m.max(LOOSE * self.noise.sensor_m), ..self.noise };
-        let Fitted { belief, noise, prior, motion } = fit_all(&job, start, noise, self.prior)?;
+        let Fitted { belief, noise, prior, motion } = fit_all(&job, start, noise, self.prior, Balance::ByEvidence)?;
         Some(Self { belief, noise, prior, turned: *motion.first()?, motion, ..self })
     }
 }
@@ -138,6 +143,15 @@ impl Optimum {
 fn job<'a>(log: &'a Log, options: &'a ReconstructOptions, calibration: Calibration, balance_counts: bool) -> Job<'a> {
     let job = Job::calibrated(log, options, calibration, Work::for_log(log.samples.len(), 1));
     if balance_counts { job } else { job.without_balance() }
+}
+
+/// Whether the balance is loose or exact.
+#[derive(Clone, Copy)]
+enum Balance {
+    /// As the search found it, which compared both.
+    AsFound,
+    /// As the evidence says.
+    ByEvidence,
 }
 
 /// The Gaussian of a shape at its optimum, with noise, prior and motion.
@@ -150,10 +164,15 @@ struct Fitted {
 
 /// The optimum over all samples with its noise and prior, as the batch estimator finds it; where the forces do not count, the shape as it was
 /// found, since the contacts do not tell where its centre of mass is.
-fn fit_all(job: &Job, start: Estimate, noise: Noise, prior: Prior) -> Option<Fitted> {
+fn fit_all(job: &Job, start: Estimate, noise: Noise, prior: Prior, balance: Balance) -> Option<Fitted> {
     let order = start.coefficients.len() / 2;
     let (fit, weighted) = if job.balance_counts {
-        let fitted = job.fit_all(order, start, noise, prior)?;
+        let fitted = match balance {
+            Balance::ByEvidence => job.fit_all(order, start, noise, prior),
+            Balance::AsFound => {
+                fit(&job.measurements, order, start, noise, prior, job.variance_components_of_all(), ROUNDS)
+            }
+        }?;
         (fitted.fit, fitted.weighted)
     } else {
         let fit = Fit { estimate: start, order, noise, prior, log_evidence: 0.0 };

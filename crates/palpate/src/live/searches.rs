@@ -29,13 +29,14 @@ const WHOLE_GROWTH: u64 = 2;
 /// Work of a search that goes all ways for each sample until its end (`estimate/work.rs`): what a core does in a hundredth of a second, about.
 const WORK_PER_SAMPLE: u64 = 20_000_000;
 
-/// Samples from the begin of a fit to its end, and to the begin of the next: these shares of those before it, within limits. A fit takes 4
-/// microseconds for each sample.
+/// Samples from the begin of a fit to its end, and to the begin of the next: these shares of those before it, and to its end at least so many. A
+/// fit takes ten microseconds for each sample.
 const FIT_SHARE: f64 = 1.0 / 64.0;
 const FIT_LEAST: u64 = 8;
-const FIT_MOST: u64 = 1000;
 const NEXT_FIT_SHARE: f64 = 1.0 / 16.0;
-const NEXT_FIT_LEAST: u64 = 16;
+
+/// Samples above which nothing is fitted anew but after a search: noise and shape hardly change any more, and all samples together take long.
+const FITTED_AT_MOST: u64 = 10_000;
 
 /// Samples that wait at most for the thread of the searches to take them in, while it has nothing else to do.
 const WAITING: usize = 1024;
@@ -98,7 +99,7 @@ impl Searches {
 
     /// Whether what is certified is to be fitted anew behind so many samples.
     pub fn fit_is_due(&self, samples: u64) -> bool {
-        self.running.is_none() && samples >= self.fit_at
+        self.running.is_none() && (self.fit_at..=FITTED_AT_MOST).contains(&samples)
     }
 
     /// Whether one of either is under way, or over and not yet taken over.
@@ -131,7 +132,7 @@ impl Searches {
 
     /// Begins a fit of what this follower knows to the samples so far.
     pub fn begin_fit(&mut self, samples: u64, follower: Follower) {
-        let until = samples + ((FIT_SHARE * samples as f64) as u64).clamp(FIT_LEAST, FIT_MOST);
+        let until = samples + ((FIT_SHARE * samples as f64) as u64).max(FIT_LEAST);
         self.run(samples, until, move |kept, options| Ended::Fit(follower.refitted(kept, options).map(Box::new)));
     }
 
@@ -141,7 +142,7 @@ impl Searches {
         until: u64,
         task: impl FnOnce(&Kept, &ReconstructOptions) -> Ended + Clone + Send + 'static,
     ) {
-        self.fit_at = until.max(samples + ((NEXT_FIT_SHARE * samples as f64) as u64).max(NEXT_FIT_LEAST));
+        self.fit_at = until.max(samples + (NEXT_FIT_SHARE * samples as f64) as u64);
         let (options, kept, waiting) =
             (self.options.clone(), Arc::clone(&self.kept), std::mem::take(&mut self.waiting));
         let work = move || {
