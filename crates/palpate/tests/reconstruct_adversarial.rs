@@ -7,7 +7,7 @@ mod reconstruct_support;
 use palpate::palms::{PalmMotion, PalmPair};
 use palpate::reconstruct::{ReconstructError, Reconstruction};
 use palpate::sensor::Touchpad;
-use palpate::shape::{NamedShape, SupportFunction, ellipse, rounded_polygon};
+use palpate::shape::{NamedShape, RandomShape, SupportFunction, ellipse, random_shape, rounded_polygon};
 use palpate::simulate::{SimulateOptions, Simulation, simulate};
 use palpate::{Log, Sample};
 use rand::{RngExt, SeedableRng};
@@ -154,6 +154,16 @@ fn cut_to_thirty_samples() {
         let short = cut(&run, start..start + 30);
         assert_honest(&solve(&short.log), &short.truth, NOISE_M, 1);
     }
+}
+
+#[test]
+fn a_second_that_would_roll_on_some_smooth_object() {
+    // Without friction, and hardly any boundary is felt twice: rolling explains it with an object that is wrong.
+    let shape = random_shape(&RandomShape::default(), 5_970_020).expect("possible");
+    let motion = PalmMotion::random(5_970_020, 60.0, 1.0).and_then(|motion| motion.sample(100.0)).expect("possible");
+    let options = SimulateOptions { touchpad: noisy(1e-4), seed: 5_970_020, ..SimulateOptions::default() };
+    let run = simulate(&shape, &motion[..100], &options).expect("possible");
+    assert_honest(&solve(&run.log), &run.truth, 1e-4, 1);
 }
 
 #[test]

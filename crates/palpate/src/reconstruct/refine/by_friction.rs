@@ -30,7 +30,7 @@ use crate::mechanics::ContactMode;
 use crate::palms::PalmPair;
 use crate::reconstruct::result::friction::{FrictionEstimate, is_hinged};
 use crate::reconstruct::result::inertia::InertiaEstimate;
-use crate::reconstruct::result::reconstruction::FoundSymmetry;
+use crate::reconstruct::result::reconstruction::{FoundSymmetry, OutlinePoint};
 use crate::reconstruct::verdict::assemble::{Candidate, assemble};
 use crate::reconstruct::verdict::doubt::{Doubt, Verdict};
 use crate::reconstruct::verdict::joint_error_bars::JointErrorBars;
@@ -106,6 +106,11 @@ const WORTH: f64 = 2.0;
 /// falls.
 const TOLD_SDS: f64 = 5.0;
 const MOSTLY_STICKS: f64 = 0.5;
+
+/// Share of the felt boundary that must have been felt again for friction to explain a log. What rolls over boundary that is felt once agrees with some
+/// smooth shape, whatever the motion was: of short logs without friction that seemed to roll, at most a quarter was felt again; of logs with friction, four fifths
+/// or more.
+const LEAST_FELT_AGAIN: f64 = 0.5;
 
 /// What is to be explained.
 #[derive(Clone, Copy)]
@@ -390,7 +395,8 @@ impl<'a> Setting<'a> {
         let explains = settled.leaves_at_most(self.bounds, EXPLAINED)
             && (settled.optimum.settled || settled.leaves_at_most(self.bounds, far_below));
         let mut candidate = OfFriction { job: self.job, settled }.candidate(self.order, self.prior)?;
-        if !explains {
+        let is_told = felt_again(&candidate.result.outline) >= LEAST_FELT_AGAIN;
+        if !explains || !is_told {
             let friction = candidate.result.friction?;
             let doubt = Doubt::Friction { coefficients: friction.coefficients, sds: friction.coefficient_sds };
             let doubts = std::iter::once(doubt).chain(candidate.result.verdict.doubts.iter().cloned()).collect();
@@ -398,6 +404,12 @@ impl<'a> Setting<'a> {
         }
         Some(candidate)
     }
+}
+
+/// Share of the felt boundary that was felt more than once; not a number where nothing was felt.
+fn felt_again(outline: &[OutlinePoint]) -> f64 {
+    let felt = |times: u32| outline.iter().filter(|point| point.touches >= times).count() as f64;
+    felt(2) / felt(1)
 }
 
 /// An optimum with friction.
