@@ -49,7 +49,8 @@ pub(super) enum Ended {
 
 /// What is under way, or over, and not yet taken over.
 enum Running {
-    Thread(JoinHandle<Ended>),
+    /// And what it is where the thread failed for good: one that found nothing.
+    Thread(JoinHandle<Ended>, Box<Ended>),
     Done(Box<Ended>),
 }
 
@@ -127,20 +128,22 @@ impl Searches {
             Extent::Brief
         };
         (self.next_at, self.begun_at, self.was_whole) = (until, samples, is_whole);
-        self.run(samples, until, move |kept, options| Ended::Search(search(kept, options, extent).map(Box::new)));
+        let task = move |kept: &Kept, options: &_| Ended::Search(search(kept, options, extent).map(Box::new));
+        self.run((samples, until), task, Ended::Search(Err(ReconstructError::NotSolvable)));
     }
 
     /// Begins a fit of what this follower knows to the samples so far.
     pub fn begin_fit(&mut self, samples: u64, follower: Follower) {
         let until = samples + ((FIT_SHARE * samples as f64) as u64).max(FIT_LEAST);
-        self.run(samples, until, move |kept, options| Ended::Fit(follower.refitted(kept, options).map(Box::new)));
+        let task = move |kept: &Kept, options: &_| Ended::Fit(follower.refitted(kept, options).map(Box::new));
+        self.run((samples, until), task, Ended::Fit(None));
     }
 
     fn run(
         &mut self,
-        samples: u64,
-        until: u64,
+        (samples, until): (u64, u64),
         task: impl FnOnce(&Kept, &ReconstructOptions) -> Ended + Clone + Send + 'static,
+        failed: Ended,
     ) {
         self.fit_at = until.max(samples + (NEXT_FIT_SHARE * samples as f64) as u64);
         let (options, kept, waiting) =
@@ -152,7 +155,10 @@ impl Searches {
         };
         let spawned = std::thread::Builder::new().name("search".to_owned()).spawn(work.clone());
         // Without a thread to be had it is done at once.
-        let running = spawned.map_or_else(|_| Running::Done(Box::new(work())), Running::Thread);
+        let running = match spawned {
+            Ok(thread) => Running::Thread(thread, Box::new(failed)),
+            Err(_) => Running::Done(Box::new(work())),
+        };
         self.running = Some((running, until));
     }
 
@@ -161,8 +167,7 @@ impl Searches {
         let (running, _) = self.running.take_if(|(_, until)| samples >= *until)?;
         let ended = match running {
             Running::Done(ended) => *ended,
-            // One that failed for good is one that found nothing.
-            Running::Thread(thread) => thread.join().unwrap_or(Ended::Fit(None)),
+            Running::Thread(thread, failed) => thread.join().unwrap_or(*failed),
         };
         if let Ended::Search(found) = &ended {
             self.is_explained = found.as_ref().is_ok_and(|optimum| optimum.is_explained());
