@@ -9,7 +9,7 @@ use crate::estimate::model::layout::rotate;
 use crate::estimate::motion::LONGEST_STEP;
 use crate::live::estimate::{Estimate, Stage};
 use crate::live::kept::Kept;
-use crate::live::optimum::Optimum;
+use crate::live::optimum::{FITTED_AT_MOST, Optimum};
 use crate::live::poses::{Decided, Poses, UNEXPLAINED};
 use crate::live::shape_belief::ShapeBelief;
 use crate::log::{Log, Sample};
@@ -34,8 +34,10 @@ const MEMORY: f64 = 50.0;
 
 #[derive(Clone)]
 pub(super) struct Follower {
-    /// What the last search or fit found, with the orientations that were decided on since.
+    /// What the last search or fit found, with the orientations that were decided on since, as far as a fit may need them.
     optimum: Optimum,
+    /// Samples of the optimum and since.
+    known: u64,
     shape: ShapeBelief,
     poses: Poses,
     /// Samples that were decided on and have not sharpened the shape yet.
@@ -68,6 +70,7 @@ impl Follower {
         let touches = optimum.found.outline.iter().map(|point| point.touches).collect();
         let psi = *optimum.motion.last()?;
         let mut follower = Self {
+            known: optimum.motion.len() as u64,
             shape,
             poses: Poses::from(psi),
             block: Vec::new(),
@@ -90,12 +93,9 @@ impl Follower {
         Some(follower)
     }
 
-    /// The same with shape, noise and prior fitted anew to all samples that were decided on, as far as they are kept: as the batch estimator
-    /// fits them, and not one after the other. `None` where that determines no shape, or other samples are kept here.
+    /// The same with shape, noise and prior fitted anew to all samples that were decided on, as the batch estimator fits them, and not one after
+    /// the other; of at most [`FITTED_AT_MOST`] samples. `None` where that determines no shape.
     pub fn refitted(self, kept: &Kept, options: &ReconstructOptions) -> Option<Self> {
-        if kept.thinning().every() != self.optimum.thinning.every() {
-            return None;
-        }
         let psi = self.optimum.motion.clone();
         let log = Log { samples: kept.log().samples.get(..psi.len())?.to_vec() };
         let optimum = self.optimum.refitted(&log, options, self.shape.coefficients().to_vec(), psi)?;
@@ -133,7 +133,10 @@ impl Follower {
     }
 
     fn decided(&mut self, instant: Instant, psi: f64) {
-        self.optimum.thinning.push(&mut self.optimum.motion, psi);
+        self.known += 1;
+        if self.optimum.motion.len() < FITTED_AT_MOST {
+            self.optimum.motion.push(psi);
+        }
         let misfit = self.shape.settled(&instant, psi).misfit;
         // No number is no explanation.
         let is_explained = misfit < UNEXPLAINED;
@@ -154,7 +157,7 @@ impl Follower {
         }
         self.feel(&instant, psi);
         self.block.push((instant, psi));
-        if self.block.len() as u64 >= (self.optimum.thinning.seen() / WAITING_SHARE).clamp(1, BLOCK) {
+        if self.block.len() as u64 >= (self.known / WAITING_SHARE).clamp(1, BLOCK) {
             self.shape.fold(std::mem::take(&mut self.block));
         }
     }

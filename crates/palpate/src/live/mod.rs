@@ -105,7 +105,7 @@ impl Live {
         self.newest = Some(*sample);
         self.kept.push(sample);
         self.searches.push(sample);
-        self.estimate.samples = self.kept.thinning().seen();
+        self.estimate.samples = self.kept.seen();
         self.estimate.time_s = sample.time_s;
         if self.searches.is_running() {
             self.since_begun.push_back(*sample);
@@ -133,7 +133,7 @@ impl Live {
 
     /// One in so many samples is kept: 1 up to 65 536 samples, then 2, 4 and so on.
     pub fn kept_every(&self) -> u64 {
-        self.kept.thinning().every()
+        self.kept.every()
     }
 
     /// What the batch estimator finds for the samples that are kept: byte for byte what [`reconstruct`](crate::reconstruct()) gives with these options.

@@ -10,7 +10,7 @@ use crate::estimate::model::prior::Prior;
 use crate::estimate::solver::gauss_newton::{Estimate, Fit, Smoother};
 use crate::estimate::solver::posterior::Posterior;
 use crate::estimate::work::Work;
-use crate::live::kept::{Kept, Thinning};
+use crate::live::kept::Kept;
 use crate::live::shape_belief::settled;
 use crate::log::Log;
 use crate::math::statistics::median;
@@ -20,6 +20,9 @@ use crate::sensor::Calibration;
 
 /// Samples that are searched at most; of more, every n-th is. The optimum that is found is then that of all.
 const MOST_SEARCHED: usize = 3000;
+
+/// Samples above which nothing is fitted anew but after a search: noise and shape hardly change any more, and all samples together take long.
+pub(super) const FITTED_AT_MOST: usize = 10_000;
 
 /// Standard deviation of the balance that a fit begins with at least, over that of the contacts: from a loose one, the evidence chooses between loose
 /// and exact (`Job::fit_all`).
@@ -37,9 +40,8 @@ pub(super) struct Optimum {
     pub belief: Posterior,
     pub noise: Noise,
     pub prior: Prior,
-    /// ψ of the samples that are kept in the frame of the fit, radians, which samples those are, and the piece of the last.
+    /// ψ of the samples that are kept in the frame of the fit, radians, and the piece of the last.
     pub motion: Vec<f64>,
-    pub thinning: Thinning,
     pub piece: u32,
     /// Standard deviation of ψ of the last sample that was searched, radians.
     pub psi_sd_rad: f64,
@@ -109,7 +111,6 @@ impl Optimum {
             noise,
             prior,
             motion,
-            thinning: kept.thinning(),
             piece,
             psi_sd_rad,
             turned,

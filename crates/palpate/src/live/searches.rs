@@ -6,7 +6,7 @@ use std::thread::JoinHandle;
 
 use crate::live::follower::Follower;
 use crate::live::kept::Kept;
-use crate::live::optimum::{Extent, Optimum, search};
+use crate::live::optimum::{Extent, FITTED_AT_MOST, Optimum, search};
 use crate::log::Sample;
 use crate::reconstruct::{ReconstructError, ReconstructOptions};
 
@@ -34,9 +34,6 @@ const WORK_PER_SAMPLE: u64 = 20_000_000;
 const FIT_SHARE: f64 = 1.0 / 64.0;
 const FIT_LEAST: u64 = 8;
 const NEXT_FIT_SHARE: f64 = 1.0 / 16.0;
-
-/// Samples above which nothing is fitted anew but after a search: noise and shape hardly change any more, and all samples together take long.
-const FITTED_AT_MOST: u64 = 10_000;
 
 /// Samples that wait at most for the thread of the searches to take them in, while it has nothing else to do.
 const WAITING: usize = 1024;
@@ -100,7 +97,7 @@ impl Searches {
 
     /// Whether what is certified is to be fitted anew behind so many samples.
     pub fn fit_is_due(&self, samples: u64) -> bool {
-        self.running.is_none() && (self.fit_at..=FITTED_AT_MOST).contains(&samples)
+        self.running.is_none() && (self.fit_at..=FITTED_AT_MOST as u64).contains(&samples)
     }
 
     /// Whether one of either is under way, or over and not yet taken over.
