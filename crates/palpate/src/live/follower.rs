@@ -18,8 +18,8 @@ use crate::reconstruct::verdict::assemble::{outline, pose};
 use crate::reconstruct::{CertificateLimits, Pose, ReconstructOptions};
 use crate::shape::SupportFunction;
 
-/// Samples that sharpen the shape together: a Gauss-Newton step takes as long for eight as for one. Of those that are known, no more than this
-/// share waits for others: they would move the shape by a thirtieth of its standard deviation.
+/// Samples that sharpen the shape together: a Gauss-Newton step takes as long for eight as for one. Of those that are known, no more than one in so
+/// many waits for others: they would move the shape by a thirtieth of its standard deviation, and an error bar by a two thousandth.
 const BLOCK: u64 = 8;
 const WAITING_SHARE: u64 = 1000;
 
@@ -46,8 +46,10 @@ pub(super) struct Follower {
     touches: Vec<u32>,
     /// Contact angles of the newest sample that was decided on, in the frame of the fit, where seen.
     contacts: [Option<f64>; 2],
-    /// Covariance of the shape after the best rotation over the felt boundary.
+    /// Covariance of the shape after the best rotation over the felt boundary, of how many samples, and whether more was felt since.
     covariance: DMatrix<f64>,
+    covariance_of: u64,
+    feels_more: bool,
     /// Mean squared distance of the newest samples.
     strain: f64,
     before: Option<Sample>,
@@ -77,6 +79,8 @@ impl Follower {
             touches,
             contacts: [None; 2],
             covariance: DMatrix::zeros(0, 0),
+            covariance_of: 0,
+            feels_more: false,
             strain: EXPECTED,
             before: None,
             psi_before: psi,
@@ -113,8 +117,11 @@ impl Follower {
         }
         self.taken += 1;
         if self.taken.is_multiple_of(OUTLINE_EVERY) {
-            // What is undetermined stays as it was.
-            let _ = self.look();
+            self.outline_is_due = true;
+            if self.feels_more || self.known - self.covariance_of > self.known / WAITING_SHARE {
+                // What is undetermined stays as it was.
+                let _ = self.look();
+            }
         }
         (corrected, instant)
     }
@@ -176,8 +183,9 @@ impl Follower {
             let symmetry = self.optimum.found.symmetry.symmetry;
             for node in nodes_between(from.min(to), from.max(to), NODES) {
                 for image in images(node, NODES, symmetry, self.optimum.turned) {
-                    if let Some(touches) = self.touches.get_mut(image) {
-                        *touches = (*touches).max(1);
+                    if let Some(touches @ 0) = self.touches.get_mut(image) {
+                        *touches = 1;
+                        self.feels_more = true;
                     }
                 }
             }
@@ -191,6 +199,7 @@ impl Follower {
             .map(|node| std::f64::consts::TAU * node as f64 / NODES as f64 - self.optimum.turned)
             .collect();
         self.covariance = self.shape.posterior().covariance_over(&felt)?;
+        (self.covariance_of, self.feels_more) = (self.known, false);
         self.outline_is_due = true;
         Some(())
     }

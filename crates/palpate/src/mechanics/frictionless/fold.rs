@@ -16,6 +16,10 @@ use crate::shape::SupportFunction;
 /// Palm rotation to which a fold is located, radians.
 pub const SMALLEST_STEP_RAD: f64 = 1e-11;
 
+/// The same where only the pose at the end is asked for: near enough that the step over the fold, which moves the object by some 3e-4 rad where it
+/// is none, cannot be taken for a jump.
+const COARSE_STEP_RAD: f64 = 1e-8;
+
 /// Largest palm rotation in one step, radians.
 const LARGEST_STEP_RAD: f64 = 0.02;
 
@@ -40,11 +44,10 @@ pub fn follow<E>(
     from: (f64, PalmPair),
     to: (f64, PalmPair),
     psi_rad: f64,
-    mut visit: impl FnMut(f64, &PalmPair, f64) -> Result<(), E>,
+    visit: impl FnMut(f64, &PalmPair, f64) -> Result<(), E>,
 ) -> Result<(f64, Vec<Jump>), E> {
-    let mut pursuit = Pursuit::new(shape, from, psi_rad);
-    let jumps = pursuit.go_on(to, &mut |time_s, palms, _, psi| visit(time_s, palms, psi))?;
-    Ok((pursuit.psi_rad(), jumps))
+    let pursuit = Pursuit::new(shape, from, psi_rad);
+    pursuit.to_the_end(to, visit)
 }
 
 /// A stable pose that is being followed, from one pair of palms to the next.
@@ -55,6 +58,7 @@ pub(crate) struct Pursuit<'a> {
     palms: PalmPair,
     landscape: EnergyLandscape,
     psi: f64,
+    smallest_step_rad: f64,
 }
 
 impl<'a> Pursuit<'a> {
@@ -62,7 +66,17 @@ impl<'a> Pursuit<'a> {
     pub(crate) fn new(shape: &'a SupportFunction, (time_s, palms): (f64, PalmPair), psi_rad: f64) -> Self {
         let landscape = EnergyLandscape::new(shape, &palms);
         let psi = landscape.continued(psi_rad).unwrap_or_else(|| landscape.descend(psi_rad));
-        Self { shape, time_s, palms, landscape, psi }
+        Self { shape, time_s, palms, landscape, psi, smallest_step_rad: SMALLEST_STEP_RAD }
+    }
+
+    /// ψ at `to`, and the jumps on the way.
+    fn to_the_end<E>(
+        mut self,
+        to: (f64, PalmPair),
+        mut visit: impl FnMut(f64, &PalmPair, f64) -> Result<(), E>,
+    ) -> Result<(f64, Vec<Jump>), E> {
+        let jumps = self.go_on(to, &mut |time_s, palms, _, psi| visit(time_s, palms, psi))?;
+        Ok((self.psi, jumps))
     }
 
     /// The orientation now, radians, unwrapped.
@@ -92,7 +106,7 @@ impl<'a> Pursuit<'a> {
             return Ok(jumps);
         }
         let largest = (LARGEST_STEP_RAD / turn).min(1.0);
-        let smallest = (SMALLEST_STEP_RAD / turn).max(4.0 * f64::EPSILON);
+        let smallest = (self.smallest_step_rad / turn).max(4.0 * f64::EPSILON);
         let mut forced = smallest;
         let (mut done, mut step) = (0.0, largest);
         while done < 1.0 {
@@ -139,8 +153,9 @@ impl<'a> Pursuit<'a> {
     }
 }
 
-/// [`follow`] when nobody watches, from time 0 to 1.
+/// [`follow`] when nobody watches, from time 0 to 1: where it jumps is known to [`COARSE_STEP_RAD`] only.
 pub(crate) fn followed(shape: &SupportFunction, from: &PalmPair, to: &PalmPair, psi_rad: f64) -> (f64, Vec<Jump>) {
-    let Ok(end) = follow(shape, (0.0, *from), (1.0, *to), psi_rad, |_, _, _| Ok::<(), Infallible>(()));
+    let pursuit = Pursuit { smallest_step_rad: COARSE_STEP_RAD, ..Pursuit::new(shape, (0.0, *from), psi_rad) };
+    let Ok(end) = pursuit.to_the_end((1.0, *to), |_, _, _| Ok::<(), Infallible>(()));
     end
 }
