@@ -1,21 +1,26 @@
 //! Selection among several explanations of a log by their evidence, and the test of uniqueness (`docs/theory.md`, the search and
 //! the certificate).
 
+use super::search::initial_height::from_initial_heights;
 use super::search::schedule::Found;
 use crate::estimate::evidence::motion_prior::CERTAIN;
+use crate::estimate::evidence::other_models::other_models;
 use crate::estimate::measurements::Measurements;
 use crate::estimate::model::balance_tolerance::balance_is_missed;
+use crate::estimate::model::noise::Noise;
 use crate::estimate::motion::{moved, same_motion};
 use crate::estimate::solver::gauss_newton::{Estimate, Fit, Smoother, StoppingCriteria};
 use crate::reconstruct::options::error::ReconstructError;
 use crate::reconstruct::refine::calibrated::Solved;
 use crate::reconstruct::refine::job::Job;
+use crate::reconstruct::refine::resample::thinned_in_ranges;
 use crate::reconstruct::result::reconstruction::Reconstruction;
-use crate::reconstruct::verdict::assemble::{Candidate, assemble};
+use crate::reconstruct::verdict::assemble::{Candidate, assemble, felt_again};
 use crate::reconstruct::verdict::doubt::{Doubt, Verdict};
-use crate::reconstruct::verdict::left_out::{WithLeftOut, is_held_convex};
+use crate::reconstruct::verdict::left_out::is_held_convex;
+use crate::reconstruct::verdict::mixture::{Mixture, OtherModel};
 use crate::reconstruct::verdict::uncertainty::{OfBalance, Uncertainty};
-use crate::shape::Symmetry;
+use crate::shape::{SupportFunction, Symmetry};
 use rayon::prelude::*;
 
 /// Explanations that are waited for besides the first, where noisy contacts miss the balance: each costs a refinement.
@@ -28,6 +33,9 @@ const NOISIER: f64 = 10.0;
 /// In ranking contradicted results, one unphysical jump outweighs any χ² per degree of freedom, which counts up to the largest.
 const UNPHYSICAL_JUMP: f64 = 1e3;
 const LARGEST_CHI2: f64 = 999.0;
+
+/// Share of the felt boundary that was felt more than once below which the answer is one of several models (`estimate/evidence/other_models.rs`).
+const MOSTLY_FELT_AGAIN: f64 = 0.5;
 
 /// Effort of the smoother for comparing the costs of arrangements on the thinned log.
 const COMPARING: StoppingCriteria = StoppingCriteria { iterations: 20, tolerance: 1e-5 };
@@ -81,13 +89,27 @@ impl Job<'_> {
             assemble(&job.log, measurements, fit.clone(), found, expected, uncertainty, &job.options.limits)
         };
         let mut candidate = assembled(&uncertainty).ok_or(ReconstructError::NotSolvable)?;
+        let palms = job.palms();
+        let mixed = |others: Vec<OtherModel>| {
+            let shape = SupportFunction::from_coefficients(&fit.estimate.coefficients);
+            assembled(&Mixture { answer: &uncertainty, shape, others })
+        };
         if candidate.result.is_certified()
             && is_held_convex(&fit.estimate.coefficients)
             && let Some(richer) = job.with_more_harmonics(&refined)
         {
-            let palms = job.palms();
-            let with_left_out = WithLeftOut::new(&uncertainty, [&fit.estimate, &richer], &palms);
-            candidate = assembled(&with_left_out).unwrap_or(candidate);
+            let richer = OtherModel::new(1.0, None, [&fit.estimate, &richer], &palms);
+            candidate = mixed(vec![richer]).unwrap_or(candidate);
+        }
+        if candidate.result.is_certified() && is_felt_once(&candidate.result) {
+            let models: Vec<(f64, OfBalance)> = other_models(measurements, &fit)
+                .into_iter()
+                .map(|(weight, fit)| (weight, OfBalance { measurements, fit, calibration: None }))
+                .collect();
+            let others = models.iter().map(|(weight, of)| {
+                OtherModel::new(*weight, Some(of), [&fit.estimate, &of.fit.estimate], &palms)
+            });
+            candidate = mixed(others.collect()).unwrap_or(candidate);
         }
         Ok(job.with_inertia(&refined, &candidate).unwrap_or(candidate))
     }
@@ -128,6 +150,19 @@ impl Job<'_> {
                 results.push(other);
             }
         }
+        if results[0].result.is_certified() && is_felt_once(&results[0].result) && results[0].result.jumps.is_empty() {
+            let starts = self.starts_in_one_piece(found);
+            for start in 0..starts.estimates.len() {
+                if explored.contains(&starts, start) {
+                    continue;
+                }
+                let Ok(Some(solved)) = self.solve(&starts, start, explored) else { continue };
+                if let Ok(other) = self.assemble(solved) {
+                    explored.add(&other);
+                    results.push(other);
+                }
+            }
+        }
         let mut certified: Vec<Candidate> = Vec::new();
         let mut rest = Vec::new();
         for candidate in results {
@@ -152,6 +187,34 @@ impl Job<'_> {
         Ok(answer)
     }
 }
+
+impl Job<'_> {
+    /// The best starts of a motion without jumps, over all heights of the centre of mass.
+    fn starts_in_one_piece(&self, found: &Found) -> Found {
+        let ranges = vec![0..self.measurements.len()];
+        let thin = thinned_in_ranges(&self.measurements, &ranges, self.scatter_m, INSTANTS_OF_STARTS);
+        let sd = self.scatter_m / self.averaged(&thin);
+        let noise = Noise { sensor_m: sd, balance_m: sd };
+        let starts = ORDERS_OF_STARTS.into_iter().flat_map(|order| {
+            from_initial_heights(&thin, noise, self.prior, order).into_iter().take(STARTS_OF_EACH_ORDER)
+        });
+        let estimates = starts.collect();
+        Found { calibration: found.calibration, tolerance_m: found.tolerance_m, thin, ranges, estimates }
+    }
+}
+
+/// Whether most of the boundary was felt only once: shape and motion are then told by the balance and what is known of shapes beforehand.
+fn is_felt_once(result: &Reconstruction) -> bool {
+    felt_again(&result.outline) < MOSTLY_FELT_AGAIN
+}
+
+/// Numbers of harmonics of starts in one piece, and how many of each are taken to an optimum: the right motion was the first or second with the
+/// fewer harmonics.
+const ORDERS_OF_STARTS: [usize; 2] = [4, 8];
+const STARTS_OF_EACH_ORDER: usize = 3;
+
+/// Instants that they are compared on.
+const INSTANTS_OF_STARTS: usize = 100;
 
 /// Motions that were taken to their optimum. An arrangement that is one of them leads there again.
 #[derive(Default)]

@@ -6,6 +6,7 @@ pub(crate) mod jump_prior;
 pub(crate) mod laplace;
 pub(crate) mod motion_prior;
 pub(crate) mod order;
+pub(crate) mod other_models;
 pub(crate) mod symmetry;
 pub(crate) mod variance_components;
 

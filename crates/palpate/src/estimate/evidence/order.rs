@@ -59,7 +59,7 @@ pub(crate) fn choose_order(
 
 /// The numbers of harmonics that are tried for a symmetry of this order: those that let the object have a harmonic more than the one
 /// before.
-fn orders(symmetry: u32) -> Vec<usize> {
+pub(super) fn orders(symmetry: u32) -> Vec<usize> {
     let symmetry = symmetry.max(1) as usize;
     let mut allowed = 0;
     let more = |order: &usize| {

@@ -30,8 +30,8 @@ use crate::mechanics::ContactMode;
 use crate::palms::PalmPair;
 use crate::reconstruct::result::friction::{FrictionEstimate, is_hinged};
 use crate::reconstruct::result::inertia::InertiaEstimate;
-use crate::reconstruct::result::reconstruction::{FoundSymmetry, OutlinePoint};
-use crate::reconstruct::verdict::assemble::{Candidate, assemble};
+use crate::reconstruct::result::reconstruction::FoundSymmetry;
+use crate::reconstruct::verdict::assemble::{Candidate, assemble, felt_again};
 use crate::reconstruct::verdict::doubt::{Doubt, Verdict};
 use crate::reconstruct::verdict::joint_error_bars::JointErrorBars;
 use crate::reconstruct::verdict::uncertainty::{FoundRig, PoseErrorBars, Uncertainty};
@@ -404,12 +404,6 @@ impl<'a> Setting<'a> {
         }
         Some(candidate)
     }
-}
-
-/// Share of the felt boundary that was felt more than once; not a number where nothing was felt.
-fn felt_again(outline: &[OutlinePoint]) -> f64 {
-    let felt = |times: u32| outline.iter().filter(|point| point.touches >= times).count() as f64;
-    felt(2) / felt(1)
 }
 
 /// An optimum with friction.

@@ -399,7 +399,7 @@ impl<'a> Job<'a> {
     }
 
     /// The noise of a sample, as a multiple of that of a mean on the thinned log.
-    pub(super) fn averaged(&self, medium: &Measurements) -> f64 {
+    pub(crate) fn averaged(&self, medium: &Measurements) -> f64 {
         (self.measurements.len() as f64 / medium.len() as f64).sqrt()
     }
 

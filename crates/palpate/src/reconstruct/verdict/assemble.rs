@@ -229,6 +229,12 @@ fn shortest_turn_rad(jumps: &[DetectedJump]) -> f64 {
     jumps.iter().map(|jump| jump.turn().abs()).fold(f64::INFINITY, f64::min)
 }
 
+/// Share of the felt boundary that was felt more than once; not a number where nothing was felt.
+pub(crate) fn felt_again(outline: &[OutlinePoint]) -> f64 {
+    let felt = |times: u32| outline.iter().filter(|point| point.touches >= times).count() as f64;
+    felt(2) / felt(1)
+}
+
 /// The boundary at [`NODES`] normal angles, felt as often as `counts` say, with the standard deviation of r at each.
 pub(crate) fn outline(shape: &SupportFunction, counts: &[u32], r_sd_m: impl Fn(f64) -> f64) -> Vec<OutlinePoint> {
     let point = |(node, touches): (usize, &u32)| {

@@ -5,4 +5,5 @@ pub(crate) mod certificate;
 pub(crate) mod doubt;
 pub(crate) mod joint_error_bars;
 pub(crate) mod left_out;
+pub(crate) mod mixture;
 pub(crate) mod uncertainty;
