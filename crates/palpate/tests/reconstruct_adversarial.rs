@@ -156,14 +156,41 @@ fn cut_to_thirty_samples() {
     }
 }
 
+/// The first samples of a log at 100 Hz in which hardly any boundary is felt twice.
+fn begin(seed: u64, samples: usize) -> Simulation {
+    let shape = random_shape(&RandomShape::default(), seed).expect("possible");
+    let motion = PalmMotion::random(seed, 60.0, 1.0).and_then(|motion| motion.sample(100.0)).expect("possible");
+    let options = SimulateOptions { touchpad: noisy(1e-4), seed, ..SimulateOptions::default() };
+    simulate(&shape, &motion[..samples], &options).expect("possible")
+}
+
 #[test]
 fn a_second_that_would_roll_on_some_smooth_object() {
-    // Without friction, and hardly any boundary is felt twice: rolling explains it with an object that is wrong.
-    let shape = random_shape(&RandomShape::default(), 5_970_020).expect("possible");
-    let motion = PalmMotion::random(5_970_020, 60.0, 1.0).and_then(|motion| motion.sample(100.0)).expect("possible");
-    let options = SimulateOptions { touchpad: noisy(1e-4), seed: 5_970_020, ..SimulateOptions::default() };
-    let run = simulate(&shape, &motion[..100], &options).expect("possible");
+    // Without friction: rolling explains it with an object that is wrong.
+    let run = begin(5_970_020, 100);
     assert_honest(&solve(&run.log), &run.truth, 1e-4, 1);
+}
+
+#[test]
+fn seconds_that_other_numbers_of_harmonics_explain_with_other_motions() {
+    for (seed, samples) in [(5_970_013, 100), (5_970_019, 80), (5_970_060, 140)] {
+        let run = begin(seed, samples);
+        assert_honest(&solve(&run.log), &run.truth, 1e-4, 1);
+    }
+}
+
+#[test]
+fn a_second_that_a_motion_of_the_other_sense_explains() {
+    let run = begin(5_970_034, 140);
+    assert_honest(&solve(&run.log), &run.truth, 1e-4, 1);
+}
+
+#[test]
+fn a_second_that_a_symmetric_object_explains() {
+    for (seed, samples) in [(5_971_093, 80), (5_971_117, 200)] {
+        let run = begin(seed, samples);
+        assert_honest(&solve(&run.log), &run.truth, 1e-4, 1);
+    }
 }
 
 #[test]

@@ -15,7 +15,7 @@ use crate::reconstruct::refine::calibrated::Solved;
 use crate::reconstruct::refine::job::Job;
 use crate::reconstruct::refine::resample::thinned_in_ranges;
 use crate::reconstruct::result::reconstruction::Reconstruction;
-use crate::reconstruct::verdict::assemble::{Candidate, assemble, felt_again};
+use crate::reconstruct::verdict::assemble::{Candidate, assemble, is_mostly_felt_again};
 use crate::reconstruct::verdict::doubt::{Doubt, Verdict};
 use crate::reconstruct::verdict::left_out::is_held_convex;
 use crate::reconstruct::verdict::mixture::{Mixture, OtherModel};
@@ -33,9 +33,6 @@ const NOISIER: f64 = 10.0;
 /// In ranking contradicted results, one unphysical jump outweighs any χ² per degree of freedom, which counts up to the largest.
 const UNPHYSICAL_JUMP: f64 = 1e3;
 const LARGEST_CHI2: f64 = 999.0;
-
-/// Share of the felt boundary that was felt more than once below which the answer is one of several models (`estimate/evidence/other_models.rs`).
-const MOSTLY_FELT_AGAIN: f64 = 0.5;
 
 /// Effort of the smoother for comparing the costs of arrangements on the thinned log.
 const COMPARING: StoppingCriteria = StoppingCriteria { iterations: 20, tolerance: 1e-5 };
@@ -101,7 +98,8 @@ impl Job<'_> {
             let richer = OtherModel::new(1.0, None, [&fit.estimate, &richer], &palms);
             candidate = mixed(vec![richer]).unwrap_or(candidate);
         }
-        if candidate.result.is_certified() && is_felt_once(&candidate.result) {
+        // Shape and motion are then told by the balance and by what is known of shapes beforehand.
+        if candidate.result.is_certified() && !is_mostly_felt_again(&candidate.result.outline) {
             let models: Vec<(f64, OfBalance)> = other_models(measurements, &fit)
                 .into_iter()
                 .map(|(weight, fit)| (weight, OfBalance { measurements, fit, calibration: None }))
@@ -150,7 +148,8 @@ impl Job<'_> {
                 results.push(other);
             }
         }
-        if results[0].result.is_certified() && is_felt_once(&results[0].result) && results[0].result.jumps.is_empty() {
+        let first = &results[0].result;
+        if first.is_certified() && first.jumps.is_empty() && !is_mostly_felt_again(&first.outline) {
             let starts = self.starts_in_one_piece(found);
             for start in 0..starts.estimates.len() {
                 if explored.contains(&starts, start) {
@@ -201,11 +200,6 @@ impl Job<'_> {
         let estimates = starts.collect();
         Found { calibration: found.calibration, tolerance_m: found.tolerance_m, thin, ranges, estimates }
     }
-}
-
-/// Whether most of the boundary was felt only once: shape and motion are then told by the balance and what is known of shapes beforehand.
-fn is_felt_once(result: &Reconstruction) -> bool {
-    felt_again(&result.outline) < MOSTLY_FELT_AGAIN
 }
 
 /// Numbers of harmonics of starts in one piece, and how many of each are taken to an optimum: the right motion was the first or second with the

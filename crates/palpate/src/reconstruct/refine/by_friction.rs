@@ -31,7 +31,7 @@ use crate::palms::PalmPair;
 use crate::reconstruct::result::friction::{FrictionEstimate, is_hinged};
 use crate::reconstruct::result::inertia::InertiaEstimate;
 use crate::reconstruct::result::reconstruction::FoundSymmetry;
-use crate::reconstruct::verdict::assemble::{Candidate, assemble, felt_again};
+use crate::reconstruct::verdict::assemble::{Candidate, assemble, is_mostly_felt_again};
 use crate::reconstruct::verdict::doubt::{Doubt, Verdict};
 use crate::reconstruct::verdict::joint_error_bars::JointErrorBars;
 use crate::reconstruct::verdict::uncertainty::{FoundRig, PoseErrorBars, Uncertainty};
@@ -106,11 +106,6 @@ const WORTH: f64 = 2.0;
 /// falls.
 const TOLD_SDS: f64 = 5.0;
 const MOSTLY_STICKS: f64 = 0.5;
-
-/// Share of the felt boundary that must have been felt again for friction to explain a log. What rolls over boundary that is felt once agrees with some
-/// smooth shape, whatever the motion was: of short logs without friction that seemed to roll, at most a quarter was felt again; of logs with friction, four fifths
-/// or more.
-const LEAST_FELT_AGAIN: f64 = 0.5;
 
 /// What is to be explained.
 #[derive(Clone, Copy)]
@@ -395,7 +390,8 @@ impl<'a> Setting<'a> {
         let explains = settled.leaves_at_most(self.bounds, EXPLAINED)
             && (settled.optimum.settled || settled.leaves_at_most(self.bounds, far_below));
         let mut candidate = OfFriction { job: self.job, settled }.candidate(self.order, self.prior)?;
-        let is_told = felt_again(&candidate.result.outline) >= LEAST_FELT_AGAIN;
+        // What rolls over boundary that is felt once agrees with some smooth shape, whatever the motion was.
+        let is_told = is_mostly_felt_again(&candidate.result.outline);
         if !explains || !is_told {
             let friction = candidate.result.friction?;
             let doubt = Doubt::Friction { coefficients: friction.coefficients, sds: friction.coefficient_sds };

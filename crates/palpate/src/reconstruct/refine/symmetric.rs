@@ -1,6 +1,6 @@
 //! Symmetric models of the object in place of the general one, where the evidence prefers them (`docs/theory.md`, symmetry).
 
-use crate::estimate::coverage::{NODES, contact_paths, overlap, touches};
+use crate::estimate::coverage::{MOSTLY_FELT_AGAIN, completed, contact_paths, felt_again, overlap, touches};
 use crate::estimate::evidence::symmetry::{SymmetricModel, against_general, log_prior_odds, symmetric_models};
 use crate::estimate::measurements::Measurements;
 use crate::estimate::model::prior::Prior;
@@ -69,7 +69,7 @@ impl Job<'_> {
             let Some(held) = against_general.filter(|held| !held.model.is_contradicted()) else { continue };
             let weight = refined.fine.log_evidence + log_prior_odds();
             let radius_m = refined.fine.estimate.coefficients[0].abs();
-            let compared = self.overlap(&refined.fine) >= OVERLAP;
+            let compared = self.is_compared(&refined.fine);
             let deviation_sd_m = if compared { held.deviation_sd_m } else { radius_m };
             if !compared && self.unphysical_jumps(&refined.fine.estimate, TAU) > 0 {
                 continue;
@@ -150,15 +150,14 @@ impl Job<'_> {
         self.to_fixed_point(medium, ranges, rough, Some(psi.clone()))
     }
 
-    /// Share of the felt boundary that was felt on two copies.
-    fn overlap(&self, fine: &Fit) -> f64 {
+    /// Whether the symmetry of a model is seen, and not only believed in: enough of the boundary was felt on two copies, and enough again at all.
+    fn is_compared(&self, fine: &Fit) -> bool {
         let symmetry: Symmetry = fine.prior.symmetry;
         let psi = &fine.estimate.psi;
         let angles: Vec<(f64, f64)> =
             self.measurements.instants.iter().zip(psi).map(|(instant, psi)| instant.contact_angles(*psi)).collect();
         let counts = touches(&contact_paths(&self.measurements, &angles, &outlying_steps(psi)));
-        debug_assert_eq!(counts.len(), NODES);
-        overlap(&counts, symmetry, 0.0)
+        overlap(&counts, symmetry, 0.0) >= OVERLAP && felt_again(completed(&counts, symmetry, 0.0).into_iter()) >= MOSTLY_FELT_AGAIN
     }
 }
 

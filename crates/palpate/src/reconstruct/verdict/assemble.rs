@@ -3,7 +3,7 @@
 
 use super::certificate::Findings;
 use super::uncertainty::Uncertainty;
-use crate::estimate::coverage::{NODES, completed, contact_paths, touches};
+use crate::estimate::coverage::{MOSTLY_FELT_AGAIN, NODES, completed, contact_paths, felt_again, touches};
 use crate::estimate::jumps::{DetectedJump, jump_reversals};
 use crate::estimate::measurements::{Instant, Measurements};
 use crate::estimate::model::balance_tolerance::unstable_samples;
@@ -229,10 +229,9 @@ fn shortest_turn_rad(jumps: &[DetectedJump]) -> f64 {
     jumps.iter().map(|jump| jump.turn().abs()).fold(f64::INFINITY, f64::min)
 }
 
-/// Share of the felt boundary that was felt more than once; not a number where nothing was felt.
-pub(crate) fn felt_again(outline: &[OutlinePoint]) -> f64 {
-    let felt = |times: u32| outline.iter().filter(|point| point.touches >= times).count() as f64;
-    felt(2) / felt(1)
+/// Whether the log itself checks most of what it tells of a boundary.
+pub(crate) fn is_mostly_felt_again(outline: &[OutlinePoint]) -> bool {
+    felt_again(outline.iter().map(|point| point.touches)) >= MOSTLY_FELT_AGAIN
 }
 
 /// The boundary at [`NODES`] normal angles, felt as often as `counts` say, with the standard deviation of r at each.

@@ -139,3 +139,103 @@ impl PoseErrorBars for MixedErrorBars<'_> {
         self.answer.deviance_of(jumps)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::palms::{PalmAngles, PalmPair};
+
+    /// The same standard deviations everywhere.
+    struct Flat {
+        r_m: f64,
+        psi_rad: f64,
+    }
+
+    impl Uncertainty for Flat {
+        fn error_bars(&self, _: &[f64], _: f64) -> Option<Box<dyn PoseErrorBars + '_>> {
+            Some(Box::new(Self { ..*self }))
+        }
+
+        fn of_rig(&self, _: f64) -> Option<FoundRig> {
+            None
+        }
+
+        fn inertia(&self) -> Option<InertiaEstimate> {
+            None
+        }
+
+        fn friction(&self) -> Option<FrictionEstimate> {
+            None
+        }
+    }
+
+    impl PoseErrorBars for Flat {
+        fn r_sd_m(&self, _: f64) -> f64 {
+            self.r_m
+        }
+
+        fn pose_sd(&self, _: usize, _: &Instant) -> (f64, f64) {
+            (self.psi_rad, self.r_m)
+        }
+
+        fn deviance_of(&self, _: &[DetectedJump]) -> Option<f64> {
+            Some(0.0)
+        }
+    }
+
+    const ANSWER: Flat = Flat { r_m: 1e-5, psi_rad: 0.01 };
+
+    fn estimate(radius_m: f64, turn: f64) -> Estimate {
+        Estimate { coefficients: vec![radius_m, 0.0, 0.0], psi: vec![0.0, turn], cost: 0.0 }
+    }
+
+    /// Standard deviations of r and of ψ at the second of two samples.
+    fn mixed(weight: f64, of: &Flat, other: &Estimate) -> (f64, f64) {
+        let answer = estimate(0.03, 0.5);
+        let palms = [PalmPair::hinged(1.0, 1.2); 2];
+        let other = OtherModel::new(weight, Some(of), [&answer, other], &palms);
+        let shape = SupportFunction::from_coefficients(&answer.coefficients);
+        let mixture = Mixture { answer: &ANSWER, shape, others: vec![other] };
+        let bars = mixture.error_bars(&[0.0, 1.0], 1.0).expect("error bars");
+        let palms = PalmAngles::new(1.0, 1.2);
+        let instant = Instant {
+            palms,
+            phi1: 1.0,
+            phi2: 1.2,
+            s1: 0.03,
+            s2: 0.03,
+            weight1: 1.0,
+            weight2: 1.0,
+            balance_weight: 1.0,
+            position: 1.0,
+        };
+        (bars.r_sd_m(0.7), bars.pose_sd(1, &instant).0)
+    }
+
+    fn close(value: f64, expected: f64) {
+        assert!((value - expected).abs() < 1e-9 * expected, "{value} instead of {expected}");
+    }
+
+    #[test]
+    fn a_certain_model_elsewhere_adds_its_distance_and_its_own_error_bars() {
+        let other = Flat { r_m: 2e-5, psi_rad: 0.02 };
+        let (r_m, psi_rad) = mixed(1.0, &other, &estimate(0.0301, 0.6));
+        close(r_m, f64::hypot(2e-5, 1e-4));
+        // The best rotation takes half of the difference of the turns away.
+        close(psi_rad, f64::hypot(0.02, 0.05));
+    }
+
+    #[test]
+    fn models_count_by_their_probability() {
+        let (r_m, psi_rad) = mixed(0.25, &ANSWER, &estimate(0.0301, 0.6));
+        close(r_m, f64::hypot(1e-5, 0.5 * 1e-4));
+        close(psi_rad, f64::hypot(0.01, 0.5 * 0.05));
+    }
+
+    #[test]
+    fn no_model_takes_from_what_the_answer_leaves_open() {
+        let (r_m, psi_rad) = mixed(1.0, &Flat { r_m: 0.0, psi_rad: 0.0 }, &estimate(0.03, 0.5));
+        close(r_m, ANSWER.r_m);
+        close(psi_rad, ANSWER.psi_rad);
+    }
+}

@@ -227,13 +227,3 @@ fn a_fall_that_a_fit_draws_out_is_found() {
         settled.optimum.unknowns.psi.iter().zip(truth).map(|(found, truth)| (found - truth).abs()).fold(0.0, f64::max);
     assert!(worst < 0.02, "{worst}");
 }
-
-#[test]
-fn boundary_that_is_felt_once_is_not_felt_again() {
-    let (shape, _) = felt(false);
-    let outline = |counts: &[u32]| crate::reconstruct::verdict::assemble::outline(&shape, counts, |_| 1e-5);
-    // Of four nodes that were felt, as many again as the limit asks, and one fewer.
-    assert!(felt_again(&outline(&[0, 1, 1, 2, 5, 0])) >= LEAST_FELT_AGAIN);
-    assert!(felt_again(&outline(&[0, 1, 1, 1, 5, 0])) < LEAST_FELT_AGAIN);
-    assert!(felt_again(&outline(&[0, 0])).is_nan());
-}
