@@ -32,6 +32,9 @@ const CONTRADICTED: f64 = 8.0;
 const EXPECTED: f64 = 2.0;
 const MEMORY: f64 = 50.0;
 
+/// The same over so few is doubt about the pose alone: the object may have jumped to boundary where no pose is looked for.
+const SHORT_MEMORY: f64 = 5.0;
+
 #[derive(Clone)]
 pub(super) struct Follower {
     /// What the last search or fit found, with the orientations that were decided on since, as far as a fit may need them.
@@ -50,8 +53,9 @@ pub(super) struct Follower {
     covariance: DMatrix<f64>,
     covariance_of: u64,
     feels_more: bool,
-    /// Mean squared distance of the newest samples.
+    /// Mean squared distance of the newest samples, and of the last few.
     strain: f64,
+    short_strain: f64,
     before: Option<Sample>,
     psi_before: f64,
     piece: u32,
@@ -59,6 +63,8 @@ pub(super) struct Follower {
     /// object lands on boundary that is not, any pose explains it, and only a search can tell.
     is_placed: bool,
     were_placed: bool,
+    /// Whether it came from boundary that is not known to such that is: what was felt there belongs to the shape, and only a fit takes it in.
+    came_from_unknown: bool,
     taken: u64,
     outline_is_due: bool,
     /// Standard deviation of an orientation that is hardly known, radians.
@@ -82,12 +88,14 @@ impl Follower {
             covariance_of: 0,
             feels_more: false,
             strain: EXPECTED,
+            short_strain: EXPECTED,
             before: None,
             psi_before: psi,
             piece: optimum.piece,
             // A last piece of few samples may be elsewhere than the search found it.
             is_placed: optimum.psi_sd_rad < limits.psi_sd_rad,
             were_placed: true,
+            came_from_unknown: false,
             taken: 0,
             outline_is_due: true,
             uncertain_rad: limits.largest_psi_sd_rad,
@@ -104,7 +112,7 @@ impl Follower {
         let log = Log { samples: kept.log().samples.get(..psi.len())?.to_vec() };
         let optimum = self.optimum.refitted(&log, options, self.shape.coefficients().to_vec(), psi)?;
         let shape = ShapeBelief::new(optimum.belief.clone(), optimum.noise, optimum.prior)?;
-        let mut follower = Self { optimum, shape, block: Vec::new(), ..self };
+        let mut follower = Self { optimum, shape, block: Vec::new(), came_from_unknown: false, ..self };
         follower.look()?;
         Some(follower)
     }
@@ -151,6 +159,7 @@ impl Follower {
         // Without a contact a sample agrees with any shape.
         if instant.weight1 > 0.0 || instant.weight2 > 0.0 {
             self.strain += (counted - self.strain) / MEMORY;
+            self.short_strain += (counted - self.short_strain) / SHORT_MEMORY;
         }
         if wrapped(psi - self.psi_before).abs() > LONGEST_STEP {
             self.piece += 1;
@@ -158,7 +167,9 @@ impl Follower {
             self.is_placed = false;
         }
         self.psi_before = psi;
-        self.is_placed |= is_explained && self.shape.knows(&instant, psi);
+        if !self.is_placed && is_explained && self.shape.knows(&instant, psi) {
+            (self.is_placed, self.came_from_unknown) = (true, true);
+        }
         if !is_explained || !self.is_placed {
             return;
         }
@@ -214,7 +225,8 @@ impl Follower {
         let scale = self.optimum.inflation.sqrt();
         let turned = self.optimum.turned;
         let psi_sd_rad = (scale * psi_sd).max(self.poses.ambiguity_rad());
-        estimate.ambiguous = !self.is_placed || psi_sd_rad > self.uncertain_rad;
+        estimate.ambiguous =
+            !self.all_are_placed() || psi_sd_rad > self.uncertain_rad || self.short_strain > CONTRADICTED;
         estimate.pose = Some(Pose {
             psi_rad: best.psi - turned,
             psi_sd_rad,
@@ -245,6 +257,11 @@ impl Follower {
     /// Whether the pose of every sample since the last search is that of boundary that is known.
     pub fn all_are_placed(&self) -> bool {
         self.is_placed && self.were_placed
+    }
+
+    /// Whether a fit would take samples in that have not sharpened the shape.
+    pub fn came_from_unknown(&self) -> bool {
+        self.came_from_unknown
     }
 
     /// What was found by the search behind it, as last fitted.

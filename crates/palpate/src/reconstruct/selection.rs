@@ -22,6 +22,7 @@ use crate::reconstruct::verdict::mixture::{Mixture, OtherModel};
 use crate::reconstruct::verdict::uncertainty::{OfBalance, Uncertainty};
 use crate::shape::{SupportFunction, Symmetry};
 use rayon::prelude::*;
+use std::f64::consts::TAU;
 
 /// Explanations that are waited for besides the first, where noisy contacts miss the balance: each costs a refinement.
 const FURTHER_EXPLANATIONS: usize = 2;
@@ -98,8 +99,7 @@ impl Job<'_> {
             let richer = OtherModel::new(1.0, None, [&fit.estimate, &richer], &palms);
             candidate = mixed(vec![richer]).unwrap_or(candidate);
         }
-        // Shape and motion are then told by the balance and by what is known of shapes beforehand.
-        if candidate.result.is_certified() && !is_mostly_felt_again(&candidate.result.outline) {
+        if candidate.result.is_certified() && !is_checked(&candidate.result) {
             let models: Vec<(f64, OfBalance)> = other_models(measurements, &fit)
                 .into_iter()
                 .map(|(weight, fit)| (weight, OfBalance { measurements, fit, calibration: None }))
@@ -149,7 +149,7 @@ impl Job<'_> {
             }
         }
         let first = &results[0].result;
-        if first.is_certified() && first.jumps.is_empty() && !is_mostly_felt_again(&first.outline) {
+        if first.is_certified() && first.jumps.is_empty() && !is_checked(first) {
             let starts = self.starts_in_one_piece(found);
             for start in 0..starts.estimates.len() {
                 if explored.contains(&starts, start) {
@@ -194,16 +194,32 @@ impl Job<'_> {
         let thin = thinned_in_ranges(&self.measurements, &ranges, self.scatter_m, INSTANTS_OF_STARTS);
         let sd = self.scatter_m / self.averaged(&thin);
         let noise = Noise { sensor_m: sd, balance_m: sd };
-        let starts = ORDERS_OF_STARTS.into_iter().flat_map(|order| {
-            from_initial_heights(&thin, noise, self.prior, order).into_iter().take(STARTS_OF_EACH_ORDER)
-        });
-        let estimates = starts.collect();
+        let mut estimates: Vec<Estimate> = Vec::new();
+        for order in ORDERS_OF_STARTS {
+            let before = estimates.len();
+            for start in from_initial_heights(&thin, noise, self.prior, order) {
+                let is_known = |other: &Estimate| same_motion(&other.psi, &start.psi, TAU);
+                if estimates.len() < before + STARTS_OF_EACH_ORDER && !estimates[before..].iter().any(is_known) {
+                    estimates.push(start);
+                }
+            }
+        }
         Found { calibration: found.calibration, tolerance_m: found.tolerance_m, thin, ranges, estimates }
     }
 }
 
-/// Numbers of harmonics of starts in one piece, and how many of each are taken to an optimum: the right motion was the first or second with the
-/// fewer harmonics.
+/// Whether the log checks itself what it tells; else shape and motion are told by the balance and what is known of shapes beforehand. A contact that
+/// goes to and fro over little boundary checks nothing.
+fn is_checked(result: &Reconstruction) -> bool {
+    result.coverage >= LITTLE_FELT && is_mostly_felt_again(&result.outline)
+}
+
+/// Share of the boundary below which hardly any can have been felt on both palms, a third of a turn apart: of short logs that were explained wrongly
+/// at most 0.25 was.
+const LITTLE_FELT: f64 = 0.3;
+
+/// Numbers of harmonics of starts in one piece, and how many of each, with different motions, are taken to an optimum: the right motion was the
+/// first or second with the fewer harmonics.
 const ORDERS_OF_STARTS: [usize; 2] = [4, 8];
 const STARTS_OF_EACH_ORDER: usize = 3;
 
