@@ -228,7 +228,8 @@ mod tests {
 
     #[test]
     fn a_jump_is_found_where_the_pose_before_nearly_explains_the_samples() {
-        let missed = |(shape, here): &(ShapeBelief, Vec<(Instant, f64)>)| shape.settled(&here[300].0, here[39].1).misfit;
+        let missed =
+            |(shape, here): &(ShapeBelief, Vec<(Instant, f64)>)| shape.settled(&here[300].0, here[39].1).misfit;
         let known_to = (0..60).map(|step| setting_known_to(1e-5 * 1.1_f64.powi(step), Touchpad::ideal()));
         let setting = known_to.into_iter().find(|setting| missed(setting) < UNEXPLAINED).expect("a shape hardly known");
         assert!(missed(&setting) > DOUBTFUL);

@@ -104,9 +104,9 @@ impl Job<'_> {
                 .into_iter()
                 .map(|(weight, fit)| (weight, OfBalance { measurements, fit, calibration: None }))
                 .collect();
-            let others = models.iter().map(|(weight, of)| {
-                OtherModel::new(*weight, Some(of), [&fit.estimate, &of.fit.estimate], &palms)
-            });
+            let others = models
+                .iter()
+                .map(|(weight, of)| OtherModel::new(*weight, Some(of), [&fit.estimate, &of.fit.estimate], &palms));
             candidate = mixed(others.collect()).unwrap_or(candidate);
         }
         Ok(job.with_inertia(&refined, &candidate).unwrap_or(candidate))

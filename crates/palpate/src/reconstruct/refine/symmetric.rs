@@ -157,7 +157,8 @@ impl Job<'_> {
         let angles: Vec<(f64, f64)> =
             self.measurements.instants.iter().zip(psi).map(|(instant, psi)| instant.contact_angles(*psi)).collect();
         let counts = touches(&contact_paths(&self.measurements, &angles, &outlying_steps(psi)));
-        overlap(&counts, symmetry, 0.0) >= OVERLAP && felt_again(completed(&counts, symmetry, 0.0).into_iter()) >= MOSTLY_FELT_AGAIN
+        overlap(&counts, symmetry, 0.0) >= OVERLAP
+            && felt_again(completed(&counts, symmetry, 0.0).into_iter()) >= MOSTLY_FELT_AGAIN
     }
 }
 
