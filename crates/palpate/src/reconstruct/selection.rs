@@ -190,7 +190,8 @@ impl Job<'_> {
 impl Job<'_> {
     /// The best starts of a motion without jumps, over all heights of the centre of mass.
     fn starts_in_one_piece(&self, found: &Found) -> Found {
-        let ranges = vec![0..self.measurements.len()];
+        let whole = 0..self.measurements.len();
+        let ranges = vec![whole];
         let thin = thinned_in_ranges(&self.measurements, &ranges, self.scatter_m, INSTANTS_OF_STARTS);
         let sd = self.scatter_m / self.averaged(&thin);
         let noise = Noise { sensor_m: sd, balance_m: sd };

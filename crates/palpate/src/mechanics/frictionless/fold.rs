@@ -47,7 +47,7 @@ pub fn follow<E>(
     visit: impl FnMut(f64, &PalmPair, f64) -> Result<(), E>,
 ) -> Result<(f64, Vec<Jump>), E> {
     let pursuit = Pursuit::new(shape, from, psi_rad);
-    pursuit.to_the_end(to, visit)
+    pursuit.followed_to(to, visit)
 }
 
 /// A stable pose that is being followed, from one pair of palms to the next.
@@ -70,7 +70,7 @@ impl<'a> Pursuit<'a> {
     }
 
     /// ψ at `to`, and the jumps on the way.
-    fn to_the_end<E>(
+    fn followed_to<E>(
         mut self,
         to: (f64, PalmPair),
         mut visit: impl FnMut(f64, &PalmPair, f64) -> Result<(), E>,
@@ -156,6 +156,6 @@ impl<'a> Pursuit<'a> {
 /// [`follow`] when nobody watches, from time 0 to 1: where it jumps is known to [`COARSE_STEP_RAD`] only.
 pub(crate) fn followed(shape: &SupportFunction, from: &PalmPair, to: &PalmPair, psi_rad: f64) -> (f64, Vec<Jump>) {
     let pursuit = Pursuit { smallest_step_rad: COARSE_STEP_RAD, ..Pursuit::new(shape, (0.0, *from), psi_rad) };
-    let Ok(end) = pursuit.to_the_end((1.0, *to), |_, _, _| Ok::<(), Infallible>(()));
+    let Ok(end) = pursuit.followed_to((1.0, *to), |_, _, _| Ok::<(), Infallible>(()));
     end
 }
