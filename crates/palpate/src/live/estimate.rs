@@ -54,8 +54,8 @@ pub struct Estimate {
     pub verdict: Option<Verdict>,
     /// Whether the newest samples contradict the shape, so that the verdict no longer holds.
     pub contradicted: bool,
-    /// Whether the pose of the newest sample is hardly known: several poses explain it, the object jumped onto boundary that is not known, or
-    /// the standard deviation of ψ is above that of the certificate
+    /// Whether the pose of the newest sample is hardly known: several poses explain it, the last few samples are further off than noise allows, the
+    /// object was on boundary that is not known since the last search, or the standard deviation of ψ is above that of the certificate
     /// ([`CertificateLimits::largest_psi_sd_rad`](crate::reconstruct::CertificateLimits::largest_psi_sd_rad)).
     pub ambiguous: bool,
     /// Samples that the last search knew of; 0 before the first.
