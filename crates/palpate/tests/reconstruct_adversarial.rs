@@ -156,45 +156,40 @@ fn cut_to_thirty_samples() {
     }
 }
 
-/// The first samples of a log at 100 Hz in which hardly any boundary is felt twice.
-fn begin(seed: u64, samples: usize) -> Simulation {
+/// Nothing wrong is certified of the first samples of a log at 100 Hz, in which hardly any boundary is felt twice.
+fn assert_honest_begin(seed: u64, samples: usize) {
     let shape = random_shape(&RandomShape::default(), seed).expect("possible");
     let motion = PalmMotion::random(seed, 60.0, 1.0).and_then(|motion| motion.sample(100.0)).expect("possible");
     let options = SimulateOptions { touchpad: noisy(1e-4), seed, ..SimulateOptions::default() };
-    simulate(&shape, &motion[..samples], &options).expect("possible")
+    let run = simulate(&shape, &motion[..samples], &options).expect("possible");
+    assert_honest(&solve(&run.log), &run.truth, 1e-4, 1);
 }
 
 #[test]
 fn a_second_that_would_roll_on_some_smooth_object() {
     // Without friction: rolling explains it with an object that is wrong.
-    let run = begin(5_970_020, 100);
-    assert_honest(&solve(&run.log), &run.truth, 1e-4, 1);
+    assert_honest_begin(5_970_020, 100);
 }
 
 #[test]
 fn seconds_that_other_numbers_of_harmonics_explain_with_other_motions() {
-    for (seed, samples) in [(5_970_013, 100), (5_970_060, 140)] {
-        let run = begin(seed, samples);
-        assert_honest(&solve(&run.log), &run.truth, 1e-4, 1);
-    }
+    assert_honest_begin(5_970_013, 100);
+    assert_honest_begin(5_970_060, 140);
 }
 
 #[test]
 fn a_second_that_a_motion_of_the_other_sense_explains() {
-    let run = begin(5_970_034, 140);
-    assert_honest(&solve(&run.log), &run.truth, 1e-4, 1);
+    assert_honest_begin(5_970_034, 140);
 }
 
 #[test]
 fn a_second_that_a_symmetric_object_explains() {
-    let run = begin(5_971_093, 80);
-    assert_honest(&solve(&run.log), &run.truth, 1e-4, 1);
+    assert_honest_begin(5_971_093, 80);
 }
 
 #[test]
 fn seconds_to_and_fro_over_little_boundary() {
-    let run = begin(5_980_025, 302);
-    assert_honest(&solve(&run.log), &run.truth, 1e-4, 1);
+    assert_honest_begin(5_980_025, 302);
 }
 
 #[test]

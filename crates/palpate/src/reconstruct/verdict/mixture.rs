@@ -1,5 +1,5 @@
 //! Error bars of a mixture of models of one log: how far their optima are apart counts as what each leaves open does (J. A. Hoeting et al., *Bayesian
-//! model averaging: a tutorial*, Statistical Science 14, 1999; `docs/theory.md`, error bars).
+//! model averaging: a tutorial*, Statistical Science 14, 1999; `docs/theory.md`, what the log says of itself).
 
 use super::uncertainty::{FoundRig, PoseErrorBars, Uncertainty};
 use crate::estimate::jumps::DetectedJump;
