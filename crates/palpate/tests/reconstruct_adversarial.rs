@@ -169,6 +169,7 @@ fn assert_honest_begin(seed: u64, samples: usize) {
 fn a_second_that_would_roll_on_some_smooth_object() {
     // Without friction: rolling explains it with an object that is wrong.
     assert_honest_begin(5_970_020, 100);
+    assert_honest_begin(5_974_050, 200);
 }
 
 #[test]
@@ -185,6 +186,17 @@ fn a_second_that_a_motion_of_the_other_sense_explains() {
 #[test]
 fn a_second_that_a_symmetric_object_explains() {
     assert_honest_begin(5_971_093, 80);
+}
+
+#[test]
+fn seconds_along_a_long_valley() {
+    assert_honest_begin(5_973_073, 100);
+    assert_honest_begin(5_973_112, 140);
+}
+
+#[test]
+fn seconds_whose_orientations_could_take_up_the_noise() {
+    assert_honest_begin(5_974_043, 200);
 }
 
 #[test]

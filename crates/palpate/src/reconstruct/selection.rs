@@ -4,7 +4,7 @@
 use super::search::initial_height::from_initial_heights;
 use super::search::schedule::Found;
 use crate::estimate::evidence::motion_prior::CERTAIN;
-use crate::estimate::evidence::other_models::other_models;
+use crate::estimate::evidence::other_models::{OtherModels, other_models};
 use crate::estimate::measurements::Measurements;
 use crate::estimate::model::balance_tolerance::balance_is_missed;
 use crate::estimate::model::noise::Noise;
@@ -100,16 +100,29 @@ impl Job<'_> {
             candidate = mixed(vec![richer]).unwrap_or(candidate);
         }
         if candidate.result.is_certified() && !is_checked(&candidate.result) {
-            let models: Vec<(f64, OfBalance)> = other_models(measurements, &fit)
-                .into_iter()
-                .map(|(weight, fit)| (weight, OfBalance { measurements, fit, calibration: None }))
-                .collect();
-            let others = models
-                .iter()
-                .map(|(weight, of)| OtherModel::new(*weight, Some(of), [&fit.estimate, &of.fit.estimate], &palms));
-            candidate = mixed(others.collect()).unwrap_or(candidate);
+            candidate = job.among_others(measurements, &fit, &uncertainty, &assembled).unwrap_or(candidate);
         }
         Ok(job.with_inertia(&refined, &candidate).unwrap_or(candidate))
+    }
+
+    /// The result with the error bars of a mixture with other models of the log. `None` where they leave nothing to assemble.
+    fn among_others(
+        &self,
+        measurements: &Measurements,
+        fit: &Fit,
+        of_answer: &dyn Uncertainty,
+        assembled: &dyn Fn(&dyn Uncertainty) -> Option<Candidate>,
+    ) -> Option<Candidate> {
+        let palms = self.palms();
+        let OtherModels { fits, linear } = other_models(measurements, fit);
+        let models: Vec<(f64, OfBalance)> =
+            fits.into_iter().map(|(weight, fit)| (weight, OfBalance { measurements, fit, calibration: None })).collect();
+        let others = models
+            .iter()
+            .map(|(weight, of)| OtherModel::new(*weight, Some(of), [&fit.estimate, &of.fit.estimate], &palms));
+        let known = linear.map(|linear| OtherModel::new(-1.0, None, [&fit.estimate, &linear], &palms));
+        let shape = SupportFunction::from_coefficients(&fit.estimate.coefficients);
+        assembled(&Mixture { answer: of_answer, shape, others: others.chain(known).collect() })
     }
 
     /// Refines the arrangements that explain the log about equally well. Only certified ones count; when there is just one, it is
@@ -149,7 +162,8 @@ impl Job<'_> {
             }
         }
         let first = &results[0].result;
-        if first.is_certified() && first.jumps.is_empty() && !is_checked(first) {
+        if first.jumps.is_empty() && !is_checked(first) && (first.is_certified() || !explored.in_one_piece) {
+            explored.in_one_piece = true;
             let starts = self.starts_in_one_piece(found);
             for start in 0..starts.estimates.len() {
                 if explored.contains(&starts, start) {
@@ -234,6 +248,8 @@ pub(crate) struct Explored {
     motions: Vec<(Vec<f64>, f64)>,
     /// What was found there.
     results: Vec<Candidate>,
+    /// Whether those of starts in one piece are among them.
+    in_one_piece: bool,
 }
 
 /// An arrangement is a motion that is known when at most this share of its instants is elsewhere: refinement decodes these anew.

@@ -10,6 +10,7 @@ use crate::estimate::measurements::Measurements;
 use crate::estimate::model::noise::Noise;
 use crate::estimate::model::prior::Prior;
 use crate::estimate::solver::gauss_newton::{Estimate, Fit, Smoother, StoppingCriteria};
+use nalgebra::{Cholesky, Dyn};
 
 /// Updates of noise and prior in one fit: they converge in two or three, and a later fit continues from them.
 pub(crate) const ROUNDS: usize = 4;
@@ -27,6 +28,17 @@ const TOLERANCE: f64 = 1e-7;
 pub(crate) struct Fitted {
     pub fit: Fit,
     pub weighted: Measurements,
+}
+
+/// ln of the evidence at an optimum, with the prior of its motion, and the Cholesky factor of the information on the shape there. `None` where that
+/// does not determine every unknown.
+pub(crate) fn evidence_at(smoother: &Smoother, estimate: &Estimate) -> Option<(f64, Cholesky<f64, Dyn>)> {
+    let normal = smoother.linearise(&estimate.coefficients, &estimate.psi);
+    let factor = smoother.factor(&normal)?;
+    let period = smoother.prior.symmetry.period_rad();
+    let log_evidence = log_evidence(smoother, estimate, &normal, &factor)
+        - neg_log_prior(smoother.measurements, estimate, smoother.noise.balance_m, period);
+    Some((log_evidence, factor))
 }
 
 /// Runs the smoother, updates noise, prior and weights, and runs it again, at most `rounds` times. `None` where no optimum is
@@ -51,10 +63,7 @@ pub(crate) fn fit(
         if !estimate.cost.is_finite() {
             break;
         }
-        let normal = smoother.linearise(&estimate.coefficients, &estimate.psi);
-        let factor = smoother.factor(&normal)?;
-        let log_evidence = log_evidence(&smoother, &estimate, &normal, &factor)
-            - neg_log_prior(&weighted, &estimate, noise.balance_m, prior.symmetry.period_rad());
+        let (log_evidence, factor) = evidence_at(&smoother, &estimate)?;
         let variance: Vec<f64> = factor.inverse().diagonal().iter().copied().collect();
         best = Some(Fit { estimate: estimate.clone(), order, noise, prior, log_evidence });
         let next = updated_noise(&smoother, &estimate, &variance, variance_components);

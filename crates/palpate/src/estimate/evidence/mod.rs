@@ -7,6 +7,7 @@ pub(crate) mod laplace;
 pub(crate) mod motion_prior;
 pub(crate) mod order;
 pub(crate) mod other_models;
+pub(crate) mod profile;
 pub(crate) mod symmetry;
 pub(crate) mod variance_components;
 

@@ -2,9 +2,8 @@
 //! Science 14, 1999): other numbers of harmonics, and other scales of the prior. Where most of the boundary was felt only once, they have
 //! optima with about the same evidence and other motions, and what one of them leaves open is less than what is unknown.
 
-use crate::estimate::evidence::laplace::log_evidence;
-use crate::estimate::evidence::motion_prior::neg_log_prior;
 use crate::estimate::evidence::order::orders;
+use crate::estimate::evidence::profile::{Profile, profile};
 use crate::estimate::measurements::Measurements;
 use crate::estimate::model::prior::Prior;
 use crate::estimate::solver::gauss_newton::{Estimate, Fit, Smoother, StoppingCriteria};
@@ -23,8 +22,16 @@ const STOPPING: StoppingCriteria = StoppingCriteria { iterations: 60, tolerance:
 /// Least probability that counts: with less, a model a whole turn away adds less than a degree.
 const LEAST_WEIGHT: f64 = 1e-5;
 
-/// The optima of the other models, each with its probability, from that of the answer and with its noise.
-pub(crate) fn other_models(measurements: &Measurements, answer: &Fit) -> Vec<(f64, Fit)> {
+/// What else explains a log.
+pub(crate) struct OtherModels {
+    /// Optima with their probabilities; what is missing to one is that of the answer.
+    pub fits: Vec<(f64, Fit)>,
+    /// What the error bars of the answer know of its own profile already: see [`Profile::linear`].
+    pub linear: Option<Estimate>,
+}
+
+/// The optima of the other models, from that of the answer and with its noise, and all along their profiles.
+pub(crate) fn other_models(measurements: &Measurements, answer: &Fit) -> OtherModels {
     let orders = orders(answer.prior.symmetry.order);
     let here = orders.iter().position(|&order| order >= answer.order).unwrap_or(orders.len());
     let numbers = &orders[here.saturating_sub(NUMBERS)..(here + NUMBERS + 1).min(orders.len())];
@@ -33,23 +40,21 @@ pub(crate) fn other_models(measurements: &Measurements, answer: &Fit) -> Vec<(f6
         .flat_map(|order| SCALES.map(|scale| (*order, scale * answer.prior.scale_m)))
         .filter(|model| *model != (answer.order, answer.prior.scale_m))
         .collect();
-    let optimum = |(order, scale_m): (usize, f64)| {
+    let along = |(order, scale_m): (usize, f64)| {
         let prior = Prior { scale_m, ..answer.prior };
         let smoother = Smoother::new(measurements, order, answer.noise, prior).strictly_convex();
         let Estimate { coefficients, psi, .. } = answer.estimate.clone();
         let estimate = smoother.run(coefficients, psi, STOPPING);
-        if !estimate.cost.is_finite() {
-            return None;
-        }
-        let normal = smoother.linearise(&estimate.coefficients, &estimate.psi);
-        let log_evidence = log_evidence(&smoother, &estimate, &normal, &smoother.factor(&normal)?)
-            - neg_log_prior(measurements, &estimate, answer.noise.balance_m, prior.symmetry.period_rad());
-        log_evidence.is_finite().then_some(Fit { estimate, order, noise: answer.noise, prior, log_evidence })
+        estimate.cost.is_finite().then(|| profile(measurements, &Fit { estimate, order, prior, ..answer.clone() }))?
     };
-    let fits: Vec<Fit> = models.into_par_iter().filter_map(optimum).collect();
-    let most = fits.iter().map(|fit| fit.log_evidence).fold(answer.log_evidence, f64::max);
-    let odds = |fit: &Fit| (fit.log_evidence - most).exp();
-    let sum = odds(answer) + fits.iter().map(odds).sum::<f64>();
-    let weighted = fits.into_iter().map(|fit| (odds(&fit) / sum, fit));
-    weighted.filter(|(weight, _)| *weight > LEAST_WEIGHT).collect()
+    let Some(Profile { places, linear }) = profile(measurements, answer) else {
+        return OtherModels { fits: Vec::new(), linear: None };
+    };
+    let others: Vec<Profile> = models.into_par_iter().filter_map(along).collect();
+    let all = || places.iter().chain(others.iter().flat_map(|profile| &profile.places));
+    let most = all().map(|(log, _)| *log).fold(f64::NEG_INFINITY, f64::max);
+    let sum: f64 = all().map(|(log, _)| (log - most).exp()).sum();
+    // The first place is the answer itself.
+    let weighted = all().skip(1).map(|(log, fit)| ((log - most).exp() / sum, fit.clone()));
+    OtherModels { fits: weighted.filter(|(weight, _)| *weight > LEAST_WEIGHT).collect(), linear: Some(linear) }
 }

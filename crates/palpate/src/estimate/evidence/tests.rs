@@ -1,15 +1,15 @@
 //! Noise, prior and number of harmonics on simulated logs.
 
-use crate::estimate::evidence::fit::{ROUNDS, fit};
+use crate::estimate::evidence::fit::{ROUNDS, evidence_at, fit};
 use crate::estimate::evidence::motion_prior::{PREDICTED_JUMP, UNSTABLE_POSE, neg_log_prior};
 use crate::estimate::evidence::order::choose_order;
-use crate::estimate::evidence::variance_components::{VarianceComponents, with_balance_weights};
+use crate::estimate::evidence::variance_components::{LEAST_BALANCE_SHARE, VarianceComponents, with_balance_weights};
 use crate::estimate::measurements::Measurements;
 use crate::estimate::model::layout::coefficients_to_order;
 use crate::estimate::model::noise::Noise;
 use crate::estimate::model::prior::Prior;
-use crate::estimate::solver::gauss_newton::Estimate;
-use crate::palms::PalmPair;
+use crate::estimate::solver::gauss_newton::{Estimate, Smoother, StoppingCriteria};
+use crate::palms::{PalmMotion, PalmPair};
 use crate::plan::{PalmLimits, plan_turn};
 use crate::sensor::Touchpad;
 use crate::shape::{RandomShape, SupportFunction, random_shape, rounded_polygon};
@@ -109,4 +109,29 @@ fn samples_out_of_balance_lose_their_weight_in_it() {
     let measurements = with_balance_weights(measurements, &fitted, NOISE_M);
     assert!(measurements.instants[50].balance_weight < 0.1, "{}", measurements.instants[50].balance_weight);
     assert!(measurements.instants[20].balance_weight > 1.0, "{}", measurements.instants[20].balance_weight);
+}
+
+#[test]
+fn orientations_do_not_take_up_noise_where_balance_is_exact() {
+    // Two seconds over boundary that is felt once: a tenth of the noise of the sensors leaves each orientation enough to follow it (Neyman and Scott).
+    let kind = RandomShape { mean_radius_m: SIZE_M, ..RandomShape::default() };
+    let shape = random_shape(&kind, 5_974_043).expect("a valid kind");
+    let motion = PalmMotion::random(5_974_043, 60.0, 1.0).and_then(|motion| motion.sample(100.0)).expect("possible");
+    let touchpad = Touchpad { noise_sd_m: 1e-4, ..Touchpad::ideal() };
+    let options = SimulateOptions { touchpad, seed: 5_974_043, ..SimulateOptions::default() };
+    let run = simulate(&shape, &motion[..200], &options).expect("possible");
+    let measurements = Measurements::new(&run.log, None);
+    let psi: Vec<f64> = run.truth.motion.iter().map(|pose| pose.psi_rad).collect();
+    let turn = |psi: &[f64]| psi[psi.len() - 1] - psi[0];
+    let optimum = |balance_m: f64| {
+        let noise = Noise { sensor_m: 1e-4, balance_m };
+        let smoother = Smoother::new(&measurements, 4, noise, Prior::new(SIZE_M, 3e-3)).strictly_convex();
+        let mut coefficients = shape.coefficients();
+        coefficients_to_order(&mut coefficients, 4);
+        let estimate = smoother.run(coefficients, psi.clone(), StoppingCriteria { iterations: 200, tolerance: 1e-8 });
+        let (log_evidence, _) = evidence_at(&smoother, &estimate).expect("determined");
+        ((turn(&estimate.psi) - turn(&psi)).abs(), log_evidence)
+    };
+    let (loose, tight) = (optimum(1e-5), optimum(LEAST_BALANCE_SHARE * 1e-4));
+    assert!(tight.0 < 0.6 * loose.0 && tight.1 > loose.1 + 10.0, "{tight:?} {loose:?}");
 }

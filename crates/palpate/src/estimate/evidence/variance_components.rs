@@ -17,9 +17,10 @@ pub(crate) struct VarianceComponents {
     pub floor_m: f64,
 }
 
-/// The balance is never taken to be more exact than this share of the sensor noise: the residuals of the contacts do not resolve
-/// more.
-const LEAST_BALANCE_SHARE: f64 = 0.1;
+/// The balance is never taken to be more exact than this share of the sensor noise, which leaves each orientation to the contacts no more. With a
+/// tenth, orientations of a log that was felt once took up the noise of its sensors, and shapes that let them do so were preferred (J. Neyman and
+/// E. L. Scott, *Consistent estimates based on partially consistent observations*, Econometrica 16, 1948).
+pub(super) const LEAST_BALANCE_SHARE: f64 = 0.02;
 
 /// Least share of the redundancy that the coefficients leave, for logs with hardly more readings than coefficients.
 const LEAST_FREE_SHARE: f64 = 0.05;

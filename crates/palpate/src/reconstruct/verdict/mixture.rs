@@ -14,7 +14,7 @@ use crate::shape::SupportFunction;
 
 /// Another model of the log, against the optimum that is the answer.
 pub(crate) struct OtherModel<'a> {
-    /// Its probability.
+    /// Its probability; negative for what the answer's own error bars count already.
     weight: f64,
     /// What it leaves open itself; `None` for no more than the answer.
     of: Option<&'a dyn Uncertainty>,
@@ -106,7 +106,7 @@ impl MixedErrorBars<'_> {
             let (own, apart) = other(model, bars.as_deref());
             model.weight * ((own * own - sd * sd).max(0.0) + apart * apart)
         });
-        (sd * sd + more.sum::<f64>()).sqrt()
+        (sd * sd + more.sum::<f64>().max(0.0)).sqrt()
     }
 
     fn of_boundary_m(&self, theta: f64, sd_m: impl Fn(&dyn PoseErrorBars, f64) -> f64) -> f64 {
