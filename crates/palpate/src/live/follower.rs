@@ -63,8 +63,6 @@ pub(super) struct Follower {
     /// object lands on boundary that is not, any pose explains it, and only a search can tell.
     is_placed: bool,
     were_placed: bool,
-    /// Whether it came from boundary that is not known to such that is: what was felt there belongs to the shape, and only a fit takes it in.
-    came_from_unknown: bool,
     taken: u64,
     outline_is_due: bool,
     /// Standard deviation of an orientation that is hardly known, radians.
@@ -95,7 +93,6 @@ impl Follower {
             // A last piece of few samples may be elsewhere than the search found it.
             is_placed: optimum.psi_sd_rad < limits.psi_sd_rad,
             were_placed: true,
-            came_from_unknown: false,
             taken: 0,
             outline_is_due: true,
             uncertain_rad: limits.largest_psi_sd_rad,
@@ -112,7 +109,7 @@ impl Follower {
         let log = Log { samples: kept.log().samples.get(..psi.len())?.to_vec() };
         let optimum = self.optimum.refitted(&log, options, self.shape.coefficients().to_vec(), psi)?;
         let shape = ShapeBelief::new(optimum.belief.clone(), optimum.noise, optimum.prior)?;
-        let mut follower = Self { optimum, shape, block: Vec::new(), came_from_unknown: false, ..self };
+        let mut follower = Self { optimum, shape, block: Vec::new(), ..self };
         follower.look()?;
         Some(follower)
     }
@@ -168,7 +165,7 @@ impl Follower {
         }
         self.psi_before = psi;
         if !self.is_placed && is_explained && self.shape.knows(&instant, psi) {
-            (self.is_placed, self.came_from_unknown) = (true, true);
+            self.is_placed = true;
         }
         if !is_explained || !self.is_placed {
             return;
@@ -257,11 +254,6 @@ impl Follower {
     /// Whether the pose of every sample since the last search is that of boundary that is known.
     pub fn all_are_placed(&self) -> bool {
         self.is_placed && self.were_placed
-    }
-
-    /// Whether a fit would take samples in that have not sharpened the shape.
-    pub fn came_from_unknown(&self) -> bool {
-        self.came_from_unknown
     }
 
     /// What was found by the search behind it, as last fitted.

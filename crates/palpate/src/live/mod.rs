@@ -187,7 +187,7 @@ impl Live {
         let may_fit = all_are_placed
             && self.successor.is_none()
             && self.estimate.is_certified()
-            && self.searches.fit_is_due(samples, self.follower.as_ref().is_some_and(Follower::came_from_unknown));
+            && self.searches.fit_is_due(samples);
         if let Some(follower) = self.follower.as_ref().filter(|follower| may_fit && follower.optimum().balance_counts) {
             // It has not seen the newest sample.
             self.since_begun = self.newest.into_iter().collect();

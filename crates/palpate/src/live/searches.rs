@@ -95,9 +95,9 @@ impl Searches {
         self.running.is_none() && samples >= next_at.max(self.next_at)
     }
 
-    /// Whether what is certified is to be fitted anew behind so many samples, or at once where that takes samples in.
-    pub fn fit_is_due(&self, samples: u64, at_once: bool) -> bool {
-        self.running.is_none() && samples <= FITTED_AT_MOST as u64 && (at_once || samples >= self.fit_at)
+    /// Whether what is certified is to be fitted anew behind so many samples.
+    pub fn fit_is_due(&self, samples: u64) -> bool {
+        self.running.is_none() && samples <= FITTED_AT_MOST as u64 && samples >= self.fit_at
     }
 
     /// Whether one of either is under way, or over and not yet taken over.

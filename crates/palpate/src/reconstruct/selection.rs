@@ -115,8 +115,10 @@ impl Job<'_> {
     ) -> Option<Candidate> {
         let palms = self.palms();
         let OtherModels { fits, linear } = other_models(measurements, fit);
-        let models: Vec<(f64, OfBalance)> =
-            fits.into_iter().map(|(weight, fit)| (weight, OfBalance { measurements, fit, calibration: None })).collect();
+        let models: Vec<(f64, OfBalance)> = fits
+            .into_iter()
+            .map(|(weight, fit)| (weight, OfBalance { measurements, fit, calibration: None }))
+            .collect();
         let others = models
             .iter()
             .map(|(weight, of)| OtherModel::new(*weight, Some(of), [&fit.estimate, &of.fit.estimate], &palms));

@@ -171,7 +171,8 @@ mod tests {
         let most = places.iter().map(|(log, _)| *log).fold(f64::NEG_INFINITY, f64::max);
         let weights: Vec<f64> = places.iter().map(|(log, _)| (log - most).exp()).collect();
         let squares = places.iter().map(|(_, place)| turned(&fit.estimate, &place.estimate));
-        let mean = squares.zip(&weights).map(|(square, weight)| square * weight).sum::<f64>() / weights.iter().sum::<f64>();
+        let mean =
+            squares.zip(&weights).map(|(square, weight)| square * weight).sum::<f64>() / weights.iter().sum::<f64>();
         mean / turned(&fit.estimate, &linear)
     }
 
