@@ -127,6 +127,18 @@ impl Job<'_> {
         assembled(&Mixture { answer: of_answer, shape, others: others.chain(known).collect() })
     }
 
+    /// Where the log does not check what it tells, the likelier of a result and of that to which the same arrangement leads with a balance that leaves
+    /// the orientations no noise from the first fit on.
+    fn or_sharper(&self, found: &Found, arrangement: usize, candidate: Candidate) -> Candidate {
+        if !candidate.result.is_certified() || is_checked(&candidate.result) {
+            return candidate;
+        }
+        let job = self.with_sharp_balance();
+        let solved = job.solve(found, arrangement, &Explored::default()).ok().flatten();
+        let sharper = solved.and_then(|solved| job.assemble(solved).ok());
+        sharper.filter(|sharper| sharper.log_posterior > candidate.log_posterior).unwrap_or(candidate)
+    }
+
     /// Refines the arrangements that explain the log about equally well. Only certified ones count; when there is just one, it is
     /// the answer, else none is certified as unique.
     pub fn judge(&self, found: &Found, explored: &mut Explored) -> Result<Candidate, ReconstructError> {
@@ -134,7 +146,7 @@ impl Job<'_> {
         let period = first.refined.fine.prior.symmetry.period_rad();
         let alternatives = alternatives(&found.thin, &found.estimates, &first.refined.coarse, period);
         let as_likely = std::mem::take(&mut first.as_likely);
-        let mut results = vec![self.assemble(first)?];
+        let mut results = vec![self.or_sharper(found, 0, self.assemble(first)?)];
         explored.add(&results[0]);
         for other in as_likely.into_iter().filter_map(|other| self.assemble(other).ok()) {
             explored.add(&other);
@@ -159,6 +171,7 @@ impl Job<'_> {
             }
             let Ok(Some(solved)) = self.solve(found, alternative, explored) else { continue };
             if let Ok(other) = self.assemble(solved) {
+                let other = self.or_sharper(found, alternative, other);
                 explored.add(&other);
                 results.push(other);
             }
@@ -173,6 +186,7 @@ impl Job<'_> {
                 }
                 let Ok(Some(solved)) = self.solve(&starts, start, explored) else { continue };
                 if let Ok(other) = self.assemble(solved) {
+                    let other = self.or_sharper(&starts, start, other);
                     explored.add(&other);
                     results.push(other);
                 }

@@ -58,3 +58,38 @@ pub(crate) fn other_models(measurements: &Measurements, answer: &Fit) -> OtherMo
     let weighted = all().skip(1).map(|(log, fit)| ((log - most).exp() / sum, fit.clone()));
     OtherModels { fits: weighted.filter(|(weight, _)| *weight > LEAST_WEIGHT).collect(), linear: Some(linear) }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::estimate::evidence::tests::{optimum, turned};
+
+    /// Variance of the motion over the mixture, over what the curvature at the answer says along its profile.
+    fn wider_by(answer: &Fit, OtherModels { fits, linear }: &OtherModels) -> f64 {
+        let mean: f64 = fits.iter().map(|(weight, fit)| weight * turned(&answer.estimate, &fit.estimate)).sum();
+        mean / turned(&answer.estimate, linear.as_ref().expect("determined"))
+    }
+
+    #[test]
+    fn a_second_has_other_numbers_of_harmonics_and_other_scales() {
+        let (measurements, answer) = optimum(5_973_073, 100, 1);
+        let others = other_models(&measurements, &answer);
+        let probability = |is_of: &dyn Fn(&Fit) -> bool| -> f64 {
+            others.fits.iter().filter(|(_, fit)| is_of(fit)).map(|(weight, _)| weight).sum()
+        };
+        let all = probability(&|_| true);
+        assert!(all > 0.5 && all < 1.0, "{all}");
+        assert!(others.fits.iter().all(|(weight, fit)| *weight > LEAST_WEIGHT && fit.noise == answer.noise));
+        assert!(probability(&|fit| fit.order != answer.order) > 0.1);
+        assert!(probability(&|fit| fit.prior.scale_m != answer.prior.scale_m) > 0.1);
+        let wider = wider_by(&answer, &others);
+        assert!(wider > 4.0, "{wider}");
+    }
+
+    #[test]
+    fn those_of_a_long_log_say_the_same() {
+        let (measurements, answer) = optimum(5, 600, 10);
+        let wider = wider_by(&answer, &other_models(&measurements, &answer));
+        assert!((0.5..2.0).contains(&wider), "{wider}");
+    }
+}

@@ -98,7 +98,8 @@ impl Direction {
         let root = smoother.posterior(answer)?.information.cholesky()?.unpack();
         // In units in which the shape has the standard deviation one in every direction.
         let half = root.solve_lower_triangular(&spread)?;
-        let eigen = root.solve_lower_triangular(&half.transpose())?.symmetric_eigen();
+        let whitened = root.solve_lower_triangular(&half.transpose())?;
+        let eigen = whitened.iter().all(|value| value.is_finite()).then(|| whitened.symmetric_eigen())?;
         let (largest, _) = eigen.eigenvalues.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1))?;
         let along = eigen.eigenvectors.column(largest).into_owned();
         Some(Self { step: root.tr_solve_lower_triangular(&along)?, row: root * along })
@@ -124,46 +125,7 @@ impl Direction {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::estimate::evidence::fit::{ROUNDS, fit};
-    use crate::estimate::evidence::variance_components::VarianceComponents;
-    use crate::estimate::model::layout::coefficients_to_order;
-    use crate::estimate::model::noise::Noise;
-    use crate::estimate::model::prior::Prior;
-    use crate::palms::PalmMotion;
-    use crate::sensor::Touchpad;
-    use crate::shape::{RandomShape, random_shape};
-    use crate::simulate::{SimulateOptions, simulate};
-
-    const NOISE_M: f64 = 1e-4;
-    const SIZE_M: f64 = 0.03;
-    const ORDER: usize = 4;
-
-    /// The samples at 100 Hz of a random object and motion from `first` on, and their optimum from the truth.
-    fn optimum(seed: u64, samples: usize, every: usize) -> (Measurements, Fit) {
-        let shape = random_shape(&RandomShape { order: ORDER, ..RandomShape::default() }, seed).expect("a valid kind");
-        let motion = PalmMotion::random(seed, 60.0, 1.0).and_then(|motion| motion.sample(100.0)).expect("possible");
-        let motion: Vec<_> = motion.into_iter().take(samples * every).step_by(every).collect();
-        let touchpad = Touchpad { noise_sd_m: NOISE_M, ..Touchpad::ideal() };
-        let run = simulate(&shape, &motion, &SimulateOptions { touchpad, seed, ..SimulateOptions::default() })
-            .expect("possible");
-        let measurements = Measurements::new(&run.log, None);
-        let mut coefficients = shape.coefficients();
-        coefficients_to_order(&mut coefficients, ORDER);
-        let psi = run.truth.motion.iter().map(|pose| pose.psi_rad).collect();
-        let noise = Noise { sensor_m: NOISE_M, balance_m: NOISE_M };
-        let start = Estimate { coefficients, psi, cost: f64::INFINITY };
-        let estimated = VarianceComponents { sensor: true, floor_m: 1e-6 * SIZE_M };
-        let prior = Prior::new(SIZE_M, 0.2 * SIZE_M);
-        let fitted = fit(&measurements, ORDER, start, noise, prior, estimated, ROUNDS).expect("an optimum");
-        (fitted.weighted, fitted.fit)
-    }
-
-    /// Mean square by which samples turn against each other from one motion to another.
-    fn turned(from: &Estimate, to: &Estimate) -> f64 {
-        let apart: Vec<f64> = from.psi.iter().zip(&to.psi).map(|(from, to)| to - from).collect();
-        let mean = apart.iter().sum::<f64>() / apart.len() as f64;
-        apart.iter().map(|apart| (apart - mean).powi(2)).sum::<f64>() / apart.len() as f64
-    }
+    use crate::estimate::evidence::tests::{optimum, turned};
 
     /// Variance of the motion along the profile, over what the curvature says.
     fn wider_by(measurements: &Measurements, fit: &Fit) -> f64 {

@@ -8,7 +8,7 @@ use crate::estimate::measurements::Measurements;
 use crate::estimate::model::layout::coefficients_to_order;
 use crate::estimate::model::noise::Noise;
 use crate::estimate::model::prior::Prior;
-use crate::estimate::solver::gauss_newton::{Estimate, Smoother, StoppingCriteria};
+use crate::estimate::solver::gauss_newton::{Estimate, Fit, Smoother, StoppingCriteria};
 use crate::palms::{PalmMotion, PalmPair};
 use crate::plan::{PalmLimits, plan_turn};
 use crate::sensor::Touchpad;
@@ -40,10 +40,36 @@ fn setting(shape: &SupportFunction, samples: usize, noise_sd_m: f64) -> (Measure
 }
 
 fn free() -> VarianceComponents {
-    VarianceComponents { sensor: true, floor_m: 1e-6 * SIZE_M }
+    VarianceComponents { sensor: true, floor_m: 1e-6 * SIZE_M, least_balance_share: LEAST_BALANCE_SHARE }
 }
 
 const PRIOR: Prior = Prior::new(SIZE_M, 0.5 * SIZE_M);
+
+/// So many samples of a random object with four harmonics under a random motion, every so many hundredths of a second, and their optimum from the truth.
+pub(super) fn optimum(seed: u64, samples: usize, every: usize) -> (Measurements, Fit) {
+    let shape = random_shape(&RandomShape { order: 4, ..RandomShape::default() }, seed).expect("a valid kind");
+    let motion = PalmMotion::random(seed, 60.0, 1.0).and_then(|motion| motion.sample(100.0)).expect("possible");
+    let motion: Vec<_> = motion.into_iter().take(samples * every).step_by(every).collect();
+    let touchpad = Touchpad { noise_sd_m: 1e-4, ..Touchpad::ideal() };
+    let run =
+        simulate(&shape, &motion, &SimulateOptions { touchpad, seed, ..SimulateOptions::default() }).expect("possible");
+    let measurements = Measurements::new(&run.log, None);
+    let mut coefficients = shape.coefficients();
+    coefficients_to_order(&mut coefficients, 4);
+    let psi = run.truth.motion.iter().map(|pose| pose.psi_rad).collect();
+    let noise = Noise { sensor_m: 1e-4, balance_m: 1e-4 };
+    let start = Estimate { coefficients, psi, cost: f64::INFINITY };
+    let prior = Prior::new(SIZE_M, 0.2 * SIZE_M);
+    let fitted = fit(&measurements, 4, start, noise, prior, free(), ROUNDS).expect("an optimum");
+    (fitted.weighted, fitted.fit)
+}
+
+/// Mean square by which samples turn against each other from one motion to another.
+pub(super) fn turned(from: &Estimate, to: &Estimate) -> f64 {
+    let apart: Vec<f64> = from.psi.iter().zip(&to.psi).map(|(from, to)| to - from).collect();
+    let mean = apart.iter().sum::<f64>() / apart.len() as f64;
+    apart.iter().map(|apart| (apart - mean).powi(2)).sum::<f64>() / apart.len() as f64
+}
 
 fn flat_sided() -> SupportFunction {
     let unit = rounded_polygon(3, 0.3, 0.22).expect("in range");

@@ -15,12 +15,17 @@ pub(crate) struct VarianceComponents {
     pub sensor: bool,
     /// Least standard deviation of a sensor, metres.
     pub floor_m: f64,
+    /// Least standard deviation of the balance, as a share of that of a sensor.
+    pub least_balance_share: f64,
 }
 
 /// The balance is never taken to be more exact than this share of the sensor noise, which leaves each orientation to the contacts no more. With a
 /// tenth, orientations of a log that was felt once took up the noise of its sensors, and shapes that let them do so were preferred (J. Neyman and
 /// E. L. Scott, *Consistent estimates based on partially consistent observations*, Econometrica 16, 1948).
-pub(super) const LEAST_BALANCE_SHARE: f64 = 0.02;
+pub(crate) const LEAST_BALANCE_SHARE: f64 = 0.02;
+
+/// The same where motions are still compared and samples at wrong poses are to be found: a balance that is more exact holds them there.
+pub(crate) const LEAST_BALANCE_SHARE_AT_FIRST: f64 = 0.1;
 
 /// Least share of the redundancy that the coefficients leave, for logs with hardly more readings than coefficients.
 const LEAST_FREE_SHARE: f64 = 0.05;
@@ -89,7 +94,7 @@ pub(crate) fn updated_noise(
     };
     let sensor =
         if variance_components.sensor { (sensor_m * step(0)).max(variance_components.floor_m) } else { sensor_m };
-    Noise { sensor_m: sensor, balance_m: (balance_m * step(1)).max(LEAST_BALANCE_SHARE * sensor) }
+    Noise { sensor_m: sensor, balance_m: (balance_m * step(1)).max(variance_components.least_balance_share * sensor) }
 }
 
 /// Expectation-maximisation step for the scale c of the prior: c² is the mean of k⁴ a² and k⁴ b², each with its posterior

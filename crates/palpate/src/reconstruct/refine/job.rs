@@ -18,7 +18,9 @@ use crate::estimate::evidence::fit::{Fitted, ROUNDS, fit};
 use crate::estimate::evidence::jump_prior::log_posterior;
 use crate::estimate::evidence::motion_prior::CERTAIN;
 use crate::estimate::evidence::order::choose_order;
-use crate::estimate::evidence::variance_components::VarianceComponents;
+use crate::estimate::evidence::variance_components::{
+    LEAST_BALANCE_SHARE, LEAST_BALANCE_SHARE_AT_FIRST, VarianceComponents,
+};
 use crate::estimate::jumps::{DetectedJump, detect_jumps};
 use crate::estimate::measurements::Measurements;
 use crate::estimate::model::balance_tolerance::{
@@ -140,6 +142,8 @@ pub(crate) struct Job<'a> {
     pub prior: Prior,
     /// Whether the balance counts; else the contacts alone.
     pub balance_counts: bool,
+    /// Least standard deviation of the balance in fits to the thinned log, as a share of that of a sensor.
+    pub least_balance_share: f64,
 }
 
 /// An arrangement at its optimum.
@@ -245,7 +249,13 @@ impl<'a> Job<'a> {
             typical_m,
             prior,
             balance_counts,
+            least_balance_share: LEAST_BALANCE_SHARE_AT_FIRST,
         }
+    }
+
+    /// The same with a balance that may be as exact as that of all samples from the first fit on.
+    pub(crate) fn with_sharp_balance(&self) -> Self {
+        Self { least_balance_share: LEAST_BALANCE_SHARE, ..self.clone() }
     }
 
     /// The same with the balance left out.
@@ -577,12 +587,20 @@ impl<'a> Job<'a> {
 
     /// The standard deviations that a fit to the thinned log may estimate.
     pub(super) fn variance_components(&self) -> VarianceComponents {
-        VarianceComponents { sensor: true, floor_m: SENSOR_FLOOR * self.prior.size_m }
+        VarianceComponents {
+            sensor: true,
+            floor_m: SENSOR_FLOOR * self.prior.size_m,
+            least_balance_share: self.least_balance_share,
+        }
     }
 
     /// The same for all samples.
     pub(crate) fn variance_components_of_all(&self) -> VarianceComponents {
-        VarianceComponents { sensor: self.stated_m.is_none(), ..self.variance_components() }
+        VarianceComponents {
+            sensor: self.stated_m.is_none(),
+            least_balance_share: LEAST_BALANCE_SHARE,
+            ..self.variance_components()
+        }
     }
 
     /// In decoding, no contact is taken to be more exact than this, metres.

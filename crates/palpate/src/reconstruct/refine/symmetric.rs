@@ -199,7 +199,7 @@ mod tests {
         }
         let estimate = Estimate { coefficients: shape.coefficients(), psi, cost: f64::INFINITY };
         let noise = Noise { sensor_m: NOISE_SD_M, balance_m: NOISE_SD_M };
-        let components = VarianceComponents { sensor: true, floor_m: 1e-8 };
+        let components = VarianceComponents { sensor: true, floor_m: 1e-8, least_balance_share: 0.1 };
         let Fitted { fit: fine, weighted: measurements } =
             fit(&job.measurements, ORDER, estimate, noise, job.prior, components, ROUNDS).expect("an optimum");
         let jumps = job.jumps(&fine.estimate, TAU);
