@@ -131,8 +131,11 @@ type Rewrite = fn(f64, f64) -> (f64, f64);
 
 #[test]
 fn pads_read_from_the_far_end() {
-    let cases: [(Rewrite, [Option<f64>; 2]); 2] =
-        [(|s1, s2| (0.12 - s1, 0.12 - s2), [Some(0.12), Some(0.12)]), (|s1, s2| (s1, 0.13 - s2), [None, Some(0.13)])];
+    let cases: [(Rewrite, [Option<f64>; 2]); 3] = [
+        (|s1, s2| (0.12 - s1, 0.12 - s2), [Some(0.12), Some(0.12)]),
+        (|s1, s2| (0.11 - s1, s2), [Some(0.11), None]),
+        (|s1, s2| (s1, 0.13 - s2), [None, Some(0.13)]),
+    ];
     for (log, (make, expected)) in logs().iter().zip(cases) {
         let found = named(&with_positions(log, make));
         let Some(Mistake::ReadFromTip { length1_m, length2_m }) = found else { panic!("{found:?}") };

@@ -114,7 +114,7 @@ impl Job<'_> {
         assembled: &dyn Fn(&dyn Uncertainty) -> Option<Candidate>,
     ) -> Option<Candidate> {
         let palms = self.palms();
-        let OtherModels { fits, linear } = other_models(measurements, fit);
+        let OtherModels { fits, linear } = other_models(measurements, fit)?;
         let models: Vec<(f64, OfBalance)> = fits
             .into_iter()
             .map(|(weight, fit)| (weight, OfBalance { measurements, fit, calibration: None }))
@@ -122,9 +122,9 @@ impl Job<'_> {
         let others = models
             .iter()
             .map(|(weight, of)| OtherModel::new(*weight, Some(of), [&fit.estimate, &of.fit.estimate], &palms));
-        let known = linear.map(|linear| OtherModel::new(-1.0, None, [&fit.estimate, &linear], &palms));
+        let known = OtherModel::new(-1.0, None, [&fit.estimate, &linear], &palms);
         let shape = SupportFunction::from_coefficients(&fit.estimate.coefficients);
-        assembled(&Mixture { answer: of_answer, shape, others: others.chain(known).collect() })
+        assembled(&Mixture { answer: of_answer, shape, others: others.chain([known]).collect() })
     }
 
     /// Where the log does not check what it tells, the likelier of a result and of that to which the same arrangement leads with a balance that leaves
@@ -137,6 +137,14 @@ impl Job<'_> {
         let solved = job.solve(found, arrangement, &Explored::default()).ok().flatten();
         let sharper = solved.and_then(|solved| job.assemble(solved).ok());
         sharper.filter(|sharper| sharper.log_posterior > candidate.log_posterior).unwrap_or(candidate)
+    }
+
+    /// The result of an arrangement, which is then explored; `None` where it leads to none, or to a motion that is known.
+    fn explore(&self, found: &Found, arrangement: usize, explored: &mut Explored) -> Option<Candidate> {
+        let solved = self.solve(found, arrangement, explored).ok()??;
+        let candidate = self.or_sharper(found, arrangement, self.assemble(solved).ok()?);
+        explored.add(&candidate);
+        Some(candidate)
     }
 
     /// Refines the arrangements that explain the log about equally well. Only certified ones count; when there is just one, it is
@@ -169,12 +177,7 @@ impl Job<'_> {
             if !results[0].result.is_certified() && self.is_spent() {
                 break;
             }
-            let Ok(Some(solved)) = self.solve(found, alternative, explored) else { continue };
-            if let Ok(other) = self.assemble(solved) {
-                let other = self.or_sharper(found, alternative, other);
-                explored.add(&other);
-                results.push(other);
-            }
+            results.extend(self.explore(found, alternative, explored));
         }
         let first = &results[0].result;
         if first.jumps.is_empty() && !is_checked(first) && (first.is_certified() || !explored.in_one_piece) {
@@ -184,12 +187,7 @@ impl Job<'_> {
                 if explored.contains(&starts, start) {
                     continue;
                 }
-                let Ok(Some(solved)) = self.solve(&starts, start, explored) else { continue };
-                if let Ok(other) = self.assemble(solved) {
-                    let other = self.or_sharper(&starts, start, other);
-                    explored.add(&other);
-                    results.push(other);
-                }
+                results.extend(self.explore(&starts, start, explored));
             }
         }
         let mut certified: Vec<Candidate> = Vec::new();

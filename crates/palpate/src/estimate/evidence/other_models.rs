@@ -27,11 +27,12 @@ pub(crate) struct OtherModels {
     /// Optima with their probabilities; what is missing to one is that of the answer.
     pub fits: Vec<(f64, Fit)>,
     /// What the error bars of the answer know of its own profile already: see [`Profile::linear`].
-    pub linear: Option<Estimate>,
+    pub linear: Estimate,
 }
 
-/// The optima of the other models, from that of the answer and with its noise, and all along their profiles.
-pub(crate) fn other_models(measurements: &Measurements, answer: &Fit) -> OtherModels {
+/// The optima of the other models, from that of the answer and with its noise, and all along their profiles. `None` where that of the answer
+/// cannot be determined.
+pub(crate) fn other_models(measurements: &Measurements, answer: &Fit) -> Option<OtherModels> {
     let orders = orders(answer.prior.symmetry.order);
     let here = orders.iter().position(|&order| order >= answer.order).unwrap_or(orders.len());
     let numbers = &orders[here.saturating_sub(NUMBERS)..(here + NUMBERS + 1).min(orders.len())];
@@ -47,16 +48,14 @@ pub(crate) fn other_models(measurements: &Measurements, answer: &Fit) -> OtherMo
         let estimate = smoother.run(coefficients, psi, STOPPING);
         estimate.cost.is_finite().then(|| profile(measurements, &Fit { estimate, order, prior, ..answer.clone() }))?
     };
-    let Some(Profile { places, linear }) = profile(measurements, answer) else {
-        return OtherModels { fits: Vec::new(), linear: None };
-    };
+    let Profile { places, linear } = profile(measurements, answer)?;
     let others: Vec<Profile> = models.into_par_iter().filter_map(along).collect();
     let all = || places.iter().chain(others.iter().flat_map(|profile| &profile.places));
     let most = all().map(|(log, _)| *log).fold(f64::NEG_INFINITY, f64::max);
     let sum: f64 = all().map(|(log, _)| (log - most).exp()).sum();
     // The first place is the answer itself.
     let weighted = all().skip(1).map(|(log, fit)| ((log - most).exp() / sum, fit.clone()));
-    OtherModels { fits: weighted.filter(|(weight, _)| *weight > LEAST_WEIGHT).collect(), linear: Some(linear) }
+    Some(OtherModels { fits: weighted.filter(|(weight, _)| *weight > LEAST_WEIGHT).collect(), linear })
 }
 
 #[cfg(test)]
@@ -67,13 +66,13 @@ mod tests {
     /// Variance of the motion over the mixture, over what the curvature at the answer says along its profile.
     fn wider_by(answer: &Fit, OtherModels { fits, linear }: &OtherModels) -> f64 {
         let mean: f64 = fits.iter().map(|(weight, fit)| weight * turned(&answer.estimate, &fit.estimate)).sum();
-        mean / turned(&answer.estimate, linear.as_ref().expect("determined"))
+        mean / turned(&answer.estimate, linear)
     }
 
     #[test]
     fn a_second_has_other_numbers_of_harmonics_and_other_scales() {
         let (measurements, answer) = optimum(5_973_073, 100, 1);
-        let others = other_models(&measurements, &answer);
+        let others = other_models(&measurements, &answer).expect("determined");
         let probability = |is_of: &dyn Fn(&Fit) -> bool| -> f64 {
             others.fits.iter().filter(|(_, fit)| is_of(fit)).map(|(weight, _)| weight).sum()
         };
@@ -89,7 +88,7 @@ mod tests {
     #[test]
     fn those_of_a_long_log_say_the_same() {
         let (measurements, answer) = optimum(5, 600, 10);
-        let wider = wider_by(&answer, &other_models(&measurements, &answer));
+        let wider = wider_by(&answer, &other_models(&measurements, &answer).expect("determined"));
         assert!((0.5..2.0).contains(&wider), "{wider}");
     }
 }
