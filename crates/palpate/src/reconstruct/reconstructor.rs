@@ -6,6 +6,7 @@ use super::options::limits::CertificateLimits;
 use super::options::method::Method;
 use super::options::{Progress, ReconstructOptions};
 use super::paper::initial_conditions as integral;
+use super::refine::by_contact::{AT_FIRST, AT_LAST};
 use super::refine::calibrated::LEFT;
 use super::refine::job::Job;
 use super::result::friction::{FrictionEstimate, friction};
@@ -225,31 +226,34 @@ impl<'a> Reconstructor<'a> {
         let brief = matches!(extent, Extent::Brief);
         // One that may be right is a result where nothing else explains the log.
         let by_forces: RefCell<Option<Candidate>> = RefCell::new(None);
-        let (inertia_asked, friction_asked) = (Cell::new(false), Cell::new(false));
-        let explained_by_forces = |stage: Stage| {
-            if !explained_one.get() && !inertia_asked.replace(true) {
-                by_forces.replace(job.explained_by_inertia_alone());
+        let is_explained_by_forces = || by_forces.borrow().as_ref().is_some_and(explains_forces);
+        let explain_by_forces = |explain: &dyn Fn() -> Option<Candidate>| {
+            let rank = |found: &Candidate| (found.result.is_certified(), explains_forces(found));
+            let best = by_forces.borrow().as_ref().map(rank);
+            if best.is_none_or(|(certified, _)| !certified)
+                && let Some(found) = explain().filter(|found| Some(rank(found)) > best)
+            {
+                by_forces.replace(Some(found));
             }
-            let is_explained = || by_forces.borrow().as_ref().is_some_and(explains_forces);
-            // Of flat sides few harmonics explain nothing either: only an arrangement that balance contradicts is worth that.
-            if stage == Stage::FirstArrangement && !is_explained() && !friction_asked.replace(true) {
-                by_forces.replace(job.explained_by_rolling());
+        };
+        let forces_asked = Cell::new(false);
+        let explained_by_forces = || {
+            if !explained_one.get() && !forces_asked.replace(true) {
+                explain_by_forces(&|| job.explained_by_forces(AT_FIRST));
+                explain_by_forces(&|| job.explained_by_rolling());
             }
-            is_explained()
+            is_explained_by_forces()
         };
         let goes_on = |stage: Stage| match extent {
             Extent::Brief => false,
-            Extent::While(goes_on) => !explained_by_forces(stage) && goes_on(stage, explained_one.get()),
+            Extent::While(goes_on) => !explained_by_forces() && goes_on(stage, explained_one.get()),
         };
         schedule::search(
             &Readings { brief, goes_on: &goes_on, ..job.readings() },
             &|found, trust| job.corrected(found, LEFT[trust]),
             &|share| self.tell("searching for arrangements", 0.9 * share),
             &mut || {
-                let found = job.explained_by_forces();
-                if found.as_ref().is_some_and(explains_forces) || by_forces.borrow().is_none() {
-                    by_forces.replace(found);
-                }
+                explain_by_forces(&|| job.explained_by_forces(AT_LAST));
                 by_forces.borrow().is_some()
             },
             &mut |found| {

@@ -46,6 +46,14 @@ const BEYOND_RAD: f64 = 0.05;
 /// The same of a pose of which nothing is known but where it was thought to be.
 const START_RAD: f64 = 0.05;
 
+/// Contacts that stick creep, most where they are about to slide: pads are soft, and engines regularise friction. Standard deviation of that over what
+/// slides on the other palm meanwhile; without it exact readings are explained by modes that alternate.
+const CREEP: f64 = 0.02;
+
+/// The object sticks on both palms, which do not turn against each other, where it would slide by less than so many standard deviations of the slip
+/// over a step on either while it rolls on the other: whichever is said to stick, the forces are then free within both cones.
+const ON_BOTH_SDS: f64 = 3.0;
+
 /// Least variance of ψ.
 const LEAST_VARIANCE: f64 = 1e-14;
 
@@ -94,7 +102,7 @@ pub(crate) fn decode(
     let count = psi.len();
     let decoder = Decoder { measurements, base_shifts_m, object, table: BoundaryTable::new(object.coefficients), sds };
     let mut survivors: Vec<[Option<Survivor>; 5]> = Vec::with_capacity(count);
-    let mut orders: Vec<Option<[usize; 2]>> = Vec::with_capacity(count);
+    let mut orders: Vec<Option<([usize; 2], bool)>> = Vec::with_capacity(count);
     for (index, &thought) in psi.iter().enumerate() {
         let before = survivors.last().copied().unwrap_or_default();
         let instant = &measurements.instants[index];
@@ -111,7 +119,7 @@ pub(crate) fn decode(
             let Some(survivor) = survivor else { continue };
             let Some(step) = decoder.step(index, survivor.at, thought) else { continue };
             if survivor.cost < least {
-                (least, order) = (survivor.cost, Some(step.order));
+                (least, order) = (survivor.cost, Some((step.order, step.sticks_on_both)));
             }
             for (mode, place) in PLACES.into_iter().enumerate() {
                 let changes = from != mode;
@@ -142,7 +150,7 @@ pub(crate) fn decode(
         (0..5).min_by(|a, b| cost(a).total_cmp(&cost(b))).unwrap_or(2)
     });
     let mut found = Decoded {
-        regimes: vec![Regime { order: None, place: Place::Anywhere }; count],
+        regimes: vec![Regime { order: None, place: Place::Anywhere, sticks_on_both: false }; count],
         psi: psi.to_vec(),
         starts: Vec::new(),
         falls: Vec::new(),
@@ -152,8 +160,10 @@ pub(crate) fn decode(
         found.psi[index] = survivor.at.psi;
         if survivor.jumped {
             found.starts.push(index);
-        } else if let Some(order) = orders[index] {
-            found.regimes[index] = Regime { order: Some(order), place: PLACES[mode] };
+        } else if let Some((order, sticks_on_both)) = orders[index] {
+            let place = PLACES[mode];
+            let sticks_on_both = sticks_on_both && matches!(place, Place::First | Place::Second);
+            found.regimes[index] = Regime { order: Some(order), place, sticks_on_both };
             let before = survivors[index - 1][survivor.from];
             if before.is_some_and(|before| 0.5 * ((survivor.at.psi - before.at.psi) / BEYOND_RAD).powi(2) > JUMP) {
                 found.falls.push(index);
@@ -193,6 +203,8 @@ struct Step {
     order: [usize; 2],
     /// ψ at the end for each of `order`, and its variance.
     rolled: [Belief; 2],
+    /// Whether these are the same as far as slip is told.
+    sticks_on_both: bool,
 }
 
 impl Decoder<'_> {
@@ -237,6 +249,7 @@ impl Decoder<'_> {
 
     fn step(&self, index: usize, from: Belief, near: f64) -> Option<Step> {
         let start = self.unrolled(index - 1, from.psi);
+        let mut slopes = [0.0; 2];
         let rolled = [0, 1].map(|palm: usize| {
             let mut psi = from.psi;
             let mut slope = start[palm].1;
@@ -247,11 +260,19 @@ impl Decoder<'_> {
             }
             let carried = start[palm].1 / slope;
             let variance = from.variance * carried * carried + (self.sds.slip_m / slope).powi(2);
+            slopes[palm] = slope;
             Belief { psi, variance: variance.max(LEAST_VARIANCE) }
+        });
+        // What slides on a palm while the object rolls on the other.
+        let slips_m = slopes.map(|slope| slope * (rolled[1].psi - rolled[0].psi));
+        let rolled = [0, 1].map(|palm: usize| {
+            let crept = CREEP * slips_m[1 - palm] / slopes[palm];
+            Belief { variance: rolled[palm].variance + crept * crept, ..rolled[palm] }
         });
         let possible = rolled.iter().all(|belief| (belief.psi - near).abs() < 1.0 && belief.variance.is_finite());
         let order = if rolled[0].psi <= rolled[1].psi { [0, 1] } else { [1, 0] };
-        possible.then(|| Step { order, rolled: order.map(|palm| rolled[palm]) })
+        let sticks_on_both = slips_m.iter().all(|slip_m| slip_m.abs() < ON_BOTH_SDS * self.sds.slip_m);
+        possible.then(|| Step { order, rolled: order.map(|palm| rolled[palm]), sticks_on_both })
     }
 
     /// Where a jump that ends at a sample leads: to where the motion is thought to be there, or a little later, for a fit may draw the samples next to a
@@ -279,7 +300,7 @@ impl Decoder<'_> {
         let uniform = range * range / 12.0;
         let widened =
             |belief: Belief| Belief { variance: belief.variance + if changes { uniform } else { 0.0 }, ..belief };
-        let regime = Regime { order: Some(step.order), place };
+        let regime = Regime { order: Some(step.order), place, sticks_on_both: step.sticks_on_both };
         let predicted = match place {
             Place::First => widened(first),
             Place::Second => widened(second),
@@ -374,3 +395,6 @@ impl Decoder<'_> {
         cost.is_finite().then(|| (Belief { psi, variance: (1.0 / information).max(LEAST_VARIANCE) }, cost))
     }
 }
+
+#[cfg(test)]
+mod tests;

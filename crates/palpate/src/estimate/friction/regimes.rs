@@ -11,6 +11,8 @@ pub(crate) struct Regime {
     pub order: Option<[usize; 2]>,
     /// Where the rate of the object lies: 0 at the smaller of the two, 1 at the larger.
     pub place: Place,
+    /// Whether these rates are the same as far as slip is told: the object may then stick on both palms.
+    pub sticks_on_both: bool,
 }
 
 /// Where the rate of the object lies between those of rolling.
@@ -46,7 +48,7 @@ const LONGEST: usize = 40;
 pub(crate) fn regimes(measurements: &Measurements, psi: &[f64], psi_sd: &[f64], starts: &[usize]) -> Vec<Regime> {
     let rolling = [rolling_motion(measurements, 0), rolling_motion(measurements, 1)];
     let count = psi.len();
-    let unknown = Regime { order: None, place: Place::Anywhere };
+    let unknown = Regime { order: None, place: Place::Anywhere, sticks_on_both: false };
     let regime = |index: usize| {
         let mut reach = 0;
         while reach < LONGEST {
@@ -62,7 +64,10 @@ pub(crate) fn regimes(measurements: &Measurements, psi: &[f64], psi_sd: &[f64], 
             if let Some((place, sd)) = slope(run.map(|i| (second[i] - first[i], psi[i] - first[i], psi_sd[i])))
                 && sd < LARGEST_SD
             {
-                return (Regime { order: Some(order), place: placed(place, APART_SDS * sd + NEAR) }, reach);
+                return (
+                    Regime { order: Some(order), place: placed(place, APART_SDS * sd + NEAR), sticks_on_both: false },
+                    reach,
+                );
             }
         }
         (unknown, reach)

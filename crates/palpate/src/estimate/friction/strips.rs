@@ -60,6 +60,7 @@ pub(super) fn ends(instant: &Instant, at: &Contacts, regime: &Regime) -> Option<
     let by_psi_rate = [s2 - s1 * instant.palms.cos2, s1 - s2 * instant.palms.cos2];
     let [below, between, above] = slip_signs(by_psi_rate, regime.order?);
     Some(match regime.place {
+        Place::First | Place::Second if regime.sticks_on_both => [below, above],
         Place::Below => [below; 2],
         Place::First => [below, between],
         Place::Between => [between; 2],
@@ -192,6 +193,7 @@ pub(crate) fn runs(regimes: &[Regime]) -> [usize; 2] {
     let mut before = None;
     for regime in regimes {
         let stuck = match (regime.place, regime.order) {
+            _ if regime.sticks_on_both => continue,
             (Place::First, Some(order)) => Some(order[0]),
             (Place::Second, Some(order)) => Some(order[1]),
             (Place::Anywhere, _) => continue,

@@ -48,18 +48,15 @@ const FIRST_FORCES: f64 = 3e-3;
 const FIRST_PADS: f64 = 0.1;
 const PADS_FLOOR: f64 = 1e-4;
 
-/// Least of them that are believed, and of a contact position, as shares of the mean radius: no palm is exact to less.
+/// Least of the slip, of the forces and of the error of a contact position (3 µm) that are believed, as shares of the mean radius: what is exact to less
+/// has errors of other kinds, pads that yield and creep, and modes would alternate to explain these.
 const SLIP_FLOOR: f64 = 1e-5;
 const FORCES_FLOOR: f64 = 2e-4;
-const SENSOR_FLOOR: f64 = 1e-6;
+pub(super) const SENSOR_FLOOR: f64 = 1e-4;
 
 /// Standard deviation of the centre of mass from the middle of the form, as a share of the mean radius: it lies within the object, however little
 /// the forces tell.
 const CENTER_SD: f64 = 0.3;
-
-/// Error bars are never less than of contacts that are read to this share of the mean radius, 3 µm: what is exact to less has errors of other
-/// kinds, pads that yield and creep, which no residual tells from a zero of the rig.
-const EXACT_CONTACTS: f64 = 1e-4;
 
 /// Friction explains the log where slip and forces come down to these shares of the mean radius: right arrangements leave half of it at most, and
 /// wrong ones three times as much. With up to the others it may: a result then, but no certificate.
@@ -443,16 +440,10 @@ impl OfFriction<'_> {
         )
     }
 
-    /// By how much variances are larger than the equations of the optimum say.
-    fn inflation(&self) -> f64 {
-        let Optimum { unknowns, noise, inflation, .. } = &self.settled.optimum;
-        inflation.max((EXACT_CONTACTS * unknowns.coefficients[0] / noise.sensor_m).powi(2))
-    }
-
     fn estimate(&self) -> FrictionEstimate {
         let Settled { optimum, regimes, .. } = &self.settled;
         let covariance = optimum.eliminated.covariance();
-        let sd = |index: usize| (self.inflation() * covariance[(index, index)].max(0.0)).sqrt();
+        let sd = |index: usize| (optimum.inflation * covariance[(index, index)].max(0.0)).sqrt();
         let (order, friction) = (optimum.unknowns.coefficients.len() / 2, optimum.unknowns.coefficients.len());
         FrictionEstimate {
             coefficients: optimum.unknowns.friction,
@@ -468,7 +459,7 @@ impl OfFriction<'_> {
 
 impl Uncertainty for OfFriction<'_> {
     fn error_bars(&self, felt: &[f64], inflation: f64) -> Option<Box<dyn PoseErrorBars + '_>> {
-        let inflation = inflation.max(self.inflation());
+        let inflation = inflation.max(self.settled.optimum.inflation);
         let Unknowns { coefficients, psi, .. } = &self.settled.optimum.unknowns;
         let samples = psi.iter().enumerate().map(|(index, at)| (of_sample(psi.len(), index), *at)).collect();
         let eliminated = &self.settled.optimum.eliminated;
@@ -478,7 +469,7 @@ impl Uncertainty for OfFriction<'_> {
 
     fn of_rig(&self, inflation: f64) -> Option<FoundRig> {
         let Optimum { unknowns, eliminated, .. } = &self.settled.optimum;
-        let inflation = inflation.max(self.inflation());
+        let inflation = inflation.max(self.settled.optimum.inflation);
         FoundRig::jointly(unknowns.calibration, &self.job.options.rig, &eliminated.covariance(), inflation)
     }
 

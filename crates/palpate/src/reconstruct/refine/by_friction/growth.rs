@@ -1,7 +1,7 @@
 //! From nothing, where friction rules: a stretch of the log, begun as if the object rolled on one palm all along, is taken to its optimum by contact
 //! and then by mechanics, and grown. Rolling says where the object goes next without knowing its shape, and mechanics says when it slides.
 
-use super::{EXPLAINED, PLAUSIBLE, Setting, Settled};
+use super::{EXPLAINED, PLAUSIBLE, SENSOR_FLOOR, Setting, Settled};
 use crate::estimate::evidence::fit::{Fitted, fit};
 use crate::estimate::friction::problem::{Problem, Unknowns};
 use crate::estimate::friction::smoother::{FrictionNoise, Optimum};
@@ -187,7 +187,7 @@ impl Strided<'_> {
         let loose = Noise { sensor_m: job.readings().tolerances_m[0], balance_m: job.readings().tolerances_m[0] };
         let begun = |start: Estimate| {
             let fit = self.by_contact(&measurements, start, loose)?;
-            if fit.noise.sensor_m > EXPLAINED_CONTACTS * job.readings().tolerances_m[0] {
+            if fit.noise.sensor_m > self.most_m() {
                 return None;
             }
             let setting = Setting::new(job, &log, &measurements, &fit, &[]);
@@ -288,11 +288,15 @@ impl Strided<'_> {
         (!fails).then(|| Stretch { range, settled, fit: one.fit.clone() })
     }
 
+    /// By how much contacts may be missed where they are explained, metres.
+    fn most_m(&self) -> f64 {
+        EXPLAINED_CONTACTS * self.job.readings().tolerances_m[0].max(SENSOR_FLOOR * self.job.prior.size_m)
+    }
+
     /// Whether no modes explain a stretch.
     fn is_lost(&self, settled: &Settled) -> bool {
         let Optimum { noise, unknowns, .. } = &settled.optimum;
-        noise.sensor_m > EXPLAINED_CONTACTS * self.job.readings().tolerances_m[0]
-            || noise.forces_m > LOST * unknowns.coefficients[0]
+        noise.sensor_m > self.most_m() || noise.forces_m > LOST * unknowns.coefficients[0]
     }
 
     /// ψ over a longer stretch: as it is within, and beyond both ends as mechanics continues it.
