@@ -9,23 +9,29 @@ const FRICTION: [f64; 2] = [0.15, 0.1];
 
 /// An object of three harmonics, carried along and sliding.
 fn felt(with_forces: bool) -> (SupportFunction, Simulation) {
+    felt_with_noise(with_forces, NOISE_SD_M)
+}
+
+fn felt_with_noise(with_forces: bool, noise_sd_m: f64) -> (SupportFunction, Simulation) {
     let shape = SupportFunction::new(RADIUS_M, vec![[2e-3, -1e-3], [1.8e-3, 6e-4], [-5e-4, 7e-4]]);
-    let run = carried(&shape, SimulateOptions { with_forces, start_psi_rad: 0.4, ..SimulateOptions::default() });
+    let options = SimulateOptions { with_forces, start_psi_rad: 0.4, ..SimulateOptions::default() };
+    let run = carried(&shape, options, noise_sd_m);
     (shape, run)
 }
 
-fn carried(shape: &SupportFunction, options: SimulateOptions) -> Simulation {
+fn carried(shape: &SupportFunction, options: SimulateOptions, noise_sd_m: f64) -> Simulation {
     let at = |index: u32| {
         let t = 0.08 * f64::from(index);
         (t, PalmPair::hinged(0.9 + 0.3 * (0.7 * t).sin(), 1.2 + 0.4 * (0.9 * t + 0.5).sin()))
     };
     let motion: Vec<(f64, PalmPair)> = (0..900).map(at).collect();
-    let touchpad = Touchpad { noise_sd_m: 1e-5, ..Touchpad::ideal() };
+    let touchpad = Touchpad { noise_sd_m, ..Touchpad::ideal() };
     let options = SimulateOptions { friction: FRICTION, touchpad, mass_kg: MASS_KG, ..options };
     simulate(shape, &motion, &options).expect("possible")
 }
 
 const MASS_KG: f64 = 0.05;
+const NOISE_SD_M: f64 = 1e-5;
 
 /// The truth as an optimum by contact alone.
 fn fit(job: &Job, shape: &SupportFunction, run: &Simulation) -> Fit {
@@ -85,6 +91,16 @@ fn rolling_leads_to_form_friction_and_centre_of_mass() {
         found.jumps,
         run.jumps
     );
+}
+
+#[test]
+fn contacts_are_believed_to_a_ten_thousandth_of_the_radius() {
+    let least_m = SENSOR_FLOOR * RADIUS_M;
+    let believed = |noise_sd_m: f64| {
+        from_truth_of(felt_with_noise(false, noise_sd_m), |_, settled| settled.optimum.noise.sensor_m / least_m)
+    };
+    let (exact, noisy) = (believed(0.5 * least_m), believed(2.0 * least_m));
+    assert!((exact - 1.0).abs() < 0.01 && (noisy - 2.0).abs() < 0.2, "{exact} {noisy}");
 }
 
 /// What comes of an optimum whose coefficients of friction are held at wrong ones, so many times the true ones.
@@ -203,7 +219,7 @@ fn one_palm_that_measures_forces_tells_the_weight_and_more_of_the_centre_of_mass
 #[test]
 fn a_fall_that_a_fit_draws_out_is_found() {
     let shape = SupportFunction::new(RADIUS_M, vec![[1.5e-3, 5e-3], [5e-3, 1e-3], [-5e-4, 7e-4]]);
-    let run = carried(&shape, SimulateOptions { start_psi_rad: 0.0, ..SimulateOptions::default() });
+    let run = carried(&shape, SimulateOptions { start_psi_rad: 0.0, ..SimulateOptions::default() }, NOISE_SD_M);
     let time_s = |index: usize| run.log.samples[index].time_s;
     let ends = |jump: &Jump| (0..900).find(|&index| time_s(index) >= jump.time_s).expect("within the log");
     let jumps: Vec<usize> = run.jumps.iter().map(ends).collect();
