@@ -167,7 +167,7 @@ mod tests {
     use super::*;
     use crate::estimate::evidence::fit::{Fitted, ROUNDS, fit};
     use crate::estimate::evidence::jump_prior::log_posterior;
-    use crate::estimate::evidence::variance_components::VarianceComponents;
+    use crate::estimate::evidence::variance_components::{LEAST_BALANCE_SHARE_AT_FIRST, VarianceComponents};
     use crate::estimate::model::noise::Noise;
     use crate::palms::PalmMotion;
     use crate::reconstruct::options::ReconstructOptions;
@@ -199,7 +199,8 @@ mod tests {
         }
         let estimate = Estimate { coefficients: shape.coefficients(), psi, cost: f64::INFINITY };
         let noise = Noise { sensor_m: NOISE_SD_M, balance_m: NOISE_SD_M };
-        let components = VarianceComponents { sensor: true, floor_m: 1e-8, least_balance_share: 0.1 };
+        let components =
+            VarianceComponents { sensor: true, floor_m: 1e-8, least_balance_share: LEAST_BALANCE_SHARE_AT_FIRST };
         let Fitted { fit: fine, weighted: measurements } =
             fit(&job.measurements, ORDER, estimate, noise, job.prior, components, ROUNDS).expect("an optimum");
         let jumps = job.jumps(&fine.estimate, TAU);
