@@ -392,8 +392,9 @@ impl<'a> Setting<'a> {
         if !explains || !is_told {
             let friction = candidate.result.friction?;
             let doubt = Doubt::Friction { coefficients: friction.coefficients, sds: friction.coefficient_sds };
-            let doubts = std::iter::once(doubt).chain(candidate.result.verdict.doubts.iter().cloned()).collect();
-            candidate.result.verdict = Verdict::new(doubts);
+            // Those of the centre of mass alone say that all else is certified.
+            let others = candidate.result.verdict.doubts.iter().filter(|other| !other.concerns_center_of_mass_only());
+            candidate.result.verdict = Verdict::new(std::iter::once(doubt).chain(others.cloned()).collect());
         }
         Some(candidate)
     }
