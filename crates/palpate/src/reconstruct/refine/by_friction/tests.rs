@@ -165,6 +165,19 @@ fn a_result_is_certified_up_to_what_slip_and_forces_may_miss() {
 }
 
 #[test]
+fn where_friction_is_doubted_nothing_says_that_all_but_the_centre_of_mass_is_certified() {
+    from_truth(|setting, mut settled| {
+        let size_m = settled.optimum.unknowns.coefficients[0];
+        settled.optimum.noise.slip_m = 1.01 * EXPLAINED[0] * size_m;
+        // The equations say so little that the centre of mass is known to centimetres only.
+        settled.optimum.inflation = 1e8;
+        let verdict = setting.judged(settled).expect("a result").result.verdict;
+        assert!(verdict.doubts_friction() && !verdict.is_certified(), "{verdict}");
+        assert!(!verdict.doubts.iter().any(Doubt::concerns_center_of_mass_only), "{verdict}");
+    });
+}
+
+#[test]
 fn standard_deviations_that_have_not_settled_must_be_far_below_what_is_asked() {
     let doubts_with = |share: f64| {
         from_truth(|setting, mut settled| {
