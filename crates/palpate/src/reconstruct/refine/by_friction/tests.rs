@@ -166,15 +166,20 @@ fn a_result_is_certified_up_to_what_slip_and_forces_may_miss() {
 
 #[test]
 fn where_friction_is_doubted_nothing_says_that_all_but_the_centre_of_mass_is_certified() {
-    from_truth(|setting, mut settled| {
-        let size_m = settled.optimum.unknowns.coefficients[0];
-        settled.optimum.noise.slip_m = 1.01 * EXPLAINED[0] * size_m;
-        // The equations say so little that the centre of mass is known to centimetres only.
-        settled.optimum.inflation = 1e8;
-        let verdict = setting.judged(settled).expect("a result").result.verdict;
-        assert!(verdict.doubts_friction() && !verdict.is_certified(), "{verdict}");
-        assert!(!verdict.doubts.iter().any(Doubt::concerns_center_of_mass_only), "{verdict}");
-    });
+    let verdict = |slip: f64, inflation: f64| {
+        from_truth(|setting, mut settled| {
+            settled.optimum.noise.slip_m = slip * EXPLAINED[0] * settled.optimum.unknowns.coefficients[0];
+            settled.optimum.settled = true;
+            settled.optimum.inflation = inflation;
+            setting.judged(settled).expect("a result").result.verdict
+        })
+    };
+    // Error bars so wide that the centre of mass is not known, and the form is.
+    let inflation =
+        (0..8).map(|power| 10.0f64.powi(power)).find(|inflation| !verdict(0.5, *inflation).is_com_certified());
+    let inflation = inflation.expect("wide enough");
+    assert!(matches!(verdict(0.5, inflation).doubts[..], [Doubt::UncertainCenter { .. }]));
+    assert!(matches!(verdict(1.01, inflation).doubts[..], [Doubt::Friction { .. }]));
 }
 
 #[test]
