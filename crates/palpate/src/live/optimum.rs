@@ -133,8 +133,9 @@ impl Optimum {
         psi: Vec<f64>,
     ) -> Option<Self> {
         let job = job(log, options, self.calibration, self.balance_counts);
-        let start = Estimate { coefficients, psi, cost: f64::INFINITY };
         let noise = Noise { balance_m: self.noise.balance_m.max(LOOSE * self.noise.sensor_m), ..self.noise };
+        let coefficients = job.with_order_by_evidence(&coefficients, &psi, noise, self.prior)?;
+        let start = Estimate { coefficients, psi, cost: f64::INFINITY };
         let Fitted { belief, noise, prior, motion } = fit_all(&job, start, noise, self.prior, Balance::ByEvidence)?;
         Some(Self { belief, noise, prior, turned: *motion.first()?, motion, ..self })
     }

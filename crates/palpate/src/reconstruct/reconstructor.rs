@@ -6,7 +6,6 @@ use super::options::limits::CertificateLimits;
 use super::options::method::Method;
 use super::options::{Progress, ReconstructOptions};
 use super::paper::initial_conditions as integral;
-use super::refine::by_contact::{AT_FIRST, AT_LAST};
 use super::refine::calibrated::LEFT;
 use super::refine::job::Job;
 use super::result::friction::{FrictionEstimate, friction};
@@ -219,19 +218,19 @@ impl<'a> Reconstructor<'a> {
         }
         let mut best: Option<Candidate> = None;
         let mut explanations = 0;
-        let mut explored = Explored::default();
+        let brief = matches!(extent, Extent::Brief);
+        let mut explored = if brief { Explored::briefly() } else { Explored::default() };
         let mut failure = None;
         let mut judged = 0;
         let explained_one = Cell::new(false);
-        let brief = matches!(extent, Extent::Brief);
         // One that may be right is a result where nothing else explains the log.
         let by_forces: RefCell<Option<Candidate>> = RefCell::new(None);
-        let is_explained_by_forces = || by_forces.borrow().as_ref().is_some_and(explains_forces);
+        let is_explained_by_forces = || by_forces.borrow().as_ref().is_some_and(Candidate::explains_forces);
         let explain_by_forces = |explain: &dyn Fn() -> Option<Candidate>| {
-            let rank = |found: &Candidate| (found.result.is_certified(), explains_forces(found));
-            let best = by_forces.borrow().as_ref().map(rank);
-            if best.is_none_or(|(certified, _)| !certified)
-                && let Some(found) = explain().filter(|found| Some(rank(found)) > best)
+            let is_certified = by_forces.borrow().as_ref().is_some_and(|best| best.result.is_certified());
+            if !is_certified
+                && let Some(found) = explain()
+                && by_forces.borrow().as_ref().is_none_or(|best| found.explains_forces_better_than(best))
             {
                 by_forces.replace(Some(found));
             }
@@ -239,7 +238,7 @@ impl<'a> Reconstructor<'a> {
         let forces_asked = Cell::new(false);
         let explained_by_forces = || {
             if !explained_one.get() && !forces_asked.replace(true) {
-                explain_by_forces(&|| job.explained_by_forces(AT_FIRST));
+                explain_by_forces(&|| job.explained_by_forces());
                 explain_by_forces(&|| job.explained_by_rolling());
             }
             is_explained_by_forces()
@@ -252,10 +251,7 @@ impl<'a> Reconstructor<'a> {
             &Readings { brief, goes_on: &goes_on, ..job.readings() },
             &|found, trust| job.corrected(found, LEFT[trust]),
             &|share| self.tell("searching for arrangements", 0.9 * share),
-            &mut || {
-                explain_by_forces(&|| job.explained_by_forces(AT_LAST));
-                by_forces.borrow().is_some()
-            },
+            &mut || by_forces.borrow().is_some(),
             &mut |found| {
                 if explored.contains(&found, 0) {
                     return false;
@@ -282,7 +278,7 @@ impl<'a> Reconstructor<'a> {
         );
         self.tell("done", 1.0);
         let explained = best.as_ref().is_some_and(|candidate| candidate.result.verdict.is_explained());
-        if let Some(candidate) = by_forces.into_inner().filter(|by_forces| !explained || explains_forces(by_forces)) {
+        if let Some(candidate) = by_forces.into_inner().filter(|by_forces| !explained || by_forces.explains_forces()) {
             // What explains the forces stands against none that does not.
             return Ok(candidate.result);
         }
@@ -340,11 +336,6 @@ impl<'a> Reconstructor<'a> {
         let solved = job.solve(&found, 0, &Explored::default())?.ok_or(ReconstructError::NotSolvable)?;
         job.assemble(solved)
     }
-}
-
-/// Whether a result with friction is explained by it, and not only perhaps.
-fn explains_forces(candidate: &Candidate) -> bool {
-    !candidate.result.verdict.doubts_friction()
 }
 
 /// Where only the balance is missed, and friction explains that, the centre of mass that goes with it.

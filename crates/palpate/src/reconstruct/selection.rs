@@ -22,6 +22,7 @@ use crate::reconstruct::verdict::mixture::{Mixture, OtherModel};
 use crate::reconstruct::verdict::uncertainty::{OfBalance, Uncertainty};
 use crate::shape::{SupportFunction, Symmetry};
 use rayon::prelude::*;
+use std::cmp::Ordering;
 use std::f64::consts::TAU;
 
 /// Explanations that are waited for besides the first, where noisy contacts miss the balance: each costs a refinement.
@@ -64,6 +65,33 @@ impl Candidate {
             (false, false) => self.contradiction() < other.contradiction(),
             (explained, _) => explained,
         }
+    }
+
+    /// Whether what it has besides balance explains the log and is no mere possibility.
+    pub fn explains_forces(&self) -> bool {
+        !self.result.verdict.doubts_friction()
+    }
+
+    /// Of results with forces besides balance: certified, or else explaining them, or else without contradictions; of two with friction the one that
+    /// leaves less of the felt boundary unknown where both explain the forces, since slip and forces are told apart no further, or else the likelier.
+    pub fn explains_forces_better_than(&self, other: &Self) -> bool {
+        let rank = |of: &Self| {
+            let result = &of.result;
+            (result.is_certified(), of.explains_forces(), result.verdict.is_explained())
+        };
+        let both_of_friction = self.result.friction.is_some() && other.result.friction.is_some();
+        match rank(self).cmp(&rank(other)) {
+            Ordering::Equal if !both_of_friction => false,
+            Ordering::Equal if self.explains_forces() => self.unknown_m2() < other.unknown_m2(),
+            Ordering::Equal => self.log_posterior > other.log_posterior,
+            unequal => unequal == Ordering::Greater,
+        }
+    }
+
+    /// Mean variance of the felt boundary, square metres.
+    fn unknown_m2(&self) -> f64 {
+        let felt = || self.result.outline.iter().filter(|point| point.touches > 0);
+        felt().map(|point| point.r_sd_m.powi(2)).sum::<f64>() / felt().count() as f64
     }
 
     /// How strongly the log contradicts a result.
@@ -262,7 +290,7 @@ pub(crate) struct Explored {
     motions: Vec<(Vec<f64>, f64)>,
     /// What was found there.
     results: Vec<Candidate>,
-    /// Whether those of starts in one piece are among them.
+    /// Whether those of starts in one piece are among them, or are only looked for where an answer is to be certified.
     in_one_piece: bool,
 }
 
@@ -274,6 +302,12 @@ const ELSEWHERE_SHARE: f64 = 0.01;
 const MOST_EXPLORED: usize = 10;
 
 impl Explored {
+    /// None yet, in a search that soon begins anew with more samples: starts in one piece, which take most of the time of a short log, are left to those
+    /// that they may keep from being certified wrongly.
+    pub fn briefly() -> Self {
+        Self { in_one_piece: true, ..Self::default() }
+    }
+
     /// Whether so many led to nothing that another one hardly will.
     pub fn is_enough(&self, trusts: usize) -> bool {
         self.motions.len() >= MOST_EXPLORED * trusts

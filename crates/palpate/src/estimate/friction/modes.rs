@@ -87,6 +87,8 @@ pub(crate) struct Decoded {
     pub starts: Vec<usize>,
     /// Samples at which another may have: to slide so far in one step would cost more.
     pub falls: Vec<usize>,
+    /// −ln of how likely they are, up to a constant of the log.
+    pub cost: f64,
 }
 
 /// The likeliest modes of all samples, each that of the step which ends there, and ψ at the end of them. `psi` is where the motion is thought
@@ -145,15 +147,15 @@ pub(crate) fn decode(
         orders.push(order);
         survivors.push(here);
     }
-    let mut mode = survivors.last().map_or(2, |last| {
-        let cost = |mode: &usize| last[*mode].map_or(f64::INFINITY, |survivor| survivor.cost);
-        (0..5).min_by(|a, b| cost(a).total_cmp(&cost(b))).unwrap_or(2)
-    });
+    let cost = |mode: usize| survivors.last().and_then(|last| last[mode]).map_or(f64::INFINITY, |last| last.cost);
+    let mut mode = (0..5).min_by(|a, b| cost(*a).total_cmp(&cost(*b))).unwrap_or(2);
+    let cost = cost(mode);
     let mut found = Decoded {
         regimes: vec![Regime { order: None, place: Place::Anywhere, sticks_on_both: false }; count],
         psi: psi.to_vec(),
         starts: Vec::new(),
         falls: Vec::new(),
+        cost,
     };
     for index in (0..count).rev() {
         let Some(survivor) = survivors[index][mode] else { continue };

@@ -16,19 +16,18 @@ use crate::reconstruct::search::schedule::{Found, Readings, search_by_contact};
 use crate::reconstruct::verdict::assemble::Candidate;
 use nalgebra::{Matrix2, Vector2};
 
-/// What a search by contact alone is worth, as a share of what all others are: asked first, of every log that few harmonics do not explain, where a
-/// twentieth of that finds inertia or friction that is the matter; and in the end.
-pub(crate) const AT_FIRST: f64 = 0.1;
-pub(crate) const AT_LAST: f64 = 0.25;
+/// What a search by contact alone is worth, as a share of what all others are: asked of every log that few harmonics do not explain, where a twentieth of
+/// that finds inertia or friction that is the matter. Two and a half times as much, after all else, found nothing more.
+const WORTH: f64 = 0.1;
 
 /// Standard deviation of the origin of the form, as a share of the size: contact does not tell it, so it is held where it is.
 const ORIGIN_SD: f64 = 1e-6;
 
 impl Job<'_> {
-    /// The result of a search by contact alone that is worth such a share, where inertia or friction explains it, or friction may.
-    pub fn explained_by_forces(&self, share: f64) -> Option<Candidate> {
+    /// The result of a search by contact alone, where inertia or friction explains it, or friction may.
+    pub fn explained_by_forces(&self) -> Option<Candidate> {
         let (mut explained, mut plausible) = (None, None);
-        self.without_balance_worth(share).each_by_contact(&mut |job, refined| {
+        self.without_balance_worth(WORTH).each_by_contact(&mut |job, refined| {
             explained = job.inertia_of(refined);
             if explained.is_none()
                 && let Some(candidate) = job.explained_by_friction(refined)

@@ -3,9 +3,11 @@
 //! From what the contacts alone leave follow rough contact modes, friction and centre of mass. Then the optimum with these modes, and the modes
 //! that mechanics finds with that object, follow each other to a fixed point.
 
+mod continuation;
 mod growth;
 mod profile;
 mod rotations;
+mod stretch;
 
 use self::growth::Grown;
 use super::calibrated::trusts;
@@ -167,7 +169,9 @@ impl Settled {
 impl<'a> Setting<'a> {
     fn new(job: &'a Job<'a>, log: &'a Log, weighted: &'a Measurements, fit: &Fit, starts: &'a [usize]) -> Self {
         let size_m = fit.estimate.coefficients[0];
-        let most_m = (CONTACTS_ALLOWANCE * fit.noise.sensor_m).max(FORCES_FLOOR * size_m);
+        // Many harmonics explain away some of the noise of a short stretch.
+        let noise_m = fit.noise.sensor_m.max(job.scatter_m);
+        let most_m = (CONTACTS_ALLOWANCE * noise_m).max(FORCES_FLOOR * size_m);
         let bounds = Bounds {
             sensor_m: job.stated_m.map_or([SENSOR_FLOOR * size_m, most_m], |stated_m| [stated_m; 2]),
             slip_m: SLIP_FLOOR * size_m,
@@ -296,11 +300,11 @@ impl Job<'_> {
             return None;
         }
         let job = self.without_balance_worth(WORTH / trusts(self.options) as f64);
-        let Grown { mut fit, mut unknowns, mut noise } = growth::grown(&job)?;
+        let Grown { mut fit, mut unknowns, mut noise, starts } = growth::grown(&job)?;
         let mut best: Option<(Setting, Settled)> = None;
         for order in MORE_HARMONICS {
             fit.order = fit.order.max(order);
-            let setting = Setting::new(&job, job.raw, &job.measurements, &fit, &[]);
+            let setting = Setting::new(&job, job.raw, &job.measurements, &fit, &starts);
             coefficients_to_order(&mut unknowns.coefficients, fit.order);
             let regimes = setting.modes_of(&unknowns, noise);
             let Some(settled) = setting.settled((unknowns.clone(), regimes), noise, (ROUNDS, UPDATES)) else { break };
@@ -425,7 +429,7 @@ impl OfFriction<'_> {
             order,
             noise: Noise { sensor_m: noise.sensor_m, balance_m: noise.forces_m },
             prior,
-            log_evidence: -optimum.cost,
+            log_evidence: -self.settled.missed(),
         };
         let ambiguity_rad = self.settled.ambiguity_rad();
         let expected = job.expected();

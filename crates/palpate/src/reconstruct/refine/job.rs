@@ -43,6 +43,7 @@ use crate::reconstruct::options::ReconstructOptions;
 use crate::reconstruct::options::error::ReconstructError;
 use crate::reconstruct::result::reconstruction::FoundSymmetry;
 use crate::reconstruct::search::schedule::Found;
+use crate::reconstruct::search::segments::segments;
 use crate::reconstruct::selection::Explored;
 use crate::reconstruct::verdict::assemble::Expected;
 use crate::sensor::Calibration;
@@ -504,6 +505,27 @@ impl<'a> Job<'a> {
                 likeliest = Some(optimum);
             }
         }
+    }
+
+    /// A shape that explains all samples with this motion and noise, with the number of harmonics that is asked for, or that the evidence prefers on the
+    /// thinned log.
+    pub(crate) fn with_order_by_evidence(
+        &self,
+        coefficients: &[f64],
+        psi: &[f64],
+        noise: Noise,
+        prior: Prior,
+    ) -> Option<Vec<f64>> {
+        if self.options.harmonics.is_some() {
+            return Some(coefficients.to_vec());
+        }
+        let pieces = segments(&self.measurements, self.scatter_m);
+        let medium = thinned_in_ranges(&self.measurements, &pieces, self.scatter_m, ORDER_SAMPLES);
+        let start = self.on_medium(&medium, &pieces, coefficients, psi);
+        let averaged = self.averaged(&medium);
+        let noise = Noise { sensor_m: noise.sensor_m / averaged, balance_m: noise.balance_m / averaged };
+        let fitted = choose_order(&medium, start, noise, prior, self.variance_components())?;
+        Some(fitted.fit.estimate.coefficients)
     }
 
     /// Compares an optimum with other motions: what its decoding left open, and what else short pieces and doubtful jumps may be. `last`:

@@ -1,9 +1,20 @@
 use super::*;
 use crate::mechanics::Jump;
+use crate::reconstruct::result::friction::FrictionEstimate;
 use crate::reconstruct::result::reconstruction::Pose;
 use crate::shape::SupportFunction;
 
 const RADIUS_M: f64 = 0.03;
+
+const FRICTION: FrictionEstimate = FrictionEstimate {
+    coefficients: [0.2, 0.1],
+    coefficient_sds: [0.01; 2],
+    center_m: [0.0; 2],
+    center_sd_m: [1e-5; 2],
+    misfit: 1.0,
+    slides: 100,
+    rolls: [3, 4],
+};
 
 /// A result of a circle with the fields that the comparison of results reads.
 fn candidate(explained: bool, log_posterior: f64, chi2_per_dof: f64, physical: &[bool]) -> Candidate {
@@ -132,4 +143,44 @@ fn a_rival_that_is_as_likely_takes_the_certificate_whatever_speaks_against_it() 
     assert_eq!(answer(true, &[turning(false, -0.1 - margin, 0.03)]), (true, 1), "less likely");
     assert_eq!(answer(true, &[turning(false, 50.0, 0.01)]), (true, 1), "the same motion");
     assert_eq!(answer(false, &[turning(false, 50.0, 0.03)]), (false, 1), "not certified anyway");
+}
+
+#[test]
+fn of_two_results_with_friction_the_certified_then_the_explained_then_the_likelier_is_better() {
+    let with_friction = |verdict: Verdict, log_posterior: f64| {
+        let mut of = candidate(true, log_posterior, 1.0, &[]);
+        (of.result.friction, of.result.verdict) = (Some(FRICTION), verdict);
+        of
+    };
+    let perhaps = Doubt::Friction { coefficients: [0.2, 0.1], sds: [0.01; 2] };
+    let perhaps = |log_posterior: f64| with_friction(Verdict::new(vec![perhaps.clone()]), log_posterior);
+    let explained =
+        |log_posterior: f64| with_friction(Verdict::new(vec![Doubt::LittleFelt { coverage: 0.0 }]), log_posterior);
+    let certified = with_friction(Verdict::default(), 0.0);
+    assert!(
+        certified.explains_forces_better_than(&explained(9.0))
+            && explained(0.0).explains_forces_better_than(&perhaps(9.0))
+    );
+    assert!(
+        !explained(9.0).explains_forces_better_than(&certified)
+            && !perhaps(9.0).explains_forces_better_than(&explained(0.0))
+    );
+    assert!(perhaps(1.0).explains_forces_better_than(&perhaps(0.0)));
+    assert!(
+        !perhaps(0.0).explains_forces_better_than(&perhaps(0.0))
+            && !perhaps(0.0).explains_forces_better_than(&perhaps(1.0))
+    );
+    let known_to = |r_sd_m: f64| {
+        let mut of = explained(0.0);
+        of.result.outline = crate::reconstruct::verdict::assemble::outline(&of.result.shape, &[1; 8], |_| r_sd_m);
+        of
+    };
+    assert!(
+        known_to(1e-5).explains_forces_better_than(&known_to(1e-3))
+            && !known_to(1e-3).explains_forces_better_than(&known_to(1e-5))
+    );
+    // The likelihoods of different laws do not compare.
+    let mut with_inertia = explained(1.0);
+    with_inertia.result.friction = None;
+    assert!(!with_inertia.explains_forces_better_than(&explained(0.0)));
 }

@@ -1,9 +1,10 @@
 //! From nothing, where friction rules: a stretch of the log, begun as if the object rolled on one palm all along, is taken to its optimum by contact
 //! and then by mechanics, and grown. Rolling says where the object goes next without knowing its shape, and mechanics says when it slides.
 
-use super::{EXPLAINED, PLAUSIBLE, SENSOR_FLOOR, Setting, Settled};
+use super::stretch::{SAME_RAD, Stretch, Told};
+use super::{PLAUSIBLE, SENSOR_FLOOR, Setting, Settled};
 use crate::estimate::evidence::fit::{Fitted, fit};
-use crate::estimate::friction::problem::{Problem, Unknowns};
+use crate::estimate::friction::problem::Unknowns;
 use crate::estimate::friction::smoother::{FrictionNoise, Optimum};
 use crate::estimate::measurements::Measurements;
 use crate::estimate::model::noise::Noise;
@@ -11,7 +12,7 @@ use crate::estimate::solver::gauss_newton::{Estimate, Fit};
 use crate::log::Log;
 use crate::math::statistics::median;
 use crate::reconstruct::refine::job::Job;
-use crate::reconstruct::search::initial_height::from_rolling;
+use crate::reconstruct::search::initial_height::{from_initial_heights, from_rolling};
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -24,18 +25,21 @@ const LENGTH: usize = 200;
 /// Stretches that are tried, and how many of them are grown at most, so many at once: of these the best is kept, and further ones are grown where
 /// that is not explained.
 const STRETCHES: usize = 8;
-const GROWN: usize = 4;
+const GROWN: usize = 8;
 const GROWN_AT_ONCE: usize = 2;
 
-/// Friction acts on a stretch with a coefficient of more than this (without any, stretches have up to 0.007, and with 0.02 at least 0.018), or where
-/// the object rolls for this share of the samples. It acts on the log where it does on half of so many stretches that are explained best.
-const ACTS: f64 = 0.012;
-const ROLLS: f64 = 0.5;
+/// Friction may act on the log where, of so many stretches that are explained best, one tells of it, and no more of none.
 const ASKED: usize = 4;
 
-/// Samples that two stretches must have in common to be joined, and by how much their motions may differ there, radians.
+/// Where fewer stretches that are begun as if the object rolled are explained, others are begun as if it slid.
+const FEW_EXPLAINED: usize = 2;
+
+/// Share of the log that a stretch must cover to be continued over the rest, whatever comes of that.
+const MOSTLY: f64 = 0.95;
+
+/// Samples that two stretches must have in common to be joined, and the share of these that may be elsewhere: the ends of a stretch are known least.
 const COMMON: usize = 20;
-const SAME_RAD: f64 = 0.05;
+const APART: f64 = 0.1;
 
 /// Harmonics of the fits by contact, in turn, and of growth.
 const ORDERS: [usize; 3] = [4, 8, 12];
@@ -71,26 +75,13 @@ pub(super) struct Grown {
     pub fit: Fit,
     pub unknowns: Unknowns,
     pub noise: FrictionNoise,
-}
-
-/// A stretch with what is known there.
-struct Stretch {
-    range: Range<usize>,
-    fit: Fit,
-    settled: Settled,
-}
-
-impl Stretch {
-    fn is_explained(&self) -> bool {
-        let Optimum { noise, unknowns, .. } = &self.settled.optimum;
-        let size_m = unknowns.coefficients[0];
-        noise.slip_m < EXPLAINED[0] * size_m && noise.forces_m < EXPLAINED[1] * size_m
-    }
+    /// Samples at which a jump has just ended.
+    pub starts: Vec<usize>,
 }
 
 /// The log as growth looks at it.
-struct Strided<'a> {
-    job: &'a Job<'a>,
+pub(super) struct Strided<'a> {
+    pub job: &'a Job<'a>,
     log: Log,
     measurements: Measurements,
     stride: usize,
@@ -109,32 +100,52 @@ pub(super) fn grown(job: &Job) -> Option<Grown> {
     let starts = (0..STRETCHES).map(|i| last * i / (STRETCHES - 1));
     let mut windows: Vec<Range<usize>> = starts.map(|start| start..start + length).collect();
     windows.dedup();
-    let mut tried: Vec<Stretch> = windows.into_par_iter().flat_map_iter(|range| strided.begun(&range)).collect();
-    // Where both slip and forces come down, mechanics holds.
-    let missed = |stretch: &Stretch| stretch.settled.optimum.noise.forces_m * stretch.settled.optimum.noise.slip_m;
-    tried.sort_by(|a, b| missed(a).total_cmp(&missed(b)));
-    if !friction_acts(&tried) {
+    let rolled = strided.begun(&windows, Begin::Rolling);
+    if !friction_may_act(&rolled) {
         return None;
+    }
+    let enough = |parts: &[Stretch]| parts.iter().any(|part| part.range.len() == samples && part.is_explained());
+    let mut tried = rolled;
+    if tried.iter().filter(|stretch| stretch.is_explained()).count() < FEW_EXPLAINED {
+        tried.extend(strided.begun(&windows, Begin::Sliding));
+        tried.sort_by(|a, b| a.missed_m2().total_cmp(&b.missed_m2()));
     }
     tried.truncate(GROWN);
     let mut parts: Vec<Stretch> = Vec::new();
-    let enough = |parts: &[Stretch]| parts.iter().any(|part| part.range.len() == samples && part.is_explained());
     while !tried.is_empty() && !enough(&parts) && !job.is_spent() {
         let some: Vec<Stretch> = tried.drain(..GROWN_AT_ONCE.min(tried.len())).collect();
         parts.par_extend(some.into_par_iter().map(|stretch| strided.grown(stretch, AtLast::Stop)));
     }
-    let whole = |stretch: &Stretch| stretch.range.len() == samples;
-    let joined = strided.joined(&parts);
-    parts.extend(joined);
+    if !enough(&parts) {
+        let joined = strided.joined(&parts);
+        parts.extend(joined);
+    }
     // Where nothing is explained all over, the longest goes on through what makes it worse: it jumps there, perhaps.
     if !enough(&parts) && !job.is_spent() {
         parts.sort_by_key(|part| std::cmp::Reverse(part.range.len()));
         let longest: Vec<Stretch> = parts.drain(..GROWN_AT_ONCE.min(parts.len())).collect();
         parts.par_extend(longest.into_par_iter().map(|stretch| strided.grown(stretch, AtLast::GoOn)));
     }
-    let best = parts.into_iter().filter(whole).min_by(|a, b| missed(a).total_cmp(&missed(b)))?;
-    let Optimum { unknowns, noise, .. } = best.settled.optimum;
-    Some(Grown { fit: best.fit, unknowns: strided.at_all_samples(unknowns), noise })
+    let whole = |stretch: &&Stretch| stretch.range.len() == samples;
+    if let Some(best) = parts.iter().filter(whole).min_by(|a, b| a.missed_m2().total_cmp(&b.missed_m2())) {
+        return Some(strided.of_all_samples(best, best.settled.optimum.unknowns.psi.clone(), best.starts()));
+    }
+    // Few samples at either end may be such that no stretch goes there.
+    let longest = parts
+        .iter()
+        .max_by_key(|part| part.range.len())
+        .filter(|part| part.range.len() as f64 > MOSTLY * samples as f64)?;
+    let (psi, starts) = strided.followed(longest, &(0..samples), true);
+    Some(strided.of_all_samples(longest, psi, starts))
+}
+
+/// How a stretch is begun.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Begin {
+    /// As if the object rolled on either palm all along.
+    Rolling,
+    /// As if it slid without friction, from the best height of its centre of mass: with little friction that is nearer.
+    Sliding,
 }
 
 /// What growth does where even the least step makes a stretch worse.
@@ -144,44 +155,50 @@ enum AtLast {
     GoOn,
 }
 
-/// Whether the stretches, the best first, tell of friction.
-fn friction_acts(stretches: &[Stretch]) -> bool {
+/// Whether at least one of the stretches, the best first, tells of friction, and as many as of none.
+fn friction_may_act(stretches: &[Stretch]) -> bool {
     let explained = stretches.iter().filter(|stretch| {
         let Optimum { noise, unknowns, .. } = &stretch.settled.optimum;
         let size_m = unknowns.coefficients[0];
         noise.slip_m < PLAUSIBLE[0] * size_m && noise.forces_m < PLAUSIBLE[1] * size_m
     });
-    let told = explained.take(ASKED).map(|stretch| {
-        let Settled { optimum, regimes, .. } = &stretch.settled;
-        let rolls = regimes.iter().filter(|regime| regime.sticks().is_some()).count() as f64;
-        acts(optimum.unknowns.friction, rolls / regimes.len() as f64)
-    });
-    let told: Vec<bool> = told.collect();
-    2 * told.iter().filter(|acts| **acts).count() >= told.len().max(1)
+    let told: Vec<Told> = explained.take(ASKED).map(Stretch::told).collect();
+    let count = |of: Told| told.iter().filter(|told| **told == of).count();
+    count(Told::Friction) >= count(Told::None).max(1)
 }
 
-/// Whether friction acts on a stretch with these coefficients, of which the object rolls for some share.
-fn acts(friction: [f64; 2], rolls: f64) -> bool {
-    friction[0].max(friction[1]) > ACTS || rolls > ROLLS
-}
-
-/// Whether a stretch that has grown is worse than it was, or has lost its way between.
-fn is_worse(grown: &Settled, before: &Settled) -> bool {
+/// Whether a stretch that has grown over so many jumps is worse than it was, or has lost its way between.
+fn is_worse(grown: &Settled, before: &Settled, jumps: usize) -> bool {
     let (now, then, size_m) = (grown.optimum.noise, before.optimum.noise, grown.optimum.unknowns.coefficients[0]);
     let is_worse = |now: f64, then: f64, fine: f64| now > (WORSE * then).max(fine * size_m);
-    !grown.starts.is_empty()
+    grown.starts.len() > jumps
         || is_worse(now.slip_m, then.slip_m, FINE[0])
         || is_worse(now.forces_m, then.forces_m, FINE[1])
 }
 
 impl Strided<'_> {
-    fn part(&self, range: &Range<usize>) -> (Log, Measurements) {
+    /// A part of it.
+    pub fn part(&self, range: &Range<usize>) -> (Log, Measurements) {
         let log = Log { samples: self.log.samples[range.clone()].to_vec() };
         (log, self.measurements.of(self.measurements.instants[range.clone()].to_vec()))
     }
 
-    /// A stretch at its optimum, from rolling on either palm.
-    fn begun(&self, range: &Range<usize>) -> Vec<Stretch> {
+    /// Stretches at their optima, those first in which mechanics holds. Several starts may lead to the same.
+    fn begun(&self, windows: &[Range<usize>], begin: Begin) -> Vec<Stretch> {
+        let mut begun: Vec<Stretch> =
+            windows.to_vec().into_par_iter().flat_map_iter(|range| self.begun_at(&range, begin)).collect();
+        begun.sort_by(|a, b| a.missed_m2().total_cmp(&b.missed_m2()));
+        let mut distinct: Vec<Stretch> = Vec::new();
+        for stretch in begun {
+            if !distinct.iter().any(|other| other.is_same(&stretch)) {
+                distinct.push(stretch);
+            }
+        }
+        distinct
+    }
+
+    /// A stretch at its optima.
+    fn begun_at(&self, range: &Range<usize>, begin: Begin) -> Vec<Stretch> {
         let job = self.job;
         let (log, measurements) = self.part(range);
         let loose = Noise { sensor_m: job.readings().tolerances_m[0], balance_m: job.readings().tolerances_m[0] };
@@ -196,7 +213,15 @@ impl Strided<'_> {
             let settled = setting.settled(start, noise, (FIRST_ROUNDS, UPDATES))?;
             Some(Stretch { range: range.clone(), fit, settled })
         };
-        from_rolling(&measurements, loose, job.prior, ORDERS[0]).into_iter().filter_map(begun).collect()
+        let starts = match begin {
+            Begin::Rolling => from_rolling(&measurements, loose, job.prior, ORDERS[0]),
+            Begin::Sliding => {
+                let mut by_height = from_initial_heights(&measurements, loose, job.prior, ORDERS[0]);
+                by_height.truncate(1);
+                by_height
+            }
+        };
+        starts.into_iter().filter_map(begun).collect()
     }
 
     /// The optimum by contact alone, with more and more harmonics.
@@ -216,52 +241,65 @@ impl Strided<'_> {
         last
     }
 
-    /// A stretch grown over the whole log, or as far as it goes.
+    /// A stretch grown over the whole log, or as far as it goes: over jumps where it does not go on without.
     fn grown(&self, mut stretch: Stretch, at_last: AtLast) -> Stretch {
         let samples = self.measurements.len();
-        let mut growth = GROWTH;
+        let (mut growth, mut over_jumps) = (GROWTH, false);
         while stretch.range.len() < samples {
             let more = ((growth * stretch.range.len() as f64) as usize).max(1);
             let range = stretch.range.start.saturating_sub(more)..(stretch.range.end + more).min(samples);
-            let psi = self.followed(&stretch, &range);
-            let Some(settled) = self.settled_over(&range, psi, &stretch) else { break };
+            let (psi, starts) = self.followed(&stretch, &range, over_jumps);
+            let Some(settled) = self.settled_over(&range, (psi, &starts), &stretch) else { break };
             let lost = self.is_lost(&settled);
-            let worse = lost || is_worse(&settled, &stretch.settled);
+            let worse = lost || is_worse(&settled, &stretch.settled, starts.len());
             if worse && growth > LEAST_GROWTH {
                 growth *= SLOWER;
+                continue;
+            }
+            if worse && !over_jumps {
+                (growth, over_jumps) = (GROWTH, true);
                 continue;
             }
             if lost || (worse && at_last == AtLast::Stop) {
                 break;
             }
-            growth = (FASTER * growth).min(GROWTH);
+            (growth, over_jumps) = ((FASTER * growth).min(GROWTH), false);
             stretch = Stretch { range, settled, fit: stretch.fit };
         }
         stretch
     }
 
-    /// The optimum over a range with this motion, from what is known of a stretch of it.
-    fn settled_over(&self, range: &Range<usize>, psi: Vec<f64>, from: &Stretch) -> Option<Settled> {
+    /// The optimum over a range with this motion and the samples at which jumps have just ended, from what is known of a stretch of it.
+    fn settled_over(
+        &self,
+        range: &Range<usize>,
+        (psi, starts): (Vec<f64>, &[usize]),
+        from: &Stretch,
+    ) -> Option<Settled> {
         let (log, measurements) = self.part(range);
-        let setting = Setting::new(self.job, &log, &measurements, &from.fit, &[]);
+        let starts: Vec<usize> = starts.iter().map(|start| start - range.start).collect();
+        let setting = Setting::new(self.job, &log, &measurements, &from.fit, &starts);
         let unknowns = Unknowns { psi, ..from.settled.optimum.unknowns.clone() };
         let noise = from.settled.optimum.noise;
         let corrected = setting.problem().corrected(&unknowns.calibration);
         let covariance = from.settled.optimum.covariance_of_object();
-        let regimes = setting.decoded(&corrected, &unknowns, covariance.as_ref(), noise, &[]).regimes;
+        let regimes = setting.decoded(&corrected, &unknowns, covariance.as_ref(), noise, &starts).regimes;
         setting.settled((unknowns, regimes), noise, (FURTHER_ROUNDS, UPDATES))
     }
 
-    /// The longest of several stretches with those that overlap it, grown further: one goes where another stopped. `None` where none does.
+    /// The longest of several stretches that others overlap, with those, grown further: one goes where another stopped. `None` where none does.
     fn joined(&self, parts: &[Stretch]) -> Option<Stretch> {
         let mut by_length: Vec<&Stretch> = parts.iter().filter(|part| part.is_explained()).collect();
         by_length.sort_by_key(|part| std::cmp::Reverse(part.range.len()));
-        let (longest, others) = by_length.split_first()?;
         let mut joined: Option<Stretch> = None;
-        for other in others {
-            let longest = joined.as_ref().unwrap_or(longest);
-            if let Some(both) = self.joined_with(longest, other) {
-                joined = Some(self.grown(both, AtLast::Stop));
+        for (number, one) in by_length.iter().enumerate() {
+            for other in &by_length[number + 1..] {
+                if let Some(both) = self.joined_with(joined.as_ref().unwrap_or(one), other) {
+                    joined = Some(self.grown(both, AtLast::Stop));
+                }
+            }
+            if joined.is_some() {
+                break;
             }
         }
         joined
@@ -278,13 +316,17 @@ impl Strided<'_> {
         // Each has a frame of its own.
         let mut turned: Vec<f64> = common.map(|index| at(one, index) - at(other, index)).collect();
         let turn = median(&mut turned);
-        if turned.iter().any(|other| (other - turn).abs() > SAME_RAD) {
+        let apart = turned.iter().filter(|other| (*other - turn).abs() > SAME_RAD).count();
+        if apart as f64 > APART * turned.len() as f64 {
             return None;
         }
         let joined = |index: usize| if one.range.contains(&index) { at(one, index) } else { at(other, index) + turn };
-        let psi = range.clone().map(joined);
-        let settled = self.settled_over(&range, psi.collect(), one)?;
-        let fails = self.is_lost(&settled) || is_worse(&settled, &one.settled);
+        let psi = range.clone().map(joined).collect();
+        let mut starts = one.starts();
+        starts.extend(other.starts().iter().filter(|start| !one.range.contains(start)));
+        starts.sort_unstable();
+        let settled = self.settled_over(&range, (psi, &starts), one)?;
+        let fails = self.is_lost(&settled) || is_worse(&settled, &one.settled, starts.len());
         (!fails).then(|| Stretch { range, settled, fit: one.fit.clone() })
     }
 
@@ -299,39 +341,8 @@ impl Strided<'_> {
         noise.sensor_m > self.most_m() || noise.forces_m > LOST * unknowns.coefficients[0]
     }
 
-    /// ψ over a longer stretch: as it is within, and beyond both ends as mechanics continues it.
-    fn followed(&self, stretch: &Stretch, range: &Range<usize>) -> Vec<f64> {
-        let known = &stretch.settled.optimum.unknowns;
-        let continued = |part: Range<usize>, backwards: bool, psi: f64| {
-            let (mut log, mut measurements) = self.part(&part);
-            let mut friction = known.friction;
-            if backwards {
-                log.samples.reverse();
-                measurements.instants.reverse();
-                // Forces that resist the motion would drive it backwards.
-                friction = friction.map(|value| -value);
-            }
-            let setting = Setting::new(self.job, &log, &measurements, &stretch.fit, &[]);
-            let problem = Problem::new(&log, &self.job.options.rig, &measurements, setting.order, setting.prior);
-            let corrected = problem.corrected(&known.calibration);
-            let at = Unknowns { psi: vec![psi; part.len()], friction, ..known.clone() };
-            let noise = stretch.settled.optimum.noise;
-            let covariance = stretch.settled.optimum.covariance_of_object();
-            setting.decoded(&corrected, &at, covariance.as_ref(), noise, &[]).psi
-        };
-        let within = &stretch.range;
-        let mut psi = continued(range.start..within.start + 1, true, known.psi[0]);
-        psi.reverse();
-        psi.pop();
-        psi.extend(&known.psi);
-        let last = known.psi[known.psi.len() - 1];
-        psi.extend(continued(within.end - 1..range.end, false, last).into_iter().skip(1));
-        psi
-    }
-
-    /// The same with ψ of all samples.
-    fn at_all_samples(&self, unknowns: Unknowns) -> Unknowns {
-        let known = &unknowns.psi;
+    /// What is known of a stretch, with ψ of all samples from that of every n-th.
+    fn of_all_samples(&self, of: &Stretch, known: Vec<f64>, starts: Vec<usize>) -> Grown {
         let psi = (0..self.job.measurements.len())
             .map(|index| {
                 let (before, share) = (index / self.stride, (index % self.stride) as f64 / self.stride as f64);
@@ -339,7 +350,9 @@ impl Strided<'_> {
                 known[before] + share * (known[after] - known[before])
             })
             .collect();
-        Unknowns { psi, ..unknowns }
+        let Optimum { unknowns, noise, .. } = &of.settled.optimum;
+        let starts = starts.into_iter().map(|start| self.stride * start).collect();
+        Grown { fit: of.fit.clone(), unknowns: Unknowns { psi, ..unknowns.clone() }, noise: *noise, starts }
     }
 }
 
@@ -348,9 +361,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn friction_acts_beyond_its_least_coefficient_or_where_the_object_rolls() {
-        assert!(!acts([0.0119, 0.001], 0.3) && acts([0.001, 0.0121], 0.0));
-        assert!(!acts([0.001, 0.002], 0.49) && acts([0.001, 0.002], 0.51));
-        assert!(!friction_acts(&[]));
+    fn without_a_stretch_friction_does_not_act() {
+        assert!(!friction_may_act(&[]));
     }
 }

@@ -1,7 +1,8 @@
 use super::*;
-use crate::palms::PalmPair;
+use crate::palms::{PalmMotion, PalmPair};
 use crate::reconstruct::ReconstructOptions;
 use crate::sensor::Touchpad;
+use crate::shape::rounded_polygon;
 use crate::simulate::{Jump, SimulateOptions, Simulation, simulate};
 
 const RADIUS_M: f64 = 0.03;
@@ -91,6 +92,43 @@ fn rolling_leads_to_form_friction_and_centre_of_mass() {
         found.jumps,
         run.jumps
     );
+}
+
+#[test]
+fn growth_goes_over_a_jump_to_the_pose_that_mechanics_goes_on_from() {
+    const RATE_HZ: f64 = 12.0;
+    // Contacts alone do not tell in which of three poses a piece is.
+    let triangle = rounded_polygon(3, 0.4, 0.25).expect("a shape").scaled(RADIUS_M).translated(4e-3, 2e-3);
+    let motion = PalmMotion::random(5, 50.0, 0.8).and_then(|motion| motion.sample(RATE_HZ)).expect("a motion");
+    let touchpad = Touchpad { noise_sd_m: NOISE_SD_M, ..Touchpad::ideal() };
+    let options =
+        SimulateOptions { friction: [0.04, 0.06], touchpad, start_psi_rad: 3.0, ..SimulateOptions::default() };
+    let run = simulate(&triangle, &motion, &options).expect("possible");
+    let largest = |jumps: &[Jump]| {
+        let turn_rad = |jump: &Jump| (jump.psi_after_rad - jump.psi_before_rad).abs();
+        jumps.iter().max_by(|a, b| turn_rad(a).total_cmp(&turn_rad(b))).map(|jump| jump.time_s)
+    };
+    let options = ReconstructOptions::default();
+    let found = Job::new(&run.log, &options).explained_by_rolling().expect("friction explains it").result;
+    assert!(found.is_com_certified(), "{}", found.verdict);
+    let (found_s, true_s) = (largest(&found.jumps).expect("a jump"), largest(&run.jumps).expect("a jump"));
+    assert!((found_s - true_s).abs() < 1.0 / RATE_HZ, "{found_s} {true_s}");
+    let errors = crate::compare::compare(&found, &run.truth).expect("of one log");
+    assert!(errors.rms_form_m < 1e-3 * RADIUS_M && errors.rms_com_m < 5e-3 * RADIUS_M, "{errors:?}");
+}
+
+#[test]
+fn contacts_may_be_missed_by_what_neighbouring_samples_scatter() {
+    let (shape, run) = felt_with_noise(false, 10.0 * NOISE_SD_M);
+    let options = ReconstructOptions::default();
+    let job = Job::new(&run.log, &options);
+    let most_m = |noise_m: f64| {
+        let mut fit = fit(&job, &shape, &run);
+        fit.noise.sensor_m = noise_m;
+        Setting::new(&job, job.raw, &job.measurements, &fit, &[]).bounds.sensor_m[1]
+    };
+    assert_eq!(most_m(0.5 * job.scatter_m), CONTACTS_ALLOWANCE * job.scatter_m);
+    assert_eq!(most_m(2.0 * job.scatter_m), CONTACTS_ALLOWANCE * 2.0 * job.scatter_m);
 }
 
 #[test]
