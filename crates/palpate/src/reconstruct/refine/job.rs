@@ -783,6 +783,34 @@ mod tests {
     }
 
     #[test]
+    fn the_number_of_harmonics_is_the_one_asked_for_or_else_what_the_evidence_prefers() {
+        use crate::estimate::model::layout::coefficients_to_order;
+        use crate::palms::PalmMotion;
+        use crate::sensor::Touchpad;
+        use crate::simulate::{SimulateOptions, simulate};
+
+        let shape = SupportFunction::new(0.03, vec![[2e-3, -1e-3], [1.8e-3, 6e-4], [-5e-4, 7e-4]]);
+        let motion = PalmMotion::random(4, 20.0, 0.2).and_then(|motion| motion.sample(20.0)).expect("possible");
+        let touchpad = Touchpad { noise_sd_m: 5e-5, ..Touchpad::ideal() };
+        let run =
+            simulate(&shape, &motion, &SimulateOptions { touchpad, ..SimulateOptions::default() }).expect("possible");
+        let psi: Vec<f64> = run.truth.motion.iter().map(|pose| pose.psi_rad).collect();
+        let order = |harmonics: Option<usize>, from: usize| {
+            let options = ReconstructOptions { harmonics, ..ReconstructOptions::default() };
+            let job = Job::new(&run.log, &options);
+            let mut coefficients = shape.coefficients();
+            coefficients_to_order(&mut coefficients, from);
+            let noise = Noise { sensor_m: 5e-5, balance_m: 2e-5 };
+            let chosen = job.with_order_by_evidence(&coefficients, &psi, noise, job.prior).expect("an optimum");
+            Layout::of_coefficients(&chosen).order
+        };
+        assert_eq!(order(Some(20), 20), 20);
+        // What would be too few or too many for three is left, but for one step more.
+        assert!((4..=8).contains(&order(None, 20)), "{}", order(None, 20));
+        assert!((4..=8).contains(&order(None, 3)), "{}", order(None, 3));
+    }
+
+    #[test]
     fn two_in_a_hundred_samples_are_few() {
         assert!(few(20, 1000) && !few(21, 1000) && few(0, 0));
     }
