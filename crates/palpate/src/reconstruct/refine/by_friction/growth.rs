@@ -183,12 +183,10 @@ impl Strided<'_> {
         (log, self.measurements.of(self.measurements.instants[range.clone()].to_vec()))
     }
 
-    /// Stretches at their optima, those first in which mechanics holds. Several starts may lead to the same; and those that jump are none to begin with, since
-    /// jumps explain anything.
+    /// Stretches at their optima, those first in which mechanics holds. Several starts may lead to the same.
     fn begun(&self, windows: &[Range<usize>], begin: Begin) -> Vec<Stretch> {
         let mut begun: Vec<Stretch> =
             windows.to_vec().into_par_iter().flat_map_iter(|range| self.begun_at(&range, begin)).collect();
-        begun.retain(|stretch| stretch.settled.starts.is_empty());
         begun.sort_by(|a, b| a.missed_m2().total_cmp(&b.missed_m2()));
         let mut distinct: Vec<Stretch> = Vec::new();
         for stretch in begun {
