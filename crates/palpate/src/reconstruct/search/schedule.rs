@@ -23,7 +23,7 @@ const SAMPLES: usize = 250;
 /// (friction, fast palms), large.
 const BALANCES: [[f64; 2]; 3] = [[1.0, 1.0], [1.0, 0.3], [15.0, 15.0]];
 
-/// Before this one of them, which does not believe in the balance, an explanation by contact alone is looked for.
+/// Before this one of them, which does not believe in the balance, it is asked whether other forces explained the log.
 const AFTER_CONTACT_ALONE: usize = 2;
 
 /// Trusts in the calibration of the rig, as many standard deviations of a contact position with what is unknown of it, that are tried with the first of
