@@ -80,6 +80,11 @@ const HELD: f64 = 1e12;
 const LEAST_REDUNDANCY: f64 = 3.0;
 
 impl Optimum {
+    /// Standard deviation of an unknown that all samples share.
+    pub fn sd(&self, covariance: &DMatrix<f64>, unknown: usize) -> f64 {
+        (self.inflation * covariance[(unknown, unknown)].max(0.0)).sqrt()
+    }
+
     /// Its cost at other standard deviations.
     pub fn cost_at(&self, noise: FrictionNoise) -> f64 {
         self.cost - self.noise.cost(&self.squares) + noise.cost(&self.squares)

@@ -448,7 +448,7 @@ impl OfFriction<'_> {
     fn estimate(&self) -> FrictionEstimate {
         let Settled { optimum, regimes, .. } = &self.settled;
         let covariance = optimum.eliminated.covariance();
-        let sd = |index: usize| (optimum.inflation * covariance[(index, index)].max(0.0)).sqrt();
+        let sd = |unknown: usize| optimum.sd(&covariance, unknown);
         let (order, friction) = (optimum.unknowns.coefficients.len() / 2, optimum.unknowns.coefficients.len());
         FrictionEstimate {
             coefficients: optimum.unknowns.friction,

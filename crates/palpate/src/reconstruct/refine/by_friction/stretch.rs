@@ -49,11 +49,9 @@ impl Stretch {
 
     /// Standard deviations of the coefficients of friction.
     fn friction_sds(&self) -> [f64; 2] {
-        let Optimum { unknowns, eliminated, inflation, .. } = &self.settled.optimum;
-        let covariance = eliminated.covariance();
-        [0, 1]
-            .map(|palm| unknowns.coefficients.len() + palm)
-            .map(|at| (inflation * covariance[(at, at)].max(0.0)).sqrt())
+        let optimum = &self.settled.optimum;
+        let (covariance, friction) = (optimum.eliminated.covariance(), optimum.unknowns.coefficients.len());
+        [friction, friction + 1].map(|unknown| optimum.sd(&covariance, unknown))
     }
 
     /// What it tells of friction.
