@@ -13,6 +13,7 @@ use crate::log::Log;
 use crate::math::statistics::median;
 use crate::reconstruct::refine::job::Job;
 use crate::reconstruct::search::initial_height::{from_initial_heights, from_rolling};
+use crate::reconstruct::search::segments::segments;
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -21,6 +22,9 @@ const MOST_SAMPLES: usize = 2000;
 
 /// Samples of the stretch that growth begins with: of windows of 200 every one that its contacts explain was right, of those of 60 half.
 const LENGTH: usize = 200;
+
+/// Samples that a segment between two jumps has at least where a stretch is to begin within it, if any segment has.
+const SHORTEST: usize = 100;
 
 /// Stretches that are tried, and how many of them are grown at most, so many at once: of these the best is kept, and further ones are grown where
 /// that is not explained.
@@ -95,11 +99,7 @@ pub(super) fn grown(job: &Job) -> Option<Grown> {
     let measurements = job.measurements.of(job.measurements.instants.iter().step_by(stride).copied().collect());
     let strided = Strided { job, log, measurements, stride };
     let samples = strided.measurements.len();
-    let length = LENGTH.min(samples);
-    let last = samples - length;
-    let starts = (0..STRETCHES).map(|i| last * i / (STRETCHES - 1));
-    let mut windows: Vec<Range<usize>> = starts.map(|start| start..start + length).collect();
-    windows.dedup();
+    let windows = windows(&segments(&strided.measurements, job.scatter_m));
     let rolled = strided.begun(&windows, Begin::Rolling);
     if !friction_may_act(&rolled) {
         return None;
@@ -153,6 +153,27 @@ enum Begin {
 enum AtLast {
     Stop,
     GoOn,
+}
+
+/// Where stretches begin: evenly over the log, each moved to the nearest segment that it lies within.
+fn windows(segments: &[Range<usize>]) -> Vec<Range<usize>> {
+    let Some(longest) = segments.iter().map(|segment| segment.len()).max() else { return Vec::new() };
+    let least = longest.min(SHORTEST);
+    let samples = segments.iter().map(|segment| segment.end).max().unwrap_or(0);
+    let last = samples.saturating_sub(LENGTH);
+    let mut windows: Vec<Range<usize>> = (0..STRETCHES)
+        .filter_map(|number| {
+            let start = last * number / (STRETCHES - 1);
+            let moved = segments.iter().filter(|segment| segment.len() >= least).map(|segment| {
+                let length = LENGTH.min(segment.len());
+                let start = start.clamp(segment.start, segment.end - length);
+                start..start + length
+            });
+            moved.min_by_key(|window| window.start.abs_diff(start))
+        })
+        .collect();
+    windows.dedup();
+    windows
 }
 
 /// Whether at least one of the stretches, the best first, tells of friction, and as many as of none.
@@ -211,7 +232,8 @@ impl Strided<'_> {
             let start = setting.contacts_suggest(&fit)?;
             let noise = setting.first_noise(&fit, start.0.weight_n);
             let settled = setting.settled(start, noise, (FIRST_ROUNDS, UPDATES))?;
-            Some(Stretch { range: range.clone(), fit, settled })
+            // What jumps where no contact does explains anything.
+            settled.starts.is_empty().then(|| Stretch { range: range.clone(), fit, settled })
         };
         let starts = match begin {
             Begin::Rolling => from_rolling(&measurements, loose, job.prior, ORDERS[0]),
