@@ -35,7 +35,7 @@ pub(crate) struct Sds {
 const PLACES: [Place; 5] = [Place::Below, Place::First, Place::Between, Place::Second, Place::Above];
 
 /// −ln of the probability that an object jumps where it is thought to.
-const JUMP: f64 = 12.0;
+pub(crate) const JUMP: f64 = 12.0;
 
 /// −ln of the probability that the mode changes from one sample to the next.
 const CHANGE: f64 = 5.0;
@@ -87,8 +87,15 @@ pub(crate) struct Decoded {
     pub starts: Vec<usize>,
     /// Samples at which another may have: to slide so far in one step would cost more.
     pub falls: Vec<usize>,
+    /// −ln of how likely they are up to each sample, up to a constant of the log.
+    pub costs: Vec<f64>,
+}
+
+impl Decoded {
     /// −ln of how likely they are, up to a constant of the log.
-    pub cost: f64,
+    pub fn cost(&self) -> f64 {
+        self.costs.last().copied().unwrap_or(0.0)
+    }
 }
 
 /// The likeliest modes of all samples, each that of the step which ends there, and ψ at the end of them. `psi` is where the motion is thought
@@ -149,17 +156,17 @@ pub(crate) fn decode(
     }
     let cost = |mode: usize| survivors.last().and_then(|last| last[mode]).map_or(f64::INFINITY, |last| last.cost);
     let mut mode = (0..5).min_by(|a, b| cost(*a).total_cmp(&cost(*b))).unwrap_or(2);
-    let cost = cost(mode);
     let mut found = Decoded {
         regimes: vec![Regime { order: None, place: Place::Anywhere, sticks_on_both: false }; count],
         psi: psi.to_vec(),
         starts: Vec::new(),
         falls: Vec::new(),
-        cost,
+        costs: vec![f64::INFINITY; count],
     };
     for index in (0..count).rev() {
         let Some(survivor) = survivors[index][mode] else { continue };
         found.psi[index] = survivor.at.psi;
+        found.costs[index] = survivor.cost;
         if survivor.jumped {
             found.starts.push(index);
         } else if let Some((order, sticks_on_both)) = orders[index] {

@@ -5,6 +5,7 @@
 
 mod continuation;
 mod growth;
+mod nearly_symmetric;
 mod profile;
 mod rotations;
 mod stretch;

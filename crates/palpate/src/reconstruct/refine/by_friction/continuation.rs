@@ -66,6 +66,7 @@ impl Strided<'_> {
         let mut best = decoded(psi, &[]);
         let mut starts = Vec::new();
         while over_jumps && starts.len() < JUMPS_AT_ONCE {
+            // Where no mode explains a sample as well as a jump would.
             // Where it is lost, or could not slide so far.
             let lost = best.starts.iter().chain(&best.falls).filter(|at| starts.last().is_none_or(|last| *at > last));
             let Some(&at) = lost.min() else { break };
@@ -76,8 +77,8 @@ impl Strided<'_> {
                 psi[at..].fill(landing);
                 decoded(psi, &starts)
             });
-            let likeliest = landed.min_by(|a, b| a.cost.total_cmp(&b.cost));
-            let Some(likelier) = likeliest.filter(|landed| landed.cost < best.cost) else {
+            let likeliest = landed.min_by(|a, b| a.cost().total_cmp(&b.cost()));
+            let Some(likelier) = likeliest.filter(|landed| landed.cost() < best.cost()) else {
                 starts.pop();
                 break;
             };

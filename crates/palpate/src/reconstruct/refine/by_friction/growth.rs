@@ -93,11 +93,7 @@ pub(super) struct Strided<'a> {
 
 /// An arrangement of the whole log.
 pub(super) fn grown(job: &Job) -> Option<Grown> {
-    let count = job.measurements.len();
-    let stride = count.div_ceil(MOST_SAMPLES).max(1);
-    let log = Log { samples: job.raw.samples.iter().step_by(stride).copied().collect() };
-    let measurements = job.measurements.of(job.measurements.instants.iter().step_by(stride).copied().collect());
-    let strided = Strided { job, log, measurements, stride };
+    let strided = Strided::new(job);
     let samples = strided.measurements.len();
     let windows = windows(&segments(&strided.measurements, job.scatter_m));
     let rolled = strided.begun(&windows, Begin::Rolling);
@@ -195,6 +191,15 @@ fn is_worse(grown: &Settled, before: &Settled, jumps: usize) -> bool {
     grown.starts.len() > jumps
         || is_worse(now.slip_m, then.slip_m, FINE[0])
         || is_worse(now.forces_m, then.forces_m, FINE[1])
+}
+
+impl<'a> Strided<'a> {
+    pub fn new(job: &'a Job<'a>) -> Self {
+        let stride = job.measurements.len().div_ceil(MOST_SAMPLES).max(1);
+        let log = Log { samples: job.raw.samples.iter().step_by(stride).copied().collect() };
+        let measurements = job.measurements.of(job.measurements.instants.iter().step_by(stride).copied().collect());
+        Self { job, log, measurements, stride }
+    }
 }
 
 impl Strided<'_> {
@@ -385,5 +390,20 @@ mod tests {
     #[test]
     fn without_a_stretch_friction_does_not_act() {
         assert!(!friction_may_act(&[]));
+    }
+
+    #[test]
+    fn stretches_begin_between_jumps_and_in_no_short_segment() {
+        // The whole log is one segment.
+        let even = windows(std::slice::from_ref(&(0..900)));
+        assert_eq!(even.len(), STRETCHES);
+        assert_eq!((even[0].clone(), even[STRETCHES - 1].clone()), (0..LENGTH, 900 - LENGTH..900));
+        let around = |short: usize| windows(&[0..300, 300..300 + short, 300 + short..900]);
+        let has_short = |short: usize| around(short).contains(&(300..300 + short));
+        assert!(has_short(SHORTEST) && !has_short(SHORTEST - 1));
+        assert!(around(SHORTEST - 1).iter().all(|window| window.end <= 300 || window.start >= 300 + SHORTEST - 1));
+        // Where all are short the longest are taken.
+        assert_eq!(windows(&[0..40, 40..90, 90..130]), [40..90]);
+        assert!(windows(&[]).is_empty());
     }
 }

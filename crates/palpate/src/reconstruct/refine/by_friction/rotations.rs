@@ -2,14 +2,16 @@
 //! the parts share of the boundary, and the fall between them, say how they lie to each other.
 //!
 //! The rotation is profiled as without friction ([`turned_parts`]), with the forces at the edges of the cones where the contacts slide. What some
-//! shape explains is taken to its own optimum, contact modes and all; there the fits are compared.
+//! shape explains is taken to its own optimum, contact modes and all; there the fits are compared. So are parts between jumps that no contact shows
+//! ([`nearly_symmetric`](super::nearly_symmetric)).
 
+use super::nearly_symmetric::likelier_copies;
 use super::{EXPLAINED, Setting, Settled};
 use crate::estimate::association::relative_rotation::{LOOSE, Trial, turned_parts};
 use crate::estimate::evidence::motion_prior::{CERTAIN, EXCLUDED};
 use crate::estimate::friction::falls::falls;
 use crate::estimate::friction::problem::Unknowns;
-use crate::estimate::friction::smoother::FrictionNoise;
+use crate::estimate::friction::smoother::{FrictionNoise, Optimum};
 use crate::estimate::model::layout::Layout;
 use crate::estimate::model::noise::Noise;
 use crate::estimate::motion::same_motion;
@@ -59,10 +61,12 @@ fn rivals(setting: &Setting, present: &Settled) -> Vec<(f64, Settled)> {
             apart.push(trial);
         }
     }
+    apart.extend(likelier_copies(setting, present));
     // What falls as no object does gives way to any that explains the log.
     let impossible = if present.falls(&setting.job.palms()) { 0.0 } else { EXCLUDED.0 };
+    let here = setting.continued_cost(present);
     let weighed = |rival: Settled| {
-        let gain = impossible + present.optimum.cost - rival.optimum.cost_at(present.optimum.noise);
+        let gain = impossible + here - setting.continued_cost(&rival);
         (gain > -CERTAIN.0).then_some((gain, rival))
     };
     let tried = apart.into_par_iter().filter_map(|trial| tried(setting, present, trial).and_then(weighed));
@@ -97,6 +101,10 @@ fn trials(setting: &Setting, present: &Settled) -> Vec<Trial> {
 fn tried(setting: &Setting, present: &Settled, Trial { part, omega, coefficients, .. }: Trial) -> Option<Settled> {
     let Unknowns { friction, weight_n, calibration, ref psi, .. } = present.optimum.unknowns;
     let mut psi = psi.clone();
+    let mut starts = present.starts.clone();
+    starts.extend([part.start, part.end].into_iter().filter(|edge| (1..psi.len()).contains(edge)));
+    starts.sort_unstable();
+    starts.dedup();
     psi[part].iter_mut().for_each(|psi| *psi += omega);
     let size_m = coefficients[0];
     let noise = FrictionNoise {
@@ -104,12 +112,21 @@ fn tried(setting: &Setting, present: &Settled, Trial { part, omega, coefficients
         forces_m: LOOSE * size_m,
         ..present.optimum.noise
     };
-    let starts = present.starts.clone();
     let unknowns = Unknowns { coefficients, friction, weight_n, calibration, psi };
     let setting = Setting { starts: &starts, ..*setting };
     let settled = setting.settled((unknowns, present.regimes.clone()), noise, (ROUNDS, UPDATES))?;
     let explains = settled.leaves_at_most(setting.bounds, EXPLAINED) && settled.falls(&setting.job.palms());
     explains.then_some(settled)
+}
+
+impl Setting<'_> {
+    /// −ln of the posterior, up to a constant of the log: of prior, measured forces and contacts, the motion as mechanics continues it from sample to sample. Standard deviations
+    /// of slip and forces, which a wrong rotation inflates, hardly count.
+    fn continued_cost(&self, settled: &Settled) -> f64 {
+        let Optimum { corrected, unknowns, noise, .. } = &settled.optimum;
+        settled.optimum.cost_of_prior_and_pads()
+            + self.decoded(corrected, unknowns, None, *noise, &settled.starts).cost()
+    }
 }
 
 impl Settled {

@@ -5,8 +5,8 @@ use crate::estimate::friction::smoother::Optimum;
 use crate::estimate::solver::gauss_newton::Fit;
 use std::ops::Range;
 
-/// Friction acts on a stretch with a coefficient of more than this (without any, stretches have up to 0.007, and with 0.02 at least 0.018), or where
-/// the object rolls for this share of the samples.
+/// Friction acts on a stretch with a coefficient of more than this (without any, stretches have up to 0.007, and with 0.02 at least 0.018). Where the
+/// object rolls for this share of the samples, the coefficient is the least that holds it, however little is known of how much more it may be.
 const ACTS: f64 = 0.012;
 const ROLLS: f64 = 0.5;
 
@@ -73,7 +73,8 @@ pub(super) enum Told {
 /// What a stretch with these coefficients and their standard deviations tells, of which the object rolls for some share.
 fn told(friction: [f64; 2], sds: [f64; 2], rolls: f64) -> Told {
     let at = |palm: usize, sds_more: f64| friction[palm] + sds_more * sds[palm];
-    if rolls > ROLLS || (0..2).any(|palm| at(palm, -TOLD_SDS) > ACTS) {
+    let least_sds = if rolls > ROLLS { 0.0 } else { -TOLD_SDS };
+    if (0..2).any(|palm| at(palm, least_sds) > ACTS) {
         Told::Friction
     } else if (0..2).all(|palm| at(palm, TOLD_SDS) < ACTS) {
         Told::None
@@ -87,12 +88,19 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_stretch_tells_of_friction_beyond_its_least_coefficient_or_where_the_object_rolls() {
+    fn a_stretch_tells_of_friction_beyond_the_least_coefficient() {
         let sds = [0.001, 0.002];
         assert_eq!(told([0.001, 0.0161], sds, 0.0), Told::Friction);
         assert_eq!(told([0.001, 0.0159], sds, 0.0), Told::Nothing);
-        assert_eq!(told([0.001, 0.001], sds, 0.51), Told::Friction);
-        assert_eq!(told([0.0099, 0.0079], sds, 0.49), Told::None);
-        assert_eq!(told([0.0099, 0.0081], sds, 0.49), Told::Nothing);
+        assert_eq!(told([0.0099, 0.0079], sds, 0.0), Told::None);
+        assert_eq!(told([0.0099, 0.0081], sds, 0.0), Told::Nothing);
+    }
+
+    #[test]
+    fn what_rolls_is_held_by_the_least_coefficient_that_it_needs() {
+        let sds = [0.1, 0.2];
+        assert_eq!(told([0.001, 0.0121], sds, 0.51), Told::Friction);
+        assert_eq!(told([0.001, 0.0121], sds, 0.49), Told::Nothing);
+        assert_eq!(told([0.001, 0.0119], sds, 0.51), Told::Nothing);
     }
 }
