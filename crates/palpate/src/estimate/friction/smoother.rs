@@ -91,14 +91,8 @@ impl Optimum {
     }
 
     /// What of its cost is that of the prior.
-    fn prior_cost(&self) -> f64 {
+    pub fn prior_cost(&self) -> f64 {
         self.cost - self.noise.cost(&self.squares)
-    }
-
-    /// −ln of the prior and of the likelihood of the measured forces, up to a constant of the log.
-    pub fn cost_of_prior_and_pads(&self) -> f64 {
-        let sd_n = self.noise.pads_n;
-        self.prior_cost() + 0.5 * self.squares.pads / (sd_n * sd_n) + self.measured as f64 * sd_n.ln()
     }
 
     /// Covariance of shape and friction in a frame that does not turn.

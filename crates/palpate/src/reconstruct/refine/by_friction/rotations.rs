@@ -124,8 +124,12 @@ impl Setting<'_> {
     /// of slip and forces, which a wrong rotation inflates, hardly count.
     fn continued_cost(&self, settled: &Settled) -> f64 {
         let Optimum { corrected, unknowns, noise, .. } = &settled.optimum;
-        settled.optimum.cost_of_prior_and_pads()
-            + self.decoded(corrected, unknowns, None, *noise, &settled.starts).cost()
+        let decoded = self.decoded(corrected, unknowns, None, *noise, &settled.starts);
+        // Its densities are those of a contact in standard deviations. Of the forces that are measured, not all are compared.
+        let measured = self.log.samples.iter().flat_map(|sample| sample.forces_n()).flatten().count();
+        let of_scales =
+            corrected.measurements.seen() as f64 * noise.sensor_m.ln() + measured as f64 * noise.pads_n.ln();
+        settled.optimum.prior_cost() + of_scales + decoded.cost()
     }
 }
 
