@@ -72,7 +72,8 @@ fn rivals(setting: &Setting, present: &Settled) -> Vec<(f64, Settled)> {
     let tried = apart.into_par_iter().filter_map(|trial| tried(setting, present, trial).and_then(weighed));
     let mut rivals: Vec<(f64, Settled)> = tried.collect();
     let same = |other: &Settled| same_motion(&other.optimum.unknowns.psi, &present.optimum.unknowns.psi, TAU);
-    rivals.retain(|(_, rival)| !same(rival));
+    // Where they differ by a few samples only, the likelier takes the place of the present one.
+    rivals.retain(|(gain, rival)| !same(rival) || *gain > CERTAIN.0);
     rivals.sort_by(|a, b| b.0.total_cmp(&a.0));
     rivals
 }
