@@ -66,7 +66,6 @@ impl Strided<'_> {
         let mut best = decoded(psi, &[]);
         let mut starts = Vec::new();
         while over_jumps && starts.len() < JUMPS_AT_ONCE {
-            // Where no mode explains a sample as well as a jump would.
             // Where it is lost, or could not slide so far.
             let lost = best.starts.iter().chain(&best.falls).filter(|at| starts.last().is_none_or(|last| *at > last));
             let Some(&at) = lost.min() else { break };

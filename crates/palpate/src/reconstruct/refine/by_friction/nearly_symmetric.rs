@@ -22,20 +22,20 @@ const ORDERS: [u32; 6] = [2, 3, 4, 5, 6, 8];
 pub(super) fn likelier_copies(setting: &Setting, present: &Settled) -> Vec<Trial> {
     let optimum = &present.optimum;
     let Unknowns { coefficients, psi, .. } = &optimum.unknowns;
+    let omegas = copies(&SupportFunction::from_coefficients(coefficients));
+    if omegas.is_empty() {
+        return Vec::new();
+    }
     let covariance = optimum.covariance_of_object();
     let costs = |omega: f64| {
         let turned = psi.iter().map(|psi| psi + omega).collect();
         let at = Unknowns { psi: turned, ..optimum.unknowns.clone() };
         setting.decoded(&optimum.corrected, &at, covariance.as_ref(), optimum.noise, &present.starts).costs
     };
-    let omegas = copies(&SupportFunction::from_coefficients(coefficients));
-    if omegas.is_empty() {
-        return Vec::new();
-    }
     let here = costs(0.0);
     let trial = |omega: f64| {
         let there = costs(omega);
-        let (gain, part) = likeliest_part(&gains(&here, &there))?;
+        let (gain, part) = likeliest_part(here.iter().zip(&there).map(|(here, there)| here - there))?;
         (gain > -CERTAIN.0).then(|| Trial { cost: -gain, part, omega, coefficients: coefficients.clone() })
     };
     omegas.into_par_iter().filter_map(trial).collect()
@@ -67,20 +67,11 @@ fn changed_contacts_m(shape: &SupportFunction, omega: f64) -> f64 {
     squares.sum::<f64>().sqrt()
 }
 
-/// What each sample gains.
-fn gains(here: &[f64], there: &[f64]) -> Vec<f64> {
-    let of_sample = |costs: &[f64], index: usize| costs[index] - if index > 0 { costs[index - 1] } else { 0.0 };
-    (0..here.len()).map(|index| of_sample(here, index) - of_sample(there, index)).collect()
-}
-
-/// The run that gains most, less what jumps cost where it begins or ends within the log. `None` where that is all of the log.
-fn likeliest_part(gains: &[f64]) -> Option<(f64, Range<usize>)> {
-    let count = gains.len();
-    let mut sums = vec![0.0];
-    sums.extend(gains.iter().scan(0.0, |sum, gain| {
-        *sum += gain;
-        Some(*sum)
-    }));
+/// The run that gains most, less what jumps cost where it begins or ends within the log, of what is gained up to each sample. `None` where that is all of
+/// the log.
+fn likeliest_part(gained: impl Iterator<Item = f64>) -> Option<(f64, Range<usize>)> {
+    let sums: Vec<f64> = std::iter::once(0.0).chain(gained).collect();
+    let count = sums.len() - 1;
     // Where a run begins at its best for each end.
     let (mut best, mut start, mut least) = (None, 0, f64::INFINITY);
     for end in SHORT_SEGMENT..=count {
@@ -104,6 +95,13 @@ mod tests {
 
     #[test]
     fn the_run_that_gains_most_is_found_and_jumps_cost_something() {
+        let likeliest_part = |gains: &[f64]| {
+            let gained = gains.iter().scan(0.0, |sum, gain| {
+                *sum += gain;
+                Some(*sum)
+            });
+            likeliest_part(gained)
+        };
         let mut gains = vec![-0.2; 300];
         gains[100..180].fill(1.0);
         let (gain, part) = likeliest_part(&gains).expect("a part");

@@ -121,8 +121,8 @@ fn tried(setting: &Setting, present: &Settled, Trial { part, omega, coefficients
 }
 
 impl Setting<'_> {
-    /// −ln of the posterior, up to a constant of the log: of prior, measured forces and contacts, the motion as mechanics continues it from sample to sample. Standard deviations
-    /// of slip and forces, which a wrong rotation inflates, hardly count.
+    /// −ln of the posterior, up to a constant of the log: of prior, measured forces and contacts, the motion as mechanics continues it from sample
+    /// to sample. Standard deviations of slip and forces, which a wrong rotation inflates, hardly count.
     fn continued_cost(&self, settled: &Settled) -> f64 {
         let Optimum { corrected, unknowns, noise, .. } = &settled.optimum;
         let decoded = self.decoded(corrected, unknowns, None, *noise, &settled.starts);
