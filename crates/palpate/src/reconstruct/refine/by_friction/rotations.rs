@@ -11,6 +11,7 @@ use crate::estimate::association::relative_rotation::{LOOSE, Trial, turned_parts
 use crate::estimate::evidence::motion_prior::{CERTAIN, EXCLUDED};
 use crate::estimate::friction::falls::falls;
 use crate::estimate::friction::problem::Unknowns;
+use crate::estimate::friction::regimes::Regime;
 use crate::estimate::friction::smoother::{FrictionNoise, Optimum};
 use crate::estimate::model::layout::Layout;
 use crate::estimate::model::noise::Noise;
@@ -18,6 +19,7 @@ use crate::estimate::motion::same_motion;
 use crate::estimate::solver::shape_given_motion::ShapeGivenMotion;
 use crate::math::angle::wrapped;
 use crate::palms::PalmPair;
+use crate::reconstruct::search::segments::segments;
 use crate::shape::SupportFunction;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
@@ -69,11 +71,14 @@ fn rivals(setting: &Setting, present: &Settled) -> Vec<(f64, Settled)> {
         let gain = impossible + here - setting.continued_cost(&rival);
         (gain > -CERTAIN.0).then_some((gain, rival))
     };
-    let tried = apart.into_par_iter().filter_map(|trial| tried(setting, present, trial).and_then(weighed));
-    let mut rivals: Vec<(f64, Settled)> = tried.collect();
+    let turned = apart.into_iter().map(|trial| turned(present, trial));
+    let arranged: Vec<Arranged> = turned.chain(without_a_jump(setting, present)).collect();
+    let optima = arranged.into_par_iter().filter_map(|arranged| arranged.optimum(setting, present).and_then(weighed));
+    let mut rivals: Vec<(f64, Settled)> = optima.collect();
     let same = |other: &Settled| same_motion(&other.optimum.unknowns.psi, &present.optimum.unknowns.psi, TAU);
-    // Where they differ by a few samples only, the likelier takes the place of the present one.
-    rivals.retain(|(gain, rival)| !same(rival) || *gain > CERTAIN.0);
+    // Where they differ by a few samples only, the likelier takes the place of the present one; so does one with fewer jumps.
+    let asked = |rival: &Settled| if rival.starts.len() < present.starts.len() { 0.0 } else { CERTAIN.0 };
+    rivals.retain(|(gain, rival)| !same(rival) || *gain > asked(rival));
     rivals.sort_by(|a, b| b.0.total_cmp(&a.0));
     rivals
 }
@@ -98,26 +103,69 @@ fn trials(setting: &Setting, present: &Settled) -> Vec<Trial> {
     turned_parts(starts, &all, psi.len(), (setting.prior, order), &given)
 }
 
-/// A trial at its optimum, where friction explains that and its jumps.
-fn tried(setting: &Setting, present: &Settled, Trial { part, omega, coefficients, .. }: Trial) -> Option<Settled> {
-    let Unknowns { friction, weight_n, calibration, ref psi, .. } = present.optimum.unknowns;
-    let mut psi = psi.clone();
+/// The log arranged otherwise.
+struct Arranged {
+    coefficients: Vec<f64>,
+    psi: Vec<f64>,
+    regimes: Vec<Regime>,
+    /// Samples at which a jump has just ended.
+    starts: Vec<usize>,
+}
+
+/// The present motion with one part turned, between jumps.
+fn turned(present: &Settled, Trial { part, omega, coefficients, .. }: Trial) -> Arranged {
+    let mut psi = present.optimum.unknowns.psi.clone();
     let mut starts = present.starts.clone();
     starts.extend([part.start, part.end].into_iter().filter(|edge| (1..psi.len()).contains(edge)));
     starts.sort_unstable();
     starts.dedup();
     psi[part].iter_mut().for_each(|psi| *psi += omega);
-    let size_m = coefficients[0];
-    let noise = FrictionNoise {
-        sensor_m: (LOOSE * size_m).max(present.optimum.noise.sensor_m),
-        forces_m: LOOSE * size_m,
-        ..present.optimum.noise
-    };
-    let unknowns = Unknowns { coefficients, friction, weight_n, calibration, psi };
-    let setting = Setting { starts: &starts, ..*setting };
-    let settled = setting.settled((unknowns, present.regimes.clone()), noise, (ROUNDS, UPDATES))?;
-    let explains = settled.leaves_at_most(setting.bounds, EXPLAINED) && settled.falls(&setting.job.palms());
-    explains.then_some(settled)
+    Arranged { coefficients, psi, regimes: present.regimes.clone(), starts }
+}
+
+/// The motion without one of the jumps that no contact shows: the part before it, all before it, or the part behind it turned to where it goes on.
+fn without_a_jump(setting: &Setting, present: &Settled) -> Vec<Arranged> {
+    let Settled { optimum: Optimum { corrected, unknowns, .. }, regimes, starts } = present;
+    let shown: Vec<usize> =
+        segments(&corrected.measurements, setting.job.scatter_m).iter().map(|segment| segment.start).collect();
+    let mut arranged = Vec::new();
+    for (index, &start) in starts.iter().enumerate().filter(|(_, start)| !shown.contains(start)) {
+        let leap = unknowns.psi[start] - unknowns.psi[start - 1];
+        let before = index.checked_sub(1).map_or(0, |before| starts[before]);
+        let end = starts.get(index + 1).copied().unwrap_or(unknowns.psi.len());
+        let mut parts = vec![(before..start, leap), (start..end, -leap)];
+        if before > 0 {
+            parts.push((0..start, leap));
+        }
+        for (part, omega) in parts {
+            let mut psi = unknowns.psi.clone();
+            psi[part].iter_mut().for_each(|psi| *psi += omega);
+            let mut regimes = regimes.clone();
+            regimes[start] = regimes[start - 1];
+            let starts = starts.iter().copied().filter(|other| *other != start).collect();
+            arranged.push(Arranged { coefficients: unknowns.coefficients.clone(), psi, regimes, starts });
+        }
+    }
+    arranged
+}
+
+impl Arranged {
+    /// Its optimum, where friction explains that and its jumps.
+    fn optimum(self, setting: &Setting, present: &Settled) -> Option<Settled> {
+        let Self { coefficients, psi, regimes, starts } = self;
+        let Unknowns { friction, weight_n, calibration, .. } = present.optimum.unknowns;
+        let size_m = coefficients[0];
+        let noise = FrictionNoise {
+            sensor_m: (LOOSE * size_m).max(present.optimum.noise.sensor_m),
+            forces_m: LOOSE * size_m,
+            ..present.optimum.noise
+        };
+        let unknowns = Unknowns { coefficients, friction, weight_n, calibration, psi };
+        let setting = Setting { starts: &starts, ..*setting };
+        let settled = setting.settled((unknowns, regimes), noise, (ROUNDS, UPDATES))?;
+        let explains = settled.leaves_at_most(setting.bounds, EXPLAINED) && settled.falls(&setting.job.palms());
+        explains.then_some(settled)
+    }
 }
 
 impl Setting<'_> {

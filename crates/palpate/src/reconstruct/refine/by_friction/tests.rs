@@ -315,6 +315,24 @@ fn what_another_rotation_explains_as_well_is_told() {
         let (found, others) = rotations::likeliest(setting, settled);
         assert!(others.is_empty(), "{}", others.len());
         friction_is_right(&found);
+        // No contact leaps there, and without the jump the same motion is likelier.
+        assert!(found.starts.is_empty(), "{:?}", found.starts);
+    });
+}
+
+#[test]
+fn a_few_samples_that_jump_away_and_back_are_no_rival_but_a_mistake() {
+    from_truth(|setting, mut settled| {
+        let truth = settled.optimum.unknowns.psi.clone();
+        settled.starts = vec![440, 450];
+        settled.optimum.unknowns.psi[440..450].iter_mut().for_each(|psi| *psi += 0.5);
+        let (found, others) = rotations::likeliest(setting, settled);
+        assert!(found.starts.is_empty() && others.is_empty(), "{:?} {}", found.starts, others.len());
+        // The frame of the object may be any.
+        let turned = found.optimum.unknowns.psi[0] - truth[0];
+        let off = truth.iter().zip(&found.optimum.unknowns.psi).map(|(truth, found)| (found - truth - turned).abs());
+        let off = off.fold(0.0, f64::max);
+        assert!(off < 1e-2, "{off}");
     });
 }
 
