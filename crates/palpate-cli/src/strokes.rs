@@ -1,11 +1,12 @@
-//! The second rig of the paper, a pivoting grasp: `palpate reconstruct` on a log of its strokes, and `palpate simulate --rig pivot`.
+//! The second rig of the paper, a pivoting grasp: `palpate reconstruct` on a log of its strokes, `palpate simulate --rig pivot`, and the
+//! object on its pivot that the latter and `palpate plan` share.
 
 use std::path::Path;
 use std::time::Instant;
 
 use palpate::pivot::{
-    PadPose, PivotOptions, PivotReconstructError, PivotRig, PivotSimulateError, PivotSimulateOptions, PivotSimulation,
-    Stroke, compare_strokes, reconstruct_strokes, simulate_strokes,
+    PadPose, PivotOptions, PivotReconstructError, PivotRig, PivotSimulateError, PivotSimulateOptions, Stroke,
+    compare_strokes, reconstruct_strokes, simulate_strokes,
 };
 use palpate::sensor::Touchpad;
 use palpate::shape::SupportFunction;
@@ -23,11 +24,11 @@ const STROKES: [[f64; 3]; 6] =
     [[0.0, 4.5, 3.0], [0.3, -4.0, -2.5], [-0.5, 4.0, 2.0], [0.5, -4.5, -3.0], [0.0, 3.5, 1.5], [-0.3, -3.5, -2.0]];
 
 /// Force with which the arm presses, in weights of the object, and friction where none is asked for.
-const PRESS: f64 = 3.0;
-const USUAL_FRICTION: f64 = 0.4;
+pub const PRESS: f64 = 3.0;
+pub const USUAL_FRICTION: f64 = 0.4;
 
 /// Where the pivot is if nothing is said: so many mean radii from the centre of mass. About the middle of a round object no angle is told.
-const PIVOT_SHARE: f64 = 0.3;
+pub const PIVOT_SHARE: f64 = 0.3;
 
 /// Length of the pad that is simulated where none is stated, in mean radii: for the longest of the strokes, either way.
 const PAD_LENGTH: f64 = 20.0;
@@ -51,11 +52,7 @@ impl Reconstruct<'_> {
     /// Reads, reconstructs, writes, and says how it went.
     pub fn run(&self, terminal: &Terminal) -> Result<Ending, Failure> {
         let file = palpate_io::read_strokes(self.log)?;
-        let rig = match self.rig {
-            Some(path) => palpate_io::read_pivot_rig(path)?,
-            None if self.exact => PivotRig::exact(PadPose::default()),
-            None => PivotRig::uncalibrated(PadPose::default()),
-        };
+        let rig = rig(self.rig, self.exact)?;
         let rig = PivotRig { reading_sd_m: self.sensor_sd_m.or(rig.reading_sd_m), ..rig };
         let truth = self.truth.map(palpate_io::read_truth).transpose()?;
         palpate_io::check_strokes_target(self.out)?;
@@ -90,6 +87,15 @@ impl Reconstruct<'_> {
         }
         Ok(if summary.certified { Ending::Success } else { Ending::NotCertified })
     }
+}
+
+/// The rig of a file; without one it is exact, or an ordinary one that nobody calibrated, with a level pad in the origin.
+pub fn rig(path: Option<&Path>, is_exact: bool) -> Result<PivotRig, Failure> {
+    Ok(match path {
+        Some(path) => palpate_io::read_pivot_rig(path)?,
+        None if is_exact => PivotRig::exact(PadPose::default()),
+        None => PivotRig::uncalibrated(PadPose::default()),
+    })
 }
 
 fn told(summary: &StrokesSummary, out: &Path) -> String {
@@ -144,13 +150,55 @@ fn told(summary: &StrokesSummary, out: &Path) -> String {
     lines.join("\n")
 }
 
+/// An object that hangs from its pivot over a pad.
+pub struct Held {
+    /// Support function about the pivot.
+    pub about_pivot: SupportFunction,
+    /// Pad, friction and centre of mass.
+    pub options: PivotSimulateOptions,
+}
+
+impl Held {
+    /// By its shape about the centre of mass, and where the pivot is from there.
+    pub fn new(shape: &SupportFunction, pivot_m: Option<[f64; 2]>, touchpad: Touchpad, friction: Option<f64>) -> Self {
+        let radius_m = shape.mean_radius_m();
+        let pivot_m = pivot_m.unwrap_or([0.0, PIVOT_SHARE * radius_m]);
+        let length_m = if touchpad.length_m.is_finite() { touchpad.length_m } else { PAD_LENGTH * radius_m };
+        let options = PivotSimulateOptions {
+            touchpad: Touchpad { length_m, ..touchpad },
+            arm_noise_sd_m: ARM_NOISE_SHARE * touchpad.noise_sd_m,
+            center_of_mass_m: pivot_m.map(|m| -m),
+            friction: friction.unwrap_or(USUAL_FRICTION),
+            ..PivotSimulateOptions::default()
+        };
+        Self { about_pivot: shape.translated(-pivot_m[0], -pivot_m[1]), options }
+    }
+
+    /// The strokes that are simulated where none are given.
+    fn usual_strokes(&self) -> Vec<Stroke> {
+        let (radius_m, middle_m) = (self.about_pivot.mean_radius_m(), 0.5 * self.options.touchpad.length_m);
+        let place = |way: f64| middle_m + way * radius_m;
+        STROKES.iter().map(|ways| Stroke { along_m: ways.map(place).to_vec(), press: PRESS }).collect()
+    }
+
+    /// Part of the pad that these strokes go over, metres.
+    pub fn usual_along_m(&self) -> [f64; 2] {
+        let all: Vec<f64> = self.usual_strokes().into_iter().flat_map(|stroke| stroke.along_m).collect();
+        [all.iter().copied().fold(f64::INFINITY, f64::min), all.iter().copied().fold(f64::NEG_INFINITY, f64::max)]
+    }
+}
+
 /// What is asked of a simulation.
 pub struct Simulate<'a> {
     pub out: &'a Path,
     /// About its centre of mass.
     pub shape: &'a SupportFunction,
+    /// Where the pivot is from there.
+    pub pivot_m: Option<[f64; 2]>,
     pub touchpad: Touchpad,
     pub friction: Option<f64>,
+    /// A file of strokes, in place of the usual ones.
+    pub strokes: Option<&'a Path>,
     pub rate_hz: f64,
     pub seed: u64,
     pub name: String,
@@ -159,16 +207,23 @@ pub struct Simulate<'a> {
 impl Simulate<'_> {
     /// Simulates and writes the log and the truth.
     pub fn run(self, terminal: &Terminal) -> Result<Ending, Failure> {
-        let (_, simulation) = simulated(self.shape, self.touchpad, self.friction, self.rate_hz, self.seed)?;
+        let held = Held::new(self.shape, self.pivot_m, self.touchpad, self.friction);
+        let strokes = self.strokes.map(palpate_io::read_planned_strokes).transpose()?;
+        let strokes = strokes.unwrap_or_else(|| held.usual_strokes());
+        let options = PivotSimulateOptions { rate_hz: self.rate_hz, seed: self.seed, ..held.options };
+        let simulation = simulate_strokes(&held.about_pivot, &strokes, &options)?;
         let truth_dir = palpate_io::truth_dir_of(self.out);
         palpate_io::write_truth(&truth_dir, &simulation.truth)?;
         let metadata = [("made by", format!("palpate simulate {}", env!("CARGO_PKG_VERSION"))), ("shape", self.name)];
         palpate_io::write_strokes(self.out, &simulation.log, &metadata)?;
         let felt = simulation.log.samples.iter().filter(|sample| sample.s_m.is_some()).count();
+        let strokes = match strokes.len() {
+            1 => "1 stroke".to_owned(),
+            count => format!("{count} strokes"),
+        };
         terminal.say(&format!(
-            "{}: {} strokes, {} samples, {felt} with a contact\n{}: its truth (about the pivot)",
+            "{}: {strokes}, {} samples, {felt} with a contact\n{}: its truth (about the pivot)",
             self.out.display(),
-            STROKES.len(),
             simulation.log.samples.len(),
             truth_dir.display()
         ))?;
@@ -176,31 +231,18 @@ impl Simulate<'_> {
     }
 }
 
-/// The strokes of `palpate simulate --rig pivot`, and the shape about the pivot.
+/// The usual strokes over a pad, and the shape about the pivot.
+#[cfg(feature = "paper")]
 pub fn simulated(
     shape: &SupportFunction,
     touchpad: Touchpad,
-    friction: Option<f64>,
     rate_hz: f64,
     seed: u64,
-) -> Result<(SupportFunction, PivotSimulation), Failure> {
-    let radius_m = shape.mean_radius_m();
-    let pivot_m = [0.0, PIVOT_SHARE * radius_m];
-    let length_m = if touchpad.length_m.is_finite() { touchpad.length_m } else { PAD_LENGTH * radius_m };
-    let strokes =
-        STROKES.map(|ways| Stroke { along_m: ways.map(|way| 0.5 * length_m + way * radius_m).to_vec(), press: PRESS });
-    let options = PivotSimulateOptions {
-        touchpad: Touchpad { length_m, ..touchpad },
-        arm_noise_sd_m: ARM_NOISE_SHARE * touchpad.noise_sd_m,
-        center_of_mass_m: pivot_m.map(|m| -m),
-        friction: friction.unwrap_or(USUAL_FRICTION),
-        rate_hz,
-        seed,
-        ..PivotSimulateOptions::default()
-    };
-    let about_pivot = shape.translated(-pivot_m[0], -pivot_m[1]);
-    let simulation = simulate_strokes(&about_pivot, &strokes, &options)?;
-    Ok((about_pivot, simulation))
+) -> Result<(SupportFunction, palpate::pivot::PivotSimulation), Failure> {
+    let held = Held::new(shape, None, touchpad, None);
+    let options = PivotSimulateOptions { rate_hz, seed, ..held.options.clone() };
+    let simulation = simulate_strokes(&held.about_pivot, &held.usual_strokes(), &options)?;
+    Ok((held.about_pivot, simulation))
 }
 
 impl From<PivotReconstructError> for Failure {

@@ -66,6 +66,8 @@ mod _palpate {
     #[pymodule_export]
     use crate::strokes::log::StrokesData;
     #[pymodule_export]
+    use crate::strokes::plan::plan_strokes;
+    #[pymodule_export]
     use crate::strokes::reconstruct::reconstruct_strokes;
     #[pymodule_export]
     use crate::strokes::result::StrokesResult;

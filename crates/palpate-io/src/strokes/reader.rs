@@ -5,7 +5,7 @@ use std::path::Path;
 use palpate::pivot::{PivotLog, PivotSample};
 
 use crate::csv::bytes::read_bytes;
-use crate::csv::table::{Quantity, Table};
+use crate::csv::table::{Quantity, Table, header_has};
 use crate::csv::unit::Dimension;
 use crate::read_error::{ReadError, ReadProblem};
 
@@ -20,7 +20,7 @@ pub(super) const HEADER: &str = "time_s,pivot_x_m,pivot_y_m,s_m";
 pub(super) const SWING_PERIOD: &str = "swing_period_s";
 
 /// Arms and pads reach no further, metres: beyond, lengths are in another unit than their name says.
-const FURTHEST_M: f64 = 10.0;
+pub(super) const FURTHEST_M: f64 = 10.0;
 
 /// A log of strokes as it came from a file.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -33,9 +33,7 @@ pub struct StrokesFile {
 
 /// Whether the header of a file has the columns of a pivot: it is a log of strokes and no palm log.
 pub fn is_strokes_log(bytes: &[u8]) -> bool {
-    let text = String::from_utf8_lossy(&bytes[..bytes.len().min(64 << 10)]);
-    let header = text.lines().map(str::trim).find(|line| !line.is_empty() && !line.starts_with('#'));
-    header.is_some_and(|header| header.to_lowercase().contains(PIVOT_X.stem))
+    header_has(bytes, PIVOT_X)
 }
 
 /// Reads a log of strokes of a pivoting grasp (Moll & Erdmann 2001, figure 9).
@@ -89,7 +87,9 @@ mod tests {
     #[test]
     fn strokes_are_read_in_any_unit_and_order() {
         let text = "# swing_period_s: 0.4\ns_mm,time_ms,Pivot_X (cm),pivot_y_m\n12.5,0,1.5,0.03\n,50,1.6,0.04\n";
-        assert!(is_strokes_log(text.as_bytes()) && !is_strokes_log(b"time_s,phi1_rad,phi2_rad,s1_m,s2_m\n"));
+        let palms = b"time_s,phi1_rad,phi2_rad,s1_m,s2_m\n";
+        assert!(is_strokes_log(text.as_bytes()) && !is_strokes_log(palms));
+        assert!(crate::is_palm_log(palms) && !crate::is_palm_log(text.as_bytes()));
         let error = crate::parse_log("log", text.as_bytes()).expect_err("it is no palm log");
         assert!(error.to_string().contains("reconstruct_strokes"), "{error}");
         let file = parse_strokes("log", text.as_bytes()).expect("a log");

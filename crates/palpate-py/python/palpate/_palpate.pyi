@@ -57,6 +57,7 @@ __all__ = [
     "cramer_rao_bound_m",
     "follow",
     "plan_jump_free",
+    "plan_strokes",
     "plan_turn",
     "posterior",
     "radii_of_curvature_m",
@@ -952,6 +953,17 @@ def simulate_strokes(
     rate_hz: float = 30.0,
     seed: int = 0,
 ) -> tuple[Strokes, Truth]: ...
+def plan_strokes(
+    known: SupportFunction | StrokesResult,
+    *,
+    center_of_mass_m: _Point | None = None,
+    along_m: _Point = (0.4, 0.6),
+    longest_m: float = 0.3,
+    press: float = 3.0,
+    most_strokes: int = 12,
+    friction: float = 0.4,
+    pad_length_m: float | None = None,
+) -> tuple[list[list[float]], list[float]]: ...
 def reconstruct_strokes(
     log: Strokes | _Path,
     *,

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
-use palpate::pivot::{PadPose, PivotOptions, PivotReconstructError, PivotRig, reconstruct_strokes as reconstruct};
+use palpate::pivot::{PadPose, PivotOptions, PivotReconstructError, PivotRig, reconstruct_with_posterior};
 use pyo3::prelude::*;
 
 use crate::interop::errors::{OrRaise, ReconstructError};
@@ -62,9 +62,9 @@ pub fn reconstruct_strokes(
     let felt = Arc::clone(&log.get().log);
     let solved = work::run(py, threads.map(|threads| threads.0), None, move |_| {
         let started = Instant::now();
-        reconstruct(&felt, &options).map(|found| (found, started.elapsed().as_secs_f64()))
+        reconstruct_with_posterior(&felt, &options).map(|found| (found, started.elapsed().as_secs_f64()))
     })?;
-    let (found, seconds) =
+    let ((found, posterior), seconds) =
         solved.map_err(|error: PivotReconstructError| ReconstructError::new_err(error.to_string()))?;
-    Ok(StrokesResult::of(py, found, log, rig, seconds))
+    Ok(StrokesResult::of(py, (found, posterior), log, rig, seconds))
 }

@@ -63,7 +63,7 @@ pub use compare::{PivotTruthError, compare_strokes};
 pub use error::{PivotReconstructError, PivotSimulateError};
 pub use log::{PivotLog, PivotSample};
 pub use observability::{Observability, observability};
-pub use plan::{PlannedStrokes, StrokeLimits, plan_strokes};
+pub use plan::{PlannedStrokes, StrokeLimits, plan_next_strokes, plan_strokes};
 pub use posterior::PivotPosterior;
 pub use reconstruct::{PivotOptions, reconstruct_strokes, reconstruct_with_posterior};
 pub use result::{CenterOfMassEstimate, PivotPose, PivotReconstruction};
