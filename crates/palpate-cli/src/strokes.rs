@@ -4,8 +4,9 @@
 use std::path::Path;
 use std::time::Instant;
 
+use palpate::Truth;
 use palpate::pivot::{
-    PadPose, PivotOptions, PivotReconstructError, PivotRig, PivotSimulateError, PivotSimulateOptions, Stroke,
+    PadPose, PivotLog, PivotOptions, PivotReconstructError, PivotRig, PivotSimulateError, PivotSimulateOptions, Stroke,
     compare_strokes, reconstruct_strokes, simulate_strokes,
 };
 use palpate::sensor::Touchpad;
@@ -14,7 +15,7 @@ use palpate_io::StrokesSummary;
 use palpate_report::{StrokesInput, StrokesTruthOverlay, strokes_page};
 
 use crate::reconstruct::command_line;
-use crate::terminal::{Ending, Failure, Terminal, print};
+use crate::terminal::{Ending, Failure, Terminal};
 
 /// Noise of the arm that is simulated, a fifth of that of the pad.
 const ARM_NOISE_SHARE: f64 = 0.2;
@@ -35,31 +36,23 @@ const PAD_LENGTH: f64 = 20.0;
 
 /// What is asked of a reconstruction.
 pub struct Reconstruct<'a> {
-    pub log: &'a Path,
+    pub log: &'a PivotLog,
     /// Heading of the report.
     pub title: &'a str,
-    pub out: &'a Path,
-    pub rig: Option<&'a Path>,
-    /// Readings are taken as they are.
-    pub exact: bool,
-    pub truth: Option<&'a Path>,
+    /// The result folder, where one is wanted.
+    pub out: Option<&'a Path>,
+    pub rig: PivotRig,
+    pub truth: Option<&'a Truth>,
     pub harmonics: Option<usize>,
-    pub sensor_sd_m: Option<f64>,
-    pub json: bool,
 }
 
 impl Reconstruct<'_> {
-    /// Reads, reconstructs, writes, and says how it went.
-    pub fn run(&self, terminal: &Terminal) -> Result<Ending, Failure> {
-        let file = palpate_io::read_strokes(self.log)?;
-        let rig = rig(self.rig, self.exact)?;
-        let rig = PivotRig { reading_sd_m: self.sensor_sd_m.or(rig.reading_sd_m), ..rig };
-        let truth = self.truth.map(palpate_io::read_truth).transpose()?;
-        palpate_io::check_strokes_target(self.out)?;
+    /// Reconstructs and writes.
+    pub fn run(&self) -> Result<StrokesSummary, Failure> {
         let started = Instant::now();
-        let found = reconstruct_strokes(&file.log, &PivotOptions::new(rig).harmonics(self.harmonics))?;
+        let found = reconstruct_strokes(self.log, &PivotOptions::new(self.rig).harmonics(self.harmonics))?;
         let seconds = started.elapsed().as_secs_f64();
-        let truth = match &truth {
+        let truth = match self.truth {
             Some(truth) => {
                 let errors =
                     compare_strokes(&found, truth).map_err(|error| Failure::Input(format!("the truth: {error}")))?;
@@ -68,24 +61,20 @@ impl Reconstruct<'_> {
             None => None,
         };
         let summary = StrokesSummary::new(&found, truth.map(|truth| truth.errors).as_ref());
-        let report = strokes_page(&StrokesInput {
-            title: self.title,
-            log: &file.log,
-            rig: &rig,
-            reconstruction: &found,
-            truth,
-            seconds,
-            command: Some(&command_line()),
-            version: env!("CARGO_PKG_VERSION"),
-        });
-        palpate_io::write_strokes_result(self.out, &found, &summary, &report)?;
-        if self.json {
-            let json = summary.to_json().map_err(|error| Failure::Other(format!("summary.json: {error}")))?;
-            print(json.trim_end())?;
-        } else {
-            terminal.say(&told(&summary, self.out))?;
+        if let Some(out) = self.out {
+            let report = strokes_page(&StrokesInput {
+                title: self.title,
+                log: self.log,
+                rig: &self.rig,
+                reconstruction: &found,
+                truth,
+                seconds,
+                command: Some(&command_line()),
+                version: env!("CARGO_PKG_VERSION"),
+            });
+            palpate_io::write_strokes_result(out, &found, &summary, &report)?;
         }
-        Ok(if summary.certified { Ending::Success } else { Ending::NotCertified })
+        Ok(summary)
     }
 }
 
@@ -98,7 +87,8 @@ pub fn rig(path: Option<&Path>, is_exact: bool) -> Result<PivotRig, Failure> {
     })
 }
 
-fn told(summary: &StrokesSummary, out: &Path) -> String {
+/// The summary in a few lines.
+pub fn told(summary: &StrokesSummary, out: Option<&Path>) -> String {
     let mut lines = vec![if summary.certified {
         "certified: shape about the pivot and motion".to_owned()
     } else {
@@ -146,7 +136,7 @@ fn told(summary: &StrokesSummary, out: &Path) -> String {
             truth.rms_psi_rad.to_degrees()
         ));
     }
-    lines.push(format!("  report  {}", out.join("report.html").display()));
+    lines.extend(out.map(|out| format!("  report  {}", out.join("report.html").display())));
     lines.join("\n")
 }
 

@@ -24,7 +24,7 @@
 //! # Ok::<(), palpate_io::ReadError>(())
 //! ```
 //!
-//! [`RowReader`] reads a log line by line as it comes, [`log_csv_header`] and [`push_log_row`] write one so.
+//! [`RowReader`] reads a log line by line as it comes ([`StrokesRowReader`] one of strokes), [`log_csv_header`] and [`push_log_row`] write one so.
 //!
 //! [`write_result`] puts a [`Reconstruction`](palpate::Reconstruction) into a folder that is written aside and renamed, so that it
 //! is there as a whole or not at all; a folder that holds anything but an earlier result is left alone. [`check_result_target`]
@@ -85,6 +85,7 @@ pub use strokes::result::{
     StrokesReason, StrokesRig, StrokesSummary, StrokesTruth, check_strokes_target, write_strokes_result,
 };
 pub use strokes::rig::read_pivot_rig;
+pub use strokes::row_reader::StrokesRowReader;
 pub use strokes::writer::{strokes_csv, write_strokes};
 pub use truth::{read_truth, truth_dir_of, write_truth};
 pub use write_error::{WriteError, WriteProblem};

@@ -4,4 +4,5 @@ pub(crate) mod planned;
 pub(crate) mod reader;
 pub(crate) mod result;
 pub(crate) mod rig;
+pub(crate) mod row_reader;
 pub(crate) mod writer;
