@@ -53,11 +53,7 @@ pub fn reconstruct_strokes(
     threads: Option<Whole>,
 ) -> PyResult<StrokesResult> {
     let log = log.read(py)?;
-    let rig = match rig {
-        Some(path) => py.detach(|| palpate_io::read_pivot_rig(&path)).or_raise()?,
-        None if calibrated => PivotRig::exact(PadPose::default()),
-        None => PivotRig::uncalibrated(PadPose::default()),
-    };
+    let rig = rig_of(py, rig, calibrated)?;
     let options = PivotOptions::new(rig).harmonics(harmonics.map(Whole::count));
     let felt = Arc::clone(&log.get().log);
     let solved = work::run(py, threads.map(|threads| threads.0), None, move |_| {
@@ -67,4 +63,13 @@ pub fn reconstruct_strokes(
     let ((found, posterior), seconds) =
         solved.map_err(|error: PivotReconstructError| ReconstructError::new_err(error.to_string()))?;
     Ok(StrokesResult::of(py, (found, posterior), log, rig, seconds))
+}
+
+/// The rig of a file; without one it is exact, or an ordinary one that nobody calibrated, with a level pad in the origin.
+pub fn rig_of(py: Python<'_>, path: Option<PathBuf>, calibrated: bool) -> PyResult<PivotRig> {
+    Ok(match path {
+        Some(path) => py.detach(|| palpate_io::read_pivot_rig(&path)).or_raise()?,
+        None if calibrated => PivotRig::exact(PadPose::default()),
+        None => PivotRig::uncalibrated(PadPose::default()),
+    })
 }
