@@ -57,6 +57,13 @@ impl LogSource<'_> {
         is_file && self.bytes().is_ok_and(|bytes| palpate_io::is_strokes_log(&bytes))
     }
 
+    /// Whether it is a palm log: standard input, a recording, or a file with the columns of one. What cannot be read is none.
+    pub fn is_of_palms(self) -> bool {
+        self.is_standard_input()
+            || self.is_mcap(None)
+            || self.0.is_file() && self.bytes().is_ok_and(|bytes| palpate_io::is_palm_log(&bytes))
+    }
+
     /// The folder for its result where none is given: its name with `.palpate` in place of `.csv`.
     pub fn result_dir(self) -> PathBuf {
         self.0.with_file_name(format!("{}.palpate", self.stem()))

@@ -13,6 +13,7 @@ mod demo;
 mod log_source;
 #[cfg(feature = "paper")]
 mod paper;
+mod plan;
 mod reconstruct;
 #[cfg(feature = "live")]
 mod record;
@@ -51,6 +52,7 @@ Examples:
   palpate watch serial:/dev/ttyUSB0                what it is that the rig feels, while it feels it
   palpate rig --template > rig.toml                what is known of pads and encoders, for reconstruct --rig
   palpate calibrate day/*.csv -o rig.toml          pads and encoders, calibrated by logs of any objects
+  palpate plan stone -o motion.csv                 palms that carry a known object round; or strokes over one pad
   palpate simulate --rig pivot -o strokes.csv      the other rig of the paper: an arm drags the object over one pad
   palpate paper                                    the figures of Moll & Erdmann (2001), reproduced
   palpate sweep plan.toml -o study                 thousands of logs, simulated or recorded, in one table
@@ -77,6 +79,7 @@ enum Command {
     Watch(watch::Arguments),
     Rig(rig::Arguments),
     Calibrate(calibrate::Arguments),
+    Plan(plan::Arguments),
     Paper(paper::Arguments),
     Sweep(sweep::Arguments),
 }
@@ -90,6 +93,7 @@ fn main() -> ExitCode {
         Command::Watch(arguments) => watch::run(&arguments),
         Command::Rig(arguments) => rig::run(&arguments),
         Command::Calibrate(arguments) => calibrate::run(&arguments),
+        Command::Plan(arguments) => plan::run(&arguments),
         Command::Paper(arguments) => paper::run(&arguments),
         Command::Sweep(arguments) => sweep::run(&arguments),
     };

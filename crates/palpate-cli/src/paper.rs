@@ -99,7 +99,7 @@ pub fn run(arguments: &Arguments) -> Result<Ending, Failure> {
     done("the pivoting grasp", 0.8);
     let pebble = NamedShape::Pebble.shape(RADIUS_M)?;
     let pad = Touchpad { noise_sd_m: STROKES_SD_M, ..Touchpad::ideal() };
-    let (about_pivot, felt) = strokes::simulated(&pebble, pad, None, STROKES_HZ, 1)?;
+    let (about_pivot, felt) = strokes::simulated(&pebble, pad, STROKES_HZ, 1)?;
     let dragged = reconstruct_strokes(&felt.log, &PivotOptions::default())?;
     done("drawing", 0.9);
     let made = [&palms, &exact, &fingers, &experiment];

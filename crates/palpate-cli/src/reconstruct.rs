@@ -6,6 +6,7 @@ use std::time::Instant;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use palpate::compare::{compare, true_support};
 use palpate::mechanics::STANDARD_GRAVITY_M_PER_S2;
+use palpate::pivot::PivotRig;
 use palpate::reconstruct::{FoundSymmetry, Method, Reconstructor, diagnostics, measured_forces};
 use palpate::sensor::CalibrationConstant;
 use palpate::{Reconstruction, Truth};
@@ -187,19 +188,27 @@ fn of_strokes(arguments: &Arguments, source: LogSource, out: &Path, terminal: &T
             "{log} is a log of a pivoting grasp, for which there is no {option}; leave it out"
         )));
     }
-    let title = source.file_name();
+    let file = palpate_io::read_strokes(source.0)?;
+    let rig = strokes::rig(arguments.rig.as_deref(), arguments.calibrated)?;
+    let reading_sd_m = arguments.sensor_sd_mm.map(|sd| 1e-3 * sd).or(rig.reading_sd_m);
+    let truth = arguments.truth.as_deref().map(palpate_io::read_truth).transpose()?;
+    palpate_io::check_strokes_target(out)?;
     let asked = strokes::Reconstruct {
-        log: source.0,
-        title: &title,
-        out,
-        rig: arguments.rig.as_deref(),
-        exact: arguments.calibrated,
-        truth: arguments.truth.as_deref(),
+        log: &file.log,
+        title: &source.file_name(),
+        out: Some(out),
+        rig: PivotRig { reading_sd_m, ..rig },
+        truth: truth.as_ref(),
         harmonics: arguments.harmonics,
-        sensor_sd_m: arguments.sensor_sd_mm.map(|sd| 1e-3 * sd),
-        json: arguments.json,
     };
-    asked.run(terminal)
+    let summary = asked.run()?;
+    if arguments.json {
+        let json = summary.to_json().map_err(|error| Failure::Other(format!("summary.json: {error}")))?;
+        print(json.trim_end())?;
+    } else {
+        terminal.say(&strokes::told(&summary, Some(out)))?;
+    }
+    Ok(if summary.certified { Ending::Success } else { Ending::NotCertified })
 }
 
 /// The same for one log.

@@ -1,6 +1,5 @@
 //! `palpate simulate`: a palm log of a known object and motion, with its truth.
 
-use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
 use palpate::palms::{MotionError, PalmMotion, PalmPair};
@@ -9,9 +8,9 @@ use palpate::sensor::{Rig, Tolerances, Touchpad};
 use palpate::shape::{ShapeError, SupportFunction};
 use palpate::simulate::{ObjectInertia, SimulateError, SimulateOptions, Simulation};
 
-use palpate_io::RigFile;
+use palpate_io::{PalmCourse, RigFile};
 
-use crate::source::{self, MotionSource, PadSource, ShapeSource};
+use crate::source::{self, Center, MotionSource, PadSource, ShapeSource};
 use crate::strokes;
 use crate::terminal::{Ending, Failure, Terminal};
 use crate::values;
@@ -24,7 +23,8 @@ which the path with the largest area is taken, with user units as millimetres un
 corners and no flat sides: a note says how far it is from the outline, and the convex hull takes the place of a concave one. Its centre
 of mass is the centroid of the outline, or what --com-mm says.
 
-Motions: turn, zigzag, random, or a file with the columns time_s, phi1_rad and phi2_rad (and base points), such as any palm log.
+Motions: turn, zigzag, random, or a file with the columns time_s, phi1_rad and phi2_rad (and base points), such as any palm log, or what
+`palpate plan` writes, where a comment says at which orientation the object is let go.
 
 A touchpad file is TOML with any of noise_sd_m, counts_per_inch, angle_noise_sd_rad, dropout and length_m, as in the plan of a sweep.
 
@@ -38,6 +38,7 @@ Examples:
   palpate simulate --motion random --shape stone -o jumps.csv      a motion that knows nothing of the object: it jumps
   palpate simulate --motion random --friction 0.2 -o sticky.csv    palms with friction: the object rolls, slides and jumps
   palpate simulate --speed 10 --rate-hz 100 -o fast.csv            the same motion in a tenth of the time: the object swings
+  palpate plan stone -o motion.csv && palpate simulate --shape stone --motion motion.csv -o stone.csv
   palpate simulate --shape soap.svg --com-mm 2,0 -o soap.csv       your own object, its centre of mass 2 mm off the centroid
   palpate simulate --motion trial.csv -o again.csv                 another object between palms that move as in your log
   palpate simulate --rig pivot --shape egg -o strokes.csv          an arm drags the object over one pad, in six strokes
@@ -65,9 +66,14 @@ pub struct Arguments {
     #[arg(long, value_name = "X,Y", default_value = "0,0", value_parser = values::pair, allow_hyphen_values = true)]
     com_offset_mm: [f64; 2],
     /// How the palms move, by name or from a file: turn (planned for the object: a full turn without a jump, or back and forth over as much
-    /// as can be felt), zigzag (squeezes, rotations and openings of one palm, there and back, as in the paper), random (smooth), or as in FILE
+    /// as can be felt), zigzag (squeezes, rotations and openings of one palm, there and back, as in the paper), random (smooth), or as in FILE. With --rig pivot, a
+    /// FILE of strokes as `palpate plan` writes it
     #[arg(long, value_name = "NAME|FILE", default_value = "turn", value_parser = source::motion)]
     motion: MotionSource,
+    /// Where the arm holds the object, from its centre of mass, in the frame of the object, mm; with --rig pivot [default: 0 and three tenths of the
+    /// mean radius]
+    #[arg(long, value_name = "X,Y", value_parser = values::pair, allow_hyphen_values = true)]
+    pivot_mm: Option<[f64; 2]>,
     /// Duration of the motion, s [default: 100, or that of the file]
     #[arg(long, value_name = "S", value_parser = values::positive)]
     duration_s: Option<f64>,
@@ -138,8 +144,8 @@ const PIVOT: &str = "pivot";
 const USUAL_NOISE_M: f64 = 1e-4;
 
 /// Duration and rate of a motion by name if nothing is said of it, seconds and hertz.
-const USUAL_DURATION_S: f64 = 100.0;
-const USUAL_RATE_HZ: f64 = 20.0;
+pub const USUAL_DURATION_S: f64 = 100.0;
+pub const USUAL_RATE_HZ: f64 = 20.0;
 
 /// Simulates and writes the log and the truth.
 pub fn run(arguments: &Arguments) -> Result<Ending, Failure> {
@@ -147,9 +153,16 @@ pub fn run(arguments: &Arguments) -> Result<Ending, Failure> {
     if arguments.out.is_dir() {
         return Err(Failure::Input(format!("{}: this is a folder; give the file to write", arguments.out.display())));
     }
-    let shape = shape(arguments, &terminal)?;
+    let center = match arguments.com_mm {
+        Some(com_mm) => Center::FromCentroid(com_mm),
+        None => Center::Moved(arguments.com_offset_mm),
+    };
+    let shape = arguments.shape.about_center(arguments.radius_mm, center, &terminal)?;
     if arguments.rig.as_deref() == Some(Path::new(PIVOT)) {
         return of_strokes(arguments, &shape, &terminal);
+    }
+    if arguments.pivot_mm.is_some() {
+        return Err(Failure::Input("--pivot-mm is for --rig pivot; leave it out, or add that".to_owned()));
     }
     let rig = arguments.rig.as_deref().map(palpate_io::read_rig).transpose()?.unwrap_or_else(RigFile::exact);
     let calibration = if arguments.draw_rig { rig.rig.drawn(arguments.seed) } else { rig.rig.calibration };
@@ -196,48 +209,31 @@ fn of_strokes(arguments: &Arguments, shape: &SupportFunction, terminal: &Termina
         (arguments.speed.is_some(), "--speed"),
         (arguments.mass_g.is_some(), "--mass-g"),
         (arguments.duration_s.is_some(), "--duration-s"),
-        (!matches!(arguments.motion, MotionSource::Turn), "--motion"),
         (arguments.state_noise, "--state-noise"),
     ];
     if let Some((_, option)) = of_palms.iter().find(|(given, _)| *given) {
         return Err(Failure::Input(format!("a pivoting grasp has no {option}; leave it out")));
     }
+    let strokes = match &arguments.motion {
+        MotionSource::Turn => None,
+        MotionSource::File(path) => Some(path.as_path()),
+        MotionSource::Zigzag | MotionSource::Random => {
+            let message = "a pivoting grasp has no such --motion; give a file of strokes as `palpate plan` writes it, or leave it out";
+            return Err(Failure::Input(message.to_owned()));
+        }
+    };
     let asked = strokes::Simulate {
         out: &arguments.out,
         shape,
+        pivot_m: arguments.pivot_mm.map(|pivot| pivot.map(|mm| 1e-3 * mm)),
         touchpad: touchpad(arguments, &RigFile::exact())?,
         friction: arguments.friction.map(|[friction, _]| friction),
+        strokes,
         rate_hz: arguments.rate_hz.unwrap_or(USUAL_RATE_HZ),
         seed: arguments.seed,
         name: arguments.shape.to_string(),
     };
     asked.run(terminal)
-}
-
-/// The object about its centre of mass, after notes on how it was made.
-fn shape(arguments: &Arguments, terminal: &Terminal) -> Result<SupportFunction, Failure> {
-    let radius_m = arguments.radius_mm.map(|radius| 1e-3 * radius);
-    let made = arguments.shape.fitted(radius_m)?;
-    made.notes.iter().for_each(|note| terminal.note(note));
-    let shape = made.fit.shape;
-    let ([x_mm, y_mm], moved, option) = match arguments.com_mm {
-        Some(com_mm) => {
-            let centroid = if made.about_centroid { [0.0; 2] } else { [shape.centroid().x_m, shape.centroid().y_m] };
-            (com_mm, shape.translated(-centroid[0], -centroid[1]), "--com-mm")
-        }
-        None => (arguments.com_offset_mm, shape, "--com-offset-mm"),
-    };
-    let shape = moved.translated(-1e-3 * x_mm, -1e-3 * y_mm);
-    if holds_its_origin(&shape) {
-        Ok(shape)
-    } else if [x_mm, y_mm] == [0.0; 2] {
-        Err(Failure::Input(format!(
-            "{}: the centre of mass lies outside of the object; give another one by --com-mm",
-            arguments.shape
-        )))
-    } else {
-        Err(Failure::Input(format!("{option} {x_mm},{y_mm} puts the centre of mass outside the object")))
-    }
 }
 
 /// Coefficients of friction of both palms: as asked for, else as the rig file says, where the object moves slowly.
@@ -254,14 +250,14 @@ fn used_rig_of(log: &Path) -> PathBuf {
     log.with_extension("rig.toml")
 }
 
+/// Length of the shorter pad, where the rig file has it.
+pub fn palm_length_m(rig: &RigFile) -> Option<f64> {
+    rig.conventions.palms.iter().filter_map(|palm| palm.direction.length_m()).reduce(f64::min)
+}
+
 /// Where the palms may go, with a little room left at the ends of the pads.
 pub fn limits(touchpad: &Touchpad) -> PalmLimits {
     PalmLimits { palm_length_m: 0.97 * touchpad.length_m, ..PalmLimits::default() }
-}
-
-/// Whether the origin, the centre of mass, lies inside the shape.
-fn holds_its_origin(shape: &SupportFunction) -> bool {
-    (0..720).all(|step| shape.at(TAU * f64::from(step) / 720.0).r > 0.0)
 }
 
 fn touchpad(arguments: &Arguments, rig: &RigFile) -> Result<Touchpad, Failure> {
@@ -275,8 +271,7 @@ fn touchpad(arguments: &Arguments, rig: &RigFile) -> Result<Touchpad, Failure> {
     };
     // The pads are alike: what the file says of either.
     let of_pads = |value: fn(&palpate_io::Pad) -> Option<f64>| rig.pads.iter().find_map(value);
-    let lengths = rig.conventions.palms.iter().filter_map(|palm| palm.direction.length_m());
-    let length_m = arguments.palm_length_mm.map(|length| 1e-3 * length).or(lengths.reduce(f64::min));
+    let length_m = arguments.palm_length_mm.map(|length| 1e-3 * length).or(palm_length_m(rig));
     let noise_sd_m = arguments.noise_mm.map(|noise| 1e-3 * noise).or(of_pads(|pad| pad.reading_sd_m));
     let angle_noise_sd_rad = arguments.angle_noise_deg.map(f64::to_radians).or(rig.angle_reading_sd_rad);
     Ok(Touchpad {
@@ -373,7 +368,7 @@ fn course(
                 let file = path.display();
                 return Err(Failure::Input(format!("{file} has its own times; leave --duration-s and --rate-hz out")));
             }
-            let mut palms = palpate_io::read_palm_course(path)?;
+            let PalmCourse { mut palms, start_psi_rad } = palpate_io::read_palm_course(path)?;
             let are_hinged = palms.iter().all(|(_, pair)| pair.base1_m == [0.0; 2] && pair.base2_m == [0.0; 2]);
             for (time_s, pair) in &mut palms {
                 *time_s /= speed;
@@ -381,7 +376,7 @@ fn course(
                     (pair.base1_m, pair.base2_m) = (base1_m, base2_m);
                 }
             }
-            return Ok(Course { palms, start_psi_rad: 0.0 });
+            return Ok(Course { palms, start_psi_rad: start_psi_rad.unwrap_or(0.0) });
         }
         MotionSource::Turn => {
             let planned = plan_turn(shape, &limits(touchpad), duration_s)?;

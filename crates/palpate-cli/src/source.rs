@@ -1,12 +1,13 @@
 //! Shapes, motions and touchpads as they are named on the command line: by a name that palpate knows, or by a file.
 
+use std::f64::consts::TAU;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-use palpate::shape::{NamedShape, OutlineFit};
+use palpate::shape::{NamedShape, OutlineFit, SupportFunction};
 use palpate_io::Outline;
 
-use crate::terminal::Failure;
+use crate::terminal::{Failure, Terminal};
 
 /// Corners cut or sides that bulge by less than this are not told, metres: no log shows them.
 const WORTH_TELLING_M: f64 = 1e-6;
@@ -116,6 +117,51 @@ impl ShapeSource {
             }
         }
     }
+}
+
+/// Where the centre of mass is, millimetres in the frame of the object.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Center {
+    /// From the centroid of the outline.
+    FromCentroid([f64; 2]),
+    /// From where the shape has it.
+    Moved([f64; 2]),
+}
+
+impl ShapeSource {
+    /// The object about its centre of mass, after notes on how it was made.
+    pub fn about_center(
+        &self,
+        radius_mm: Option<f64>,
+        center: Center,
+        terminal: &Terminal,
+    ) -> Result<SupportFunction, Failure> {
+        let made = self.fitted(radius_mm.map(|radius| 1e-3 * radius))?;
+        made.notes.iter().for_each(|note| terminal.note(note));
+        let shape = made.fit.shape;
+        let ([x_mm, y_mm], moved, option) = match center {
+            Center::FromCentroid(com_mm) => {
+                let centroid =
+                    if made.about_centroid { [0.0; 2] } else { [shape.centroid().x_m, shape.centroid().y_m] };
+                (com_mm, shape.translated(-centroid[0], -centroid[1]), "--com-mm")
+            }
+            Center::Moved(offset_mm) => (offset_mm, shape, "--com-offset-mm"),
+        };
+        let shape = moved.translated(-1e-3 * x_mm, -1e-3 * y_mm);
+        if holds_its_origin(&shape) {
+            Ok(shape)
+        } else if [x_mm, y_mm] == [0.0; 2] {
+            let message = "the centre of mass lies outside of the object; give another one by --com-mm";
+            Err(Failure::Input(format!("{self}: {message}")))
+        } else {
+            Err(Failure::Input(format!("{option} {x_mm},{y_mm} puts the centre of mass outside the object")))
+        }
+    }
+}
+
+/// Whether the origin, the centre of mass, lies inside the shape.
+fn holds_its_origin(shape: &SupportFunction) -> bool {
+    (0..720).all(|step| shape.at(TAU * f64::from(step) / 720.0).r > 0.0)
 }
 
 impl fmt::Display for ShapeSource {

@@ -1,11 +1,13 @@
-//! The second rig of the paper, a pivoting grasp: `palpate reconstruct` on a log of its strokes, and `palpate simulate --rig pivot`.
+//! The second rig of the paper, a pivoting grasp: `palpate reconstruct` on a log of its strokes, `palpate simulate --rig pivot`, and the
+//! object on its pivot that the latter and `palpate plan` share.
 
 use std::path::Path;
 use std::time::Instant;
 
+use palpate::Truth;
 use palpate::pivot::{
-    PadPose, PivotOptions, PivotReconstructError, PivotRig, PivotSimulateError, PivotSimulateOptions, PivotSimulation,
-    Stroke, compare_strokes, reconstruct_strokes, simulate_strokes,
+    PadPose, PivotLog, PivotOptions, PivotReconstructError, PivotRig, PivotSimulateError, PivotSimulateOptions, Stroke,
+    compare_strokes, reconstruct_strokes, simulate_strokes,
 };
 use palpate::sensor::Touchpad;
 use palpate::shape::SupportFunction;
@@ -13,7 +15,7 @@ use palpate_io::StrokesSummary;
 use palpate_report::{StrokesInput, StrokesTruthOverlay, strokes_page};
 
 use crate::reconstruct::command_line;
-use crate::terminal::{Ending, Failure, Terminal, print};
+use crate::terminal::{Ending, Failure, Terminal};
 
 /// Noise of the arm that is simulated, a fifth of that of the pad.
 const ARM_NOISE_SHARE: f64 = 0.2;
@@ -23,46 +25,34 @@ const STROKES: [[f64; 3]; 6] =
     [[0.0, 4.5, 3.0], [0.3, -4.0, -2.5], [-0.5, 4.0, 2.0], [0.5, -4.5, -3.0], [0.0, 3.5, 1.5], [-0.3, -3.5, -2.0]];
 
 /// Force with which the arm presses, in weights of the object, and friction where none is asked for.
-const PRESS: f64 = 3.0;
-const USUAL_FRICTION: f64 = 0.4;
+pub const PRESS: f64 = 3.0;
+pub const USUAL_FRICTION: f64 = 0.4;
 
 /// Where the pivot is if nothing is said: so many mean radii from the centre of mass. About the middle of a round object no angle is told.
-const PIVOT_SHARE: f64 = 0.3;
+pub const PIVOT_SHARE: f64 = 0.3;
 
 /// Length of the pad that is simulated where none is stated, in mean radii: for the longest of the strokes, either way.
 const PAD_LENGTH: f64 = 20.0;
 
 /// What is asked of a reconstruction.
 pub struct Reconstruct<'a> {
-    pub log: &'a Path,
+    pub log: &'a PivotLog,
     /// Heading of the report.
     pub title: &'a str,
-    pub out: &'a Path,
-    pub rig: Option<&'a Path>,
-    /// Readings are taken as they are.
-    pub exact: bool,
-    pub truth: Option<&'a Path>,
+    /// The result folder, where one is wanted.
+    pub out: Option<&'a Path>,
+    pub rig: PivotRig,
+    pub truth: Option<&'a Truth>,
     pub harmonics: Option<usize>,
-    pub sensor_sd_m: Option<f64>,
-    pub json: bool,
 }
 
 impl Reconstruct<'_> {
-    /// Reads, reconstructs, writes, and says how it went.
-    pub fn run(&self, terminal: &Terminal) -> Result<Ending, Failure> {
-        let file = palpate_io::read_strokes(self.log)?;
-        let rig = match self.rig {
-            Some(path) => palpate_io::read_pivot_rig(path)?,
-            None if self.exact => PivotRig::exact(PadPose::default()),
-            None => PivotRig::uncalibrated(PadPose::default()),
-        };
-        let rig = PivotRig { reading_sd_m: self.sensor_sd_m.or(rig.reading_sd_m), ..rig };
-        let truth = self.truth.map(palpate_io::read_truth).transpose()?;
-        palpate_io::check_strokes_target(self.out)?;
+    /// Reconstructs and writes.
+    pub fn run(&self) -> Result<StrokesSummary, Failure> {
         let started = Instant::now();
-        let found = reconstruct_strokes(&file.log, &PivotOptions::new(rig).harmonics(self.harmonics))?;
+        let found = reconstruct_strokes(self.log, &PivotOptions::new(self.rig).harmonics(self.harmonics))?;
         let seconds = started.elapsed().as_secs_f64();
-        let truth = match &truth {
+        let truth = match self.truth {
             Some(truth) => {
                 let errors =
                     compare_strokes(&found, truth).map_err(|error| Failure::Input(format!("the truth: {error}")))?;
@@ -71,28 +61,34 @@ impl Reconstruct<'_> {
             None => None,
         };
         let summary = StrokesSummary::new(&found, truth.map(|truth| truth.errors).as_ref());
-        let report = strokes_page(&StrokesInput {
-            title: self.title,
-            log: &file.log,
-            rig: &rig,
-            reconstruction: &found,
-            truth,
-            seconds,
-            command: Some(&command_line()),
-            version: env!("CARGO_PKG_VERSION"),
-        });
-        palpate_io::write_strokes_result(self.out, &found, &summary, &report)?;
-        if self.json {
-            let json = summary.to_json().map_err(|error| Failure::Other(format!("summary.json: {error}")))?;
-            print(json.trim_end())?;
-        } else {
-            terminal.say(&told(&summary, self.out))?;
+        if let Some(out) = self.out {
+            let report = strokes_page(&StrokesInput {
+                title: self.title,
+                log: self.log,
+                rig: &self.rig,
+                reconstruction: &found,
+                truth,
+                seconds,
+                command: Some(&command_line()),
+                version: env!("CARGO_PKG_VERSION"),
+            });
+            palpate_io::write_strokes_result(out, &found, &summary, &report)?;
         }
-        Ok(if summary.certified { Ending::Success } else { Ending::NotCertified })
+        Ok(summary)
     }
 }
 
-fn told(summary: &StrokesSummary, out: &Path) -> String {
+/// The rig of a file; without one it is exact, or an ordinary one that nobody calibrated, with a level pad in the origin.
+pub fn rig(path: Option<&Path>, is_exact: bool) -> Result<PivotRig, Failure> {
+    Ok(match path {
+        Some(path) => palpate_io::read_pivot_rig(path)?,
+        None if is_exact => PivotRig::exact(PadPose::default()),
+        None => PivotRig::uncalibrated(PadPose::default()),
+    })
+}
+
+/// The summary in a few lines.
+pub fn told(summary: &StrokesSummary, out: Option<&Path>) -> String {
     let mut lines = vec![if summary.certified {
         "certified: shape about the pivot and motion".to_owned()
     } else {
@@ -140,8 +136,46 @@ fn told(summary: &StrokesSummary, out: &Path) -> String {
             truth.rms_psi_rad.to_degrees()
         ));
     }
-    lines.push(format!("  report  {}", out.join("report.html").display()));
+    lines.extend(out.map(|out| format!("  report  {}", out.join("report.html").display())));
     lines.join("\n")
+}
+
+/// An object that hangs from its pivot over a pad.
+pub struct Held {
+    /// Support function about the pivot.
+    pub about_pivot: SupportFunction,
+    /// Pad, friction and centre of mass.
+    pub options: PivotSimulateOptions,
+}
+
+impl Held {
+    /// By its shape about the centre of mass, and where the pivot is from there.
+    pub fn new(shape: &SupportFunction, pivot_m: Option<[f64; 2]>, touchpad: Touchpad, friction: Option<f64>) -> Self {
+        let radius_m = shape.mean_radius_m();
+        let pivot_m = pivot_m.unwrap_or([0.0, PIVOT_SHARE * radius_m]);
+        let length_m = if touchpad.length_m.is_finite() { touchpad.length_m } else { PAD_LENGTH * radius_m };
+        let options = PivotSimulateOptions {
+            touchpad: Touchpad { length_m, ..touchpad },
+            arm_noise_sd_m: ARM_NOISE_SHARE * touchpad.noise_sd_m,
+            center_of_mass_m: pivot_m.map(|m| -m),
+            friction: friction.unwrap_or(USUAL_FRICTION),
+            ..PivotSimulateOptions::default()
+        };
+        Self { about_pivot: shape.translated(-pivot_m[0], -pivot_m[1]), options }
+    }
+
+    /// The strokes that are simulated where none are given.
+    fn usual_strokes(&self) -> Vec<Stroke> {
+        let (radius_m, middle_m) = (self.about_pivot.mean_radius_m(), 0.5 * self.options.touchpad.length_m);
+        let place = |way: f64| middle_m + way * radius_m;
+        STROKES.iter().map(|ways| Stroke { along_m: ways.map(place).to_vec(), press: PRESS }).collect()
+    }
+
+    /// Part of the pad that these strokes go over, metres.
+    pub fn usual_along_m(&self) -> [f64; 2] {
+        let all: Vec<f64> = self.usual_strokes().into_iter().flat_map(|stroke| stroke.along_m).collect();
+        [all.iter().copied().fold(f64::INFINITY, f64::min), all.iter().copied().fold(f64::NEG_INFINITY, f64::max)]
+    }
 }
 
 /// What is asked of a simulation.
@@ -149,8 +183,12 @@ pub struct Simulate<'a> {
     pub out: &'a Path,
     /// About its centre of mass.
     pub shape: &'a SupportFunction,
+    /// Where the pivot is from there.
+    pub pivot_m: Option<[f64; 2]>,
     pub touchpad: Touchpad,
     pub friction: Option<f64>,
+    /// A file of strokes, in place of the usual ones.
+    pub strokes: Option<&'a Path>,
     pub rate_hz: f64,
     pub seed: u64,
     pub name: String,
@@ -159,16 +197,23 @@ pub struct Simulate<'a> {
 impl Simulate<'_> {
     /// Simulates and writes the log and the truth.
     pub fn run(self, terminal: &Terminal) -> Result<Ending, Failure> {
-        let (_, simulation) = simulated(self.shape, self.touchpad, self.friction, self.rate_hz, self.seed)?;
+        let held = Held::new(self.shape, self.pivot_m, self.touchpad, self.friction);
+        let strokes = self.strokes.map(palpate_io::read_planned_strokes).transpose()?;
+        let strokes = strokes.unwrap_or_else(|| held.usual_strokes());
+        let options = PivotSimulateOptions { rate_hz: self.rate_hz, seed: self.seed, ..held.options };
+        let simulation = simulate_strokes(&held.about_pivot, &strokes, &options)?;
         let truth_dir = palpate_io::truth_dir_of(self.out);
         palpate_io::write_truth(&truth_dir, &simulation.truth)?;
         let metadata = [("made by", format!("palpate simulate {}", env!("CARGO_PKG_VERSION"))), ("shape", self.name)];
         palpate_io::write_strokes(self.out, &simulation.log, &metadata)?;
         let felt = simulation.log.samples.iter().filter(|sample| sample.s_m.is_some()).count();
+        let strokes = match strokes.len() {
+            1 => "1 stroke".to_owned(),
+            count => format!("{count} strokes"),
+        };
         terminal.say(&format!(
-            "{}: {} strokes, {} samples, {felt} with a contact\n{}: its truth (about the pivot)",
+            "{}: {strokes}, {} samples, {felt} with a contact\n{}: its truth (about the pivot)",
             self.out.display(),
-            STROKES.len(),
             simulation.log.samples.len(),
             truth_dir.display()
         ))?;
@@ -176,31 +221,18 @@ impl Simulate<'_> {
     }
 }
 
-/// The strokes of `palpate simulate --rig pivot`, and the shape about the pivot.
+/// The usual strokes over a pad, and the shape about the pivot.
+#[cfg(feature = "paper")]
 pub fn simulated(
     shape: &SupportFunction,
     touchpad: Touchpad,
-    friction: Option<f64>,
     rate_hz: f64,
     seed: u64,
-) -> Result<(SupportFunction, PivotSimulation), Failure> {
-    let radius_m = shape.mean_radius_m();
-    let pivot_m = [0.0, PIVOT_SHARE * radius_m];
-    let length_m = if touchpad.length_m.is_finite() { touchpad.length_m } else { PAD_LENGTH * radius_m };
-    let strokes =
-        STROKES.map(|ways| Stroke { along_m: ways.map(|way| 0.5 * length_m + way * radius_m).to_vec(), press: PRESS });
-    let options = PivotSimulateOptions {
-        touchpad: Touchpad { length_m, ..touchpad },
-        arm_noise_sd_m: ARM_NOISE_SHARE * touchpad.noise_sd_m,
-        center_of_mass_m: pivot_m.map(|m| -m),
-        friction: friction.unwrap_or(USUAL_FRICTION),
-        rate_hz,
-        seed,
-        ..PivotSimulateOptions::default()
-    };
-    let about_pivot = shape.translated(-pivot_m[0], -pivot_m[1]);
-    let simulation = simulate_strokes(&about_pivot, &strokes, &options)?;
-    Ok((about_pivot, simulation))
+) -> Result<(SupportFunction, palpate::pivot::PivotSimulation), Failure> {
+    let held = Held::new(shape, None, touchpad, None);
+    let options = PivotSimulateOptions { rate_hz, seed, ..held.options.clone() };
+    let simulation = simulate_strokes(&held.about_pivot, &held.usual_strokes(), &options)?;
+    Ok((held.about_pivot, simulation))
 }
 
 impl From<PivotReconstructError> for Failure {

@@ -84,6 +84,51 @@ fn the_rig_of_a_stream_is_what_it_says_unless_another_is_stated() {
 }
 
 #[test]
+fn strokes_are_watched_and_end_as_their_log_does() {
+    let dir = folder();
+    let made = palpate(dir.path(), &["simulate", "--rig", "pivot", "--shape", "egg", "-o", "strokes.csv"]);
+    assert_eq!(made.code, Some(0), "{}", made.stderr);
+    let log = fs::read(dir.path().join("strokes.csv")).expect("a log");
+    let ran = with_input(dir.path(), &["watch", "-", "--json", "-o", "live"], &log);
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    let all = lines(&ran);
+    let (last, estimates) = all.split_last().expect("lines");
+    for key in ["time_s", "samples", "psi_rad", "psi_sd_rad", "coverage", "certified", "r_sd_m"] {
+        assert!(estimates.iter().all(|estimate| estimate.get(key).is_some()), "{key}");
+    }
+    assert!(estimates[0]["psi_rad"].is_null() && estimates[0]["certified"] == false);
+    assert_eq!(estimates[0]["reason"], "too few samples for a first search");
+    let certified = estimates.iter().filter(|estimate| estimate["certified"] == true).count();
+    assert!(certified > estimates.len() / 4, "{certified} of {}", estimates.len());
+    assert!(estimates.iter().any(|estimate| estimate["certified"] == true && estimate["psi_rad"].is_number()));
+    assert!(last["final"] == true && last["certified"] == true && last["rig"] == "pivot");
+    assert_eq!(last["samples"], estimates.len());
+    let after = palpate(dir.path(), &["reconstruct", "strokes.csv", "-o", "after"]);
+    assert_eq!(after.code, Some(0), "{}", after.stderr);
+    for name in ["shape.csv", "motion.csv", "summary.json"] {
+        let read = |folder: &str| fs::read(dir.path().join(folder).join(name)).expect("a file of the result");
+        assert!(read("live") == read("after"), "{name}");
+    }
+    let ran = with_input(dir.path(), &["watch", "-"], &log);
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    assert!(
+        ran.stdout.contains("% felt") && ran.stdout.contains("\ncertified: shape about the pivot"),
+        "{}",
+        ran.stdout
+    );
+    // What there is for palms alone.
+    for arguments in [["--log", "a.csv"], ["--scene", "a.mcap"], ["--serve", "127.0.0.1:0"]] {
+        let ran = with_input(dir.path(), &[&["watch", "-"][..], &arguments].concat(), &log);
+        assert_eq!(ran.code, Some(2), "{}", ran.stderr);
+        assert!(ran.stderr.contains(&format!("there is no {}; ", arguments[0])), "{}", ran.stderr);
+    }
+    let few: Vec<u8> = log.split_inclusive(|byte| *byte == b'\n').take(20).flatten().copied().collect();
+    let ran = with_input(dir.path(), &["watch", "-"], &few);
+    assert_eq!(ran.code, Some(2), "{}", ran.stderr);
+    assert!(ran.stderr.contains("at least 30 are needed"), "{}", ran.stderr);
+}
+
+#[test]
 fn without_a_terminal_there_are_plain_lines_and_the_result() {
     let dir = folder();
     fs::write(dir.path().join("plan.toml"), PLAN).expect("a plan");

@@ -24,7 +24,7 @@
 //! # Ok::<(), palpate_io::ReadError>(())
 //! ```
 //!
-//! [`RowReader`] reads a log line by line as it comes, [`log_csv_header`] and [`push_log_row`] write one so.
+//! [`RowReader`] reads a log line by line as it comes ([`StrokesRowReader`] one of strokes), [`log_csv_header`] and [`push_log_row`] write one so.
 //!
 //! [`write_result`] puts a [`Reconstruction`](palpate::Reconstruction) into a folder that is written aside and renamed, so that it
 //! is there as a whole or not at all; a folder that holds anything but an earlier result is left alone. [`check_result_target`]
@@ -36,7 +36,8 @@
 //! A rig file says what is known of the palms and pads before a log is read: calibration constants with their standard deviations, and
 //! conventions that differ from those of a palm log. See [`read_rig`], [`rig_to_toml`] and the commented [`rig_template`].
 //!
-//! The other rig, a pivoting grasp, has logs of its own: [`read_strokes`], [`read_pivot_rig`], [`write_strokes_result`].
+//! The other rig, a pivoting grasp, has logs of its own: [`read_strokes`], [`read_pivot_rig`], [`write_strokes_result`],
+//! and files of planned strokes: [`read_planned_strokes`].
 //!
 //! The outline of an object comes from points in a CSV file, a support function, or a drawing in SVG: see [`read_outline`].
 //!
@@ -58,10 +59,11 @@ pub use csv::bytes::{bytes_from, read_bytes};
 pub use csv::columns::{point_of, point_row, pose_of, pose_row};
 pub use folder::write_whole;
 pub use log::log_reader::{
-    LogFile, MIN_SAMPLES, fault_of, log_from_columns, name_in_seconds, parse_log, parse_log_as, parse_log_with_rig,
-    read_log, read_log_as, read_log_with_rig, read_palm_course, rig_of_comment,
+    LogFile, MIN_SAMPLES, fault_of, is_palm_log, log_from_columns, name_in_seconds, parse_log, parse_log_as,
+    parse_log_with_rig, read_log, read_log_as, read_log_with_rig, rig_of_comment,
 };
 pub use log::log_writer::{log_csv, log_csv_header, push_log_row, write_log};
+pub use log::palm_course::{PalmCourse, read_palm_course, write_palm_course};
 pub use log::row_reader::RowReader;
 pub use outline::{Outline, OutlineFile, parse_outline, read_outline};
 pub use read_error::{MissingColumn, ReadError, ReadProblem};
@@ -77,11 +79,13 @@ pub use rig::parse::{parse_rig, read_rig};
 pub use rig::rig_error::{RigError, RigProblem};
 pub use rig::to_toml::rig_to_toml;
 pub use rig::{Pad, RigFile, rig_template};
+pub use strokes::planned::{read_planned_strokes, write_planned_strokes};
 pub use strokes::reader::{StrokesFile, is_strokes_log, parse_strokes, read_strokes};
 pub use strokes::result::{
     StrokesReason, StrokesRig, StrokesSummary, StrokesTruth, check_strokes_target, write_strokes_result,
 };
 pub use strokes::rig::read_pivot_rig;
+pub use strokes::row_reader::StrokesRowReader;
 pub use strokes::writer::{strokes_csv, write_strokes};
 pub use truth::{read_truth, truth_dir_of, write_truth};
 pub use write_error::{WriteError, WriteProblem};

@@ -475,6 +475,30 @@ pub enum ReadProblem {
         /// What it says.
         text: String,
     },
+    /// The orientation at the start above a motion of palms is none.
+    #[error(
+        "start_psi_rad is {text}; write the orientation at which the object is let go in radians, such as 1.2, or delete the line"
+    )]
+    StartPsi {
+        /// What it says.
+        text: String,
+    },
+    /// The number of a stroke that does not follow from the row before.
+    #[error(
+        "{text} is no number of a stroke here; number the strokes 1, 2, 3 and so on, the rows of each together and in order"
+    )]
+    StrokeNumber {
+        /// The text.
+        text: String,
+    },
+    /// A force of the arm that is not that of the stroke, or none.
+    #[error(
+        "{text} is no force for this stroke; write one number from 0 on, in weights of the object, in all rows of a stroke"
+    )]
+    Press {
+        /// The text.
+        text: String,
+    },
     /// A file of the rig of a pivoting grasp cannot be understood.
     #[error(
         "{message}; a rig of a pivoting grasp has the tables pad, calibration and tolerances, and reading_sd_m and arm_sd_m"

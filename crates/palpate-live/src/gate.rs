@@ -11,22 +11,60 @@ const LONGEST_DELAY_S: f64 = 1.0;
 /// Time between two samples across a step of the clock, where no two samples before tell it.
 const USUAL_STEP_S: f64 = 0.01;
 
-/// Lets samples through in the order of time.
+/// The order of time of what one source gives.
 #[derive(Clone, Debug)]
-pub(crate) struct Gate {
-    conventions: Conventions,
+pub(crate) struct Clock {
     /// Time of the newest sample as it was let through.
     newest_s: Option<f64>,
     /// Time between the two newest.
     step_s: f64,
     /// What is added to times since a clock was set back.
     offset_s: f64,
+}
+
+impl Default for Clock {
+    fn default() -> Self {
+        Self { newest_s: None, step_s: USUAL_STEP_S, offset_s: 0.0 }
+    }
+}
+
+impl Clock {
+    /// The time of the next sample as it enters the log, if it does; what befell it is counted.
+    pub(crate) fn admit(&mut self, time_s: f64, losses: &mut Losses) -> Option<f64> {
+        let mut time_s = time_s + self.offset_s;
+        if let Some(newest_s) = self.newest_s {
+            let behind_s = newest_s - time_s;
+            if behind_s == 0.0 {
+                losses.doubled += 1;
+                return None;
+            }
+            if behind_s > 0.0 && behind_s <= LONGEST_DELAY_S {
+                losses.late += 1;
+                return None;
+            }
+            if behind_s > 0.0 {
+                losses.clock_steps += 1;
+                self.offset_s += behind_s + self.step_s;
+                time_s = newest_s + self.step_s;
+            }
+            self.step_s = (time_s - newest_s).min(LONGEST_DELAY_S);
+        }
+        self.newest_s = Some(time_s);
+        Some(time_s)
+    }
+}
+
+/// Lets samples through in the order of time.
+#[derive(Clone, Debug)]
+pub(crate) struct Gate {
+    conventions: Conventions,
+    clock: Clock,
     losses: Losses,
 }
 
 impl Gate {
     pub(crate) fn new(conventions: Conventions) -> Self {
-        Self { conventions, newest_s: None, step_s: USUAL_STEP_S, offset_s: 0.0, losses: Losses::default() }
+        Self { conventions, clock: Clock::default(), losses: Losses::default() }
     }
 
     pub(crate) fn losses(&self) -> Losses {
@@ -34,31 +72,13 @@ impl Gate {
     }
 
     /// The sample as it enters the log, if it does.
-    pub(crate) fn admit(&mut self, mut sample: Sample) -> Option<Sample> {
+    pub(crate) fn admit(&mut self, sample: Sample) -> Option<Sample> {
         if is_implausible(&sample, &self.conventions) {
             self.losses.implausible += 1;
             return None;
         }
-        sample.time_s += self.offset_s;
-        if let Some(newest_s) = self.newest_s {
-            let behind_s = newest_s - sample.time_s;
-            if behind_s == 0.0 {
-                self.losses.doubled += 1;
-                return None;
-            }
-            if behind_s > 0.0 && behind_s <= LONGEST_DELAY_S {
-                self.losses.late += 1;
-                return None;
-            }
-            if behind_s > 0.0 {
-                self.losses.clock_steps += 1;
-                self.offset_s += behind_s + self.step_s;
-                sample.time_s = newest_s + self.step_s;
-            }
-            self.step_s = (sample.time_s - newest_s).min(LONGEST_DELAY_S);
-        }
-        self.newest_s = Some(sample.time_s);
-        Some(sample)
+        let time_s = self.clock.admit(sample.time_s, &mut self.losses)?;
+        Some(Sample { time_s, ..sample })
     }
 }
 

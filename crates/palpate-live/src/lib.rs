@@ -19,6 +19,8 @@
 //!
 //! [`Recorder`] writes samples to CSV or MCAP as they come, so that the file can be read whenever the program or the machine stops.
 //!
+//! CSV lines may be of strokes of the other rig, too: [`Head`] says which, [`StrokesStream`] gives them.
+//!
 //! Nothing here estimates anything.
 #![forbid(unsafe_code)]
 
@@ -36,6 +38,7 @@ mod ros;
 mod scene;
 mod source;
 mod stream;
+mod strokes;
 
 pub use error::{RecordError, SourceError};
 pub use log_file::{parse_mcap_log, read_mcap_log};
@@ -46,6 +49,7 @@ pub use scene::SceneWriter;
 pub use source::address::{Address, EvdevAngles};
 pub use source::{Arrival, Overflow, Source};
 pub use stream::{Batch, Stream};
+pub use strokes::{Head, StrokesStream};
 
 /// The serial line protocol: one line per sample, with a check.
 pub mod protocol {

@@ -17,9 +17,9 @@ const QUEUE_SAMPLES: usize = 16_384;
 
 /// What came of a source.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Batch {
+pub enum Batch<S = Sample> {
     /// Samples in the order of time; none where none came in time.
-    Samples(Vec<Sample>),
+    Samples(Vec<S>),
     /// The source has ended.
     End,
 }

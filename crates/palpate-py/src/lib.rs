@@ -64,7 +64,11 @@ mod _palpate {
     #[pymodule_export]
     use crate::palms_motion::plan::{Limits, Planned, plan_jump_free, plan_turn};
     #[pymodule_export]
+    use crate::strokes::live::{LiveStrokesData, StrokesEstimateData};
+    #[pymodule_export]
     use crate::strokes::log::StrokesData;
+    #[pymodule_export]
+    use crate::strokes::plan::plan_strokes;
     #[pymodule_export]
     use crate::strokes::reconstruct::reconstruct_strokes;
     #[pymodule_export]

@@ -55,6 +55,50 @@ def test_a_log_reads_back_and_is_taken_as_a_file(felt: tuple[palpate.Strokes, pa
     assert columns.swing_period_s == 0.5
 
 
+def test_planned_strokes_feel_what_was_promised(felt: tuple[palpate.Strokes, palpate.Truth]) -> None:
+    egg = palpate.SupportFunction.named("egg", 0.03).translated(*CENTER_M)
+    strokes, coverage = palpate.plan_strokes(egg, center_of_mass_m=CENTER_M, most_strokes=1)
+    assert len(strokes) == len(coverage) == 1
+    log, _ = palpate.simulate_strokes(egg, strokes, center_of_mass_m=CENTER_M)
+    assert palpate.reconstruct_strokes(log, calibrated=True).coverage == pytest.approx(coverage[0], abs=0.03)
+    # By a result: it says in which direction its centre of mass is, and not how far without a period of swinging.
+    found = palpate.reconstruct_strokes(felt[0])
+    with pytest.raises(palpate.InputError, match="center_of_mass_m"):
+        palpate.plan_strokes(found)
+    angle = found.center_of_mass_direction_rad
+    assert angle is not None
+    center = (0.005 * np.cos(angle), 0.005 * np.sin(angle))
+    _, expected = palpate.plan_strokes(found, center_of_mass_m=center)
+    assert expected[-1] > 0.5
+    with pytest.raises(palpate.InputError, match="in order"):
+        palpate.plan_strokes(egg, along_m=(0.6, 0.4))
+
+
+def test_strokes_are_known_while_they_are_felt(felt: tuple[palpate.Strokes, palpate.Truth]) -> None:
+    log, _ = felt
+    live = palpate.LiveStrokes()
+    estimates = [live.push(time_s, x, y, s) for time_s, (x, y), s in zip(log.time_s, log.pivot_m, log.s_m, strict=True)]
+    assert estimates[0].reason == "too few samples for a first search"
+    assert estimates[0].shape is None
+    assert np.isnan(estimates[0].psi_rad)
+    assert estimates[0].samples == 1
+    certified = [estimate for estimate in estimates if estimate.certified]
+    assert certified
+    last = certified[-1]
+    assert last.shape is not None
+    assert last.shape.mean_radius_m == pytest.approx(0.03, abs=1e-4)
+    assert 0 < last.r_sd_m < 1e-4
+    assert 0.5 < last.coverage <= 1
+    assert any(0 < estimate.psi_sd_rad < 0.1 for estimate in certified)
+    assert not all(estimate.on_unfelt for estimate in certified)
+    assert live.push(-1.0, 0.5, 0.03, None).refused == 1
+    assert last.time_s <= log.time_s[-1]
+    np.testing.assert_array_equal(live.finish().r, palpate.reconstruct_strokes(log).r)
+    assert repr(last).startswith("<StrokesEstimate after ")
+    with pytest.raises(palpate.ReconstructError, match="at least 30"):
+        palpate.LiveStrokes().finish()
+
+
 def test_what_is_no_log_of_strokes_is_named(tmp_path: Path) -> None:
     with pytest.raises(palpate.InputError, match="differ in length"):
         palpate.Strokes([0.0, 1.0], [0.0], [0.0], [0.0])

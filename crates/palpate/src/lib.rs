@@ -40,6 +40,7 @@
 //! | an object that I know, and want to feel all of it | [`plan`] |
 //! | motions to choose from, or an estimator of my own to judge | [`information`] |
 //! | a known object between palms: where does it rest, when does it jump? | [`mechanics`] |
+//! | one pad, over which an arm drags an object that swings about a pivot | [`pivot`] |
 //! | the figures of Moll & Erdmann (2001) | [`reconstruct::PaperEquations`], [`reconstruct::Method::Ode`] |
 //! | questions about how and why | [`theory`] |
 //!
@@ -70,7 +71,7 @@
 //!
 //! # Limits
 //!
-//! The object is convex, smooth and rigid, and lies in the plane; it touches each palm in one point, without friction, and is at rest at
+//! These are the limits of two palms; those of the other rig are in [`pivot`]. The object is convex, smooth and rigid, and lies in the plane; it touches each palm in one point, without friction, and is at rest at
 //! all times or moves as its inertia has it. Light friction costs the certificate of the centre of mass first
 //! ([`Reconstruction::is_com_certified`]). What cannot be certified is said to be so, with the reason.
 #![forbid(unsafe_code)]
@@ -86,7 +87,6 @@ pub mod mechanics;
 #[cfg(feature = "serde")]
 pub mod number_or_null;
 pub mod palms;
-#[doc(hidden)]
 pub mod pivot;
 pub mod plan;
 pub mod reconstruct;

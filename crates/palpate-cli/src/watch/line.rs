@@ -1,7 +1,7 @@
 //! Estimates as lines of JSON, one object each.
 
 use palpate::live::Estimate;
-use palpate_io::Summary;
+use palpate::pivot::StrokesEstimate;
 use serde_json::{Value, json};
 
 use crate::terminal::Failure;
@@ -33,10 +33,29 @@ pub fn object(estimate: &Estimate) -> Value {
     })
 }
 
-/// The last line: the summary of the result.
-pub fn last(summary: &Summary) -> Result<String, Failure> {
+/// The line of an estimate of strokes.
+pub fn of_strokes(estimate: &StrokesEstimate) -> String {
+    let line = json!({
+        "time_s": estimate.time_s,
+        "samples": estimate.samples,
+        "theta_rad": estimate.theta_rad,
+        "psi_rad": estimate.psi_rad,
+        "psi_sd_rad": estimate.psi_sd_rad,
+        "on_unfelt": estimate.is_on_unfelt,
+        "coverage": estimate.coverage,
+        "certified": estimate.is_certified(),
+        "reason": estimate.reason(),
+        "r_sd_m": estimate.r_sd_m,
+        "alternatives": estimate.alternatives,
+        "searched": estimate.searched,
+    });
+    line.to_string()
+}
+
+/// The last line: the summary of the result, as the text of its file.
+pub fn last(summary: Result<String, serde_json::Error>) -> Result<String, Failure> {
     let failed = |error: &dyn std::fmt::Display| Failure::Other(format!("summary.json: {error}"));
-    let text = summary.to_json().map_err(|error| failed(&error))?;
+    let text = summary.map_err(|error| failed(&error))?;
     let mut all: serde_json::Map<String, Value> = [("final".to_owned(), Value::Bool(true))].into_iter().collect();
     all.append(&mut serde_json::from_str(&text).map_err(|error| failed(&error))?);
     Ok(Value::Object(all).to_string())

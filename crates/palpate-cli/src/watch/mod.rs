@@ -2,6 +2,7 @@
 
 mod line;
 mod serve;
+mod strokes;
 mod view;
 
 use std::io::IsTerminal;
@@ -15,17 +16,20 @@ use palpate::live::Live;
 use palpate::reconstruct::{ReconstructOptions, Reconstructor};
 use palpate::{Log, Sample};
 use palpate_io::{Conventions, LogFile, RigFile, Summary};
-use palpate_live::{Address, Batch, Losses, Recorder, Rotation, SceneWriter, Stream};
+use palpate_live::{Address, Batch, Head, Losses, Recorder, Rotation, SceneWriter, Stream};
 
 use crate::reconstruct::{Job, solve, told};
 use crate::record::metadata;
 use crate::terminal::{Ending, Failure, Terminal, print};
 
 use serve::Server;
-use view::View;
+use view::{Seen, View};
 
 const AFTER_HELP: &str = "\
 SOURCE is as for `palpate record`: FILE.csv (followed until Ctrl-C), - (CSV lines on standard input), serial:PORT, evdev:PADS, mcap:FILE, sim:PLAN.toml.
+
+CSV lines may be strokes of a pivoting grasp (time_s, pivot_x_m, pivot_y_m, s_m): then --rig takes a file of that rig, and there is no --log, --scene or
+--serve (docs/live.md).
 
 At the end of the source, or at Ctrl-C, what was felt is reconstructed once more as `palpate reconstruct` does it, and told. Estimates before that
 are of the same estimator: a search over the samples so far now and then, and a filter in between (docs/live.md).
@@ -37,6 +41,7 @@ Examples:
   palpate watch serial:/dev/ttyUSB0 --rig rig.toml --log trial.csv -o trial
   palpate watch sim:plan.toml --scene trial.mcap            a scene for Foxglove or Rerun
   robot | palpate watch - --json | jq .psi_rad
+  robot | tee strokes.csv | palpate watch - -o strokes      strokes over one pad, recorded and watched
 
 Exit codes: 0 certified at the end;  3 not certified;  2 bad input or usage, or too few samples;  1 anything else.";
 
@@ -82,6 +87,10 @@ pub struct Arguments {
 
 /// Watches until there is an end, and tells what came of it.
 pub fn run(arguments: &Arguments) -> Result<Ending, Failure> {
+    let head = Head::of(&arguments.source);
+    if head.is_of_strokes() {
+        return strokes::run(arguments, head);
+    }
     if let Some(out) = &arguments.out {
         palpate_io::check_result_target(out)?;
     }
@@ -90,11 +99,8 @@ pub fn run(arguments: &Arguments) -> Result<Ending, Failure> {
         None => arguments.calibrated.then(RigFile::exact),
     };
     let conventions = stated.as_ref().map(|rig| rig.conventions);
-    let stopped = Arc::new(AtomicBool::new(false));
-    let stop = Arc::clone(&stopped);
-    ctrlc::set_handler(move || stop.store(true, Ordering::SeqCst))
-        .map_err(|error| Failure::Other(format!("Ctrl-C cannot be caught: {error}")))?;
-    let source = arguments.source.open(conventions)?;
+    let stopped = interruption()?;
+    let source = arguments.source.open_after(head, conventions)?;
     let terminal = Terminal::new(arguments.quiet);
     let server = arguments.serve.map(|address| Server::start(address, &arguments.source.to_string())).transpose()?;
     if let Some(server) = &server {
@@ -116,6 +122,15 @@ pub fn run(arguments: &Arguments) -> Result<Ending, Failure> {
         }
     }
     ended
+}
+
+/// Becomes true at Ctrl-C.
+fn interruption() -> Result<Arc<AtomicBool>, Failure> {
+    let stopped = Arc::new(AtomicBool::new(false));
+    let stop = Arc::clone(&stopped);
+    ctrlc::set_handler(move || stop.store(true, Ordering::SeqCst))
+        .map_err(|error| Failure::Other(format!("Ctrl-C cannot be caught: {error}")))?;
+    Ok(stopped)
 }
 
 struct Watch<'a> {
@@ -165,14 +180,15 @@ impl Watch<'_> {
                 if self.arguments.json {
                     print(&line::of(watched.live.estimate()))?;
                 }
-                view.take(watched.live.estimate());
+                let estimate = watched.live.estimate();
+                view.take(estimate.time_s, estimate.pose.as_ref().map(|pose| pose.psi_rad));
                 if stopped.load(Ordering::SeqCst) {
                     break;
                 }
             }
             if shown.elapsed() >= if view.is_redrawn() { TICK } else { LINE } {
                 shown = Instant::now();
-                view.show(watched.live.estimate(), self.stream.losses())?;
+                view.show(|| Seen::from(watched.live.estimate()), self.stream.losses())?;
             }
             if published.elapsed() >= TICK {
                 published = Instant::now();
@@ -180,7 +196,7 @@ impl Watch<'_> {
             }
         }
         if let Some(watched) = &self.watched {
-            view.show(watched.live.estimate(), self.stream.losses())?;
+            view.show(|| Seen::from(watched.live.estimate()), self.stream.losses())?;
             publish(self.server, watched, self.stream.losses(), view.rate_hz());
         }
         Ok(())
@@ -213,7 +229,7 @@ impl Watch<'_> {
         drop(live);
         let summary = result(arguments, &rig, log, &terminal)?;
         if arguments.json {
-            print(&line::last(&summary)?)?;
+            print(&line::last(summary.to_json())?)?;
         } else {
             let shown = arguments.out.clone().unwrap_or_default();
             let text = told(&summary, &shown);

@@ -6,6 +6,9 @@ use std::fmt::Write;
 use std::time::Instant;
 
 use palpate::live::{Estimate, Stage};
+use palpate::pivot::StrokesEstimate;
+use palpate::reconstruct::OutlinePoint;
+use palpate::shape::SupportFunction;
 use palpate_live::Losses;
 
 use crate::terminal::{Failure, print};
@@ -48,82 +51,137 @@ impl View {
         self.rate_hz
     }
 
-    /// Takes an estimate into the curve.
-    pub fn take(&mut self, estimate: &Estimate) {
+    /// Takes the time of a sample and its orientation into the curve.
+    pub fn take(&mut self, time_s: f64, psi_rad: Option<f64>) {
         self.samples += 1;
-        let newest = estimate.time_s;
         let elapsed_s = self.since.elapsed().as_secs_f64();
         if elapsed_s >= 1.0 {
             (self.rate_hz, self.samples, self.since) = (self.samples as f64 / elapsed_s, 0, Instant::now());
         }
-        if self.psi.back().is_none_or(|(time_s, _)| newest - time_s >= CURVE_S / COLUMNS as f64) {
-            self.psi.push_back((newest, estimate.pose.as_ref().map(|pose| pose.psi_rad)));
+        if self.psi.back().is_none_or(|(newest_s, _)| time_s - newest_s >= CURVE_S / COLUMNS as f64) {
+            self.psi.push_back((time_s, psi_rad));
             if self.psi.len() > COLUMNS {
                 self.psi.pop_front();
             }
         }
     }
 
-    /// Shows an estimate.
-    pub fn show(&mut self, estimate: &Estimate, losses: Losses) -> Result<(), Failure> {
+    /// Shows what is known.
+    pub fn show<'a>(&mut self, seen: impl FnOnce() -> Seen<'a>, losses: Losses) -> Result<(), Failure> {
         if !self.is_shown {
             return Ok(());
         }
         if !self.is_terminal {
-            return print(&line(estimate));
+            return print(&seen().line());
         }
-        let text = self.text(estimate, losses);
+        let text = self.text(&seen(), losses);
         let up = if self.lines > 0 { format!("\x1b[{}A", self.lines) } else { String::new() };
         self.lines = text.lines().count();
         print(&format!("{up}{CLEAR_BELOW}{text}"))
     }
 
-    fn text(&self, estimate: &Estimate, losses: Losses) -> String {
+    fn text(&self, seen: &Seen, losses: Losses) -> String {
         let mut text = String::new();
-        let samples = estimate.samples;
         // Writing into a text cannot fail.
         let _ = writeln!(
             text,
-            "  {:.1} s, {samples} samples, {:.0} a second; lost: {losses}",
-            estimate.time_s, self.rate_hz
+            "  {:.1} s, {} samples, {:.0} a second; lost: {losses}",
+            seen.time_s, seen.samples, self.rate_hz
         );
-        if let Some(pose) = &estimate.pose {
-            let [psi, sd] = [pose.psi_rad, pose.psi_sd_rad].map(f64::to_degrees);
+        if let Some(psi) = seen.psi_and_sd_rad {
+            let [psi, sd] = psi.map(f64::to_degrees);
             let _ = writeln!(text, "  ψ       {} {psi:.2}° ± {sd:.2}°", curve(&self.psi));
-            let [x, y, sd] = [pose.com_x_m, pose.com_y_m, pose.com_sd_m].map(|length_m| 1e3 * length_m);
+        }
+        if let Some(center) = seen.center_and_sd_m {
+            let [x, y, sd] = center.map(|length_m| 1e3 * length_m);
             let _ = writeln!(text, "  centre  {x:.2}, {y:.2} mm ± {sd:.3} mm");
         }
-        if let Some(shape) = &estimate.shape {
-            let felt = 100.0 * estimate.coverage;
-            let _ = writeln!(text, "  felt    {} {felt:.0} %", boundary(estimate));
-            let [around, sd] = [shape.perimeter_m(), estimate.r_sd_m()].map(|length_m| 1e3 * length_m);
+        if let Some(perimeter_m) = seen.perimeter_m {
+            let felt = 100.0 * seen.coverage;
+            let _ = writeln!(text, "  felt    {} {felt:.0} %", boundary(seen.outline));
+            let [around, sd] = [perimeter_m, seen.r_sd_m].map(|length_m| 1e3 * length_m);
             let _ = writeln!(text, "  shape   {around:.2} mm around, boundary ± {sd:.3} mm");
         }
         text.push_str("  ");
-        text.push_str(&verdict(estimate));
+        text.push_str(&seen.verdict);
         text
     }
 }
 
-/// Everything in one line.
-fn line(estimate: &Estimate) -> String {
-    let mut line = format!("{:.1} s, {} samples", estimate.time_s, estimate.samples);
-    if let Some(pose) = &estimate.pose {
-        let [psi, sd] = [pose.psi_rad, pose.psi_sd_rad].map(f64::to_degrees);
-        let felt = 100.0 * estimate.coverage;
-        let _ = write!(line, ", psi {psi:.2} ± {sd:.2} deg, {felt:.0} % felt, r ± {:.3} mm", 1e3 * estimate.r_sd_m());
+/// What the view shows of an estimate, of either rig.
+pub struct Seen<'a> {
+    time_s: f64,
+    samples: u64,
+    psi_and_sd_rad: Option<[f64; 2]>,
+    center_and_sd_m: Option<[f64; 3]>,
+    perimeter_m: Option<f64>,
+    r_sd_m: f64,
+    outline: &'a [OutlinePoint],
+    coverage: f64,
+    verdict: String,
+}
+
+impl Seen<'_> {
+    /// Everything in one line.
+    fn line(&self) -> String {
+        let mut line = format!("{:.1} s, {} samples", self.time_s, self.samples);
+        if let Some(psi) = self.psi_and_sd_rad {
+            let [psi, sd] = psi.map(f64::to_degrees);
+            let _ = write!(line, ", psi {psi:.2} ± {sd:.2} deg");
+        }
+        if self.perimeter_m.is_some() {
+            let _ = write!(line, ", {:.0} % felt, r ± {:.3} mm", 100.0 * self.coverage, 1e3 * self.r_sd_m);
+        }
+        format!("{line}: {}", self.verdict)
     }
-    format!("{line}: {}", verdict(estimate))
+}
+
+impl<'a> From<&'a Estimate> for Seen<'a> {
+    fn from(estimate: &'a Estimate) -> Self {
+        let pose = estimate.pose.as_ref();
+        let certified = match (estimate.is_com_certified(), estimate.is_certified()) {
+            (true, _) => Some("certified: shape, motion and centre of mass"),
+            (false, true) => Some("certified: shape and motion, but not the centre of mass"),
+            _ => None,
+        };
+        Self {
+            time_s: estimate.time_s,
+            samples: estimate.samples,
+            psi_and_sd_rad: pose.map(|pose| [pose.psi_rad, pose.psi_sd_rad]),
+            center_and_sd_m: pose.map(|pose| [pose.com_x_m, pose.com_y_m, pose.com_sd_m]),
+            perimeter_m: estimate.shape.as_ref().map(SupportFunction::perimeter_m),
+            r_sd_m: estimate.r_sd_m(),
+            outline: &estimate.outline,
+            coverage: estimate.coverage,
+            verdict: verdict(certified, estimate.stage, || estimate.reason()),
+        }
+    }
+}
+
+impl<'a> From<&'a StrokesEstimate> for Seen<'a> {
+    fn from(estimate: &'a StrokesEstimate) -> Self {
+        let certified = estimate.is_certified().then_some("certified: shape about the pivot and motion");
+        Self {
+            time_s: estimate.time_s,
+            samples: estimate.samples,
+            psi_and_sd_rad: estimate.psi_rad.zip(estimate.psi_sd_rad).map(|(psi_rad, sd_rad)| [psi_rad, sd_rad]),
+            center_and_sd_m: None,
+            perimeter_m: estimate.shape.as_ref().map(SupportFunction::perimeter_m),
+            r_sd_m: estimate.r_sd_m,
+            outline: &estimate.outline,
+            coverage: estimate.coverage,
+            verdict: verdict(certified, estimate.stage, || estimate.reason()),
+        }
+    }
 }
 
 /// The verdict in words.
-fn verdict(estimate: &Estimate) -> String {
-    match estimate.stage {
-        _ if estimate.is_com_certified() => "certified: shape, motion and centre of mass".to_owned(),
-        _ if estimate.is_certified() => "certified: shape and motion, but not the centre of mass".to_owned(),
-        Stage::Gathering => "nothing is known yet: too few samples".to_owned(),
-        Stage::Searching => format!("searching: {}", estimate.reason()),
-        _ => format!("not certified: {}", estimate.reason()),
+fn verdict(certified: Option<&str>, stage: Stage, reason: impl FnOnce() -> String) -> String {
+    match (certified, stage) {
+        (Some(certified), _) => certified.to_owned(),
+        (None, Stage::Gathering) => "nothing is known yet: too few samples".to_owned(),
+        (None, Stage::Searching) => format!("searching: {}", reason()),
+        _ => format!("not certified: {}", reason()),
     }
 }
 
@@ -141,10 +199,10 @@ fn curve(psi: &VecDeque<(f64, Option<f64>)>) -> String {
 }
 
 /// The boundary once round: what was felt, and what was not.
-fn boundary(estimate: &Estimate) -> String {
+fn boundary(outline: &[OutlinePoint]) -> String {
     let mut felt = [0_usize; COLUMNS];
     let mut all = [0_usize; COLUMNS];
-    for point in &estimate.outline {
+    for point in outline {
         let column = ((point.theta_rad / TAU * COLUMNS as f64) as usize).min(COLUMNS - 1);
         all[column] += 1;
         felt[column] += usize::from(point.touches > 0);
@@ -158,10 +216,12 @@ mod tests {
 
     #[test]
     fn before_anything_is_known_it_says_so() {
-        let estimate = Estimate::default();
-        assert_eq!(line(&estimate), "NaN s, 0 samples: nothing is known yet: too few samples");
-        let text = View::new(true, true).text(&estimate, Losses::default());
-        assert_eq!(text.lines().count(), 2, "{text}");
+        let (palms, strokes) = (Estimate::default(), StrokesEstimate::default());
+        for seen in [Seen::from(&palms), Seen::from(&strokes)] {
+            assert_eq!(seen.line(), "NaN s, 0 samples: nothing is known yet: too few samples");
+            let text = View::new(true, true).text(&seen, Losses::default());
+            assert_eq!(text.lines().count(), 2, "{text}");
+        }
     }
 
     #[test]
@@ -174,10 +234,8 @@ mod tests {
     #[test]
     fn the_view_keeps_only_what_it_shows() {
         let mut view = View::new(true, true);
-        let mut estimate = Estimate::default();
         for index in 0..10_000 {
-            estimate.time_s = 0.1 * f64::from(index);
-            view.take(&estimate);
+            view.take(0.1 * f64::from(index), None);
         }
         assert_eq!(view.psi.len(), COLUMNS);
     }

@@ -11,6 +11,16 @@ use crate::read_error::{MissingColumn, ReadError, ReadProblem};
 /// Most cells in a line: far more than any log has columns, few enough that a line is never large in memory.
 const MAX_COLUMNS: usize = 4096;
 
+/// Most bytes of a file that its header is looked for in.
+const HEADER_WITHIN: usize = 64 << 10;
+
+/// Whether the first line of a file that is no comment names this quantity: what kind of file it is, before it is read.
+pub(crate) fn header_has(bytes: &[u8], quantity: Quantity) -> bool {
+    let text = String::from_utf8_lossy(&bytes[..bytes.len().min(HEADER_WITHIN)]);
+    let header = text.lines().map(str::trim).find(|line| !line.is_empty() && !line.starts_with('#'));
+    header.is_some_and(|header| header.to_lowercase().contains(quantity.stem))
+}
+
 /// Something a column may hold; the column is named `stem_unit`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Quantity {

@@ -9,7 +9,7 @@ use palpate::{Log, Sample};
 
 use crate::csv::bytes::read_bytes;
 use crate::csv::name::plain;
-use crate::csv::table::{Column, Quantity, Table, metadata};
+use crate::csv::table::{Column, Quantity, Table, header_has, metadata};
 use crate::csv::text;
 use crate::csv::unit::{Dimension, Unit};
 use crate::log::plausible::{self, MAX_COORDINATE_M, MAX_REACH_M, unit_of};
@@ -31,17 +31,17 @@ const MAX_TIME_S: f64 = 1e13;
 
 const NO_CONTACT: &str = "no contact was seen";
 const NOT_STATED: &str = "it is not known";
-const TIME: Quantity = Quantity::new("time", Dimension::Time).also_named(&["timestamp", "time_stamp"]);
-const PHI1: Quantity = Quantity::new("phi1", Dimension::Angle);
-const PHI2: Quantity = Quantity::new("phi2", Dimension::Angle);
+pub(super) const TIME: Quantity = Quantity::new("time", Dimension::Time).also_named(&["timestamp", "time_stamp"]);
+pub(super) const PHI1: Quantity = Quantity::new("phi1", Dimension::Angle);
+pub(super) const PHI2: Quantity = Quantity::new("phi2", Dimension::Angle);
 const S1: Quantity = Quantity::or_empty("s1", Dimension::Length, NO_CONTACT);
 const S2: Quantity = Quantity::or_empty("s2", Dimension::Length, NO_CONTACT);
 const S1_SD: Quantity = Quantity::or_empty("s1_sd", Dimension::Length, NOT_STATED);
 const S2_SD: Quantity = Quantity::or_empty("s2_sd", Dimension::Length, NOT_STATED);
-const BASE1_X: Quantity = Quantity::new("base1_x", Dimension::Length);
-const BASE1_Y: Quantity = Quantity::new("base1_y", Dimension::Length);
-const BASE2_X: Quantity = Quantity::new("base2_x", Dimension::Length);
-const BASE2_Y: Quantity = Quantity::new("base2_y", Dimension::Length);
+pub(super) const BASE1_X: Quantity = Quantity::new("base1_x", Dimension::Length);
+pub(super) const BASE1_Y: Quantity = Quantity::new("base1_y", Dimension::Length);
+pub(super) const BASE2_X: Quantity = Quantity::new("base2_x", Dimension::Length);
+pub(super) const BASE2_Y: Quantity = Quantity::new("base2_y", Dimension::Length);
 const FORCE1: Quantity = Quantity::or_empty("force1", Dimension::Force, NOT_STATED);
 const FORCE2: Quantity = Quantity::or_empty("force2", Dimension::Force, NOT_STATED);
 const ALL: [Quantity; 13] =
@@ -180,37 +180,9 @@ pub fn name_in_seconds(name: &str) -> Option<String> {
     TIME.stem_in(&plain(name)).map(|stem| format!("{stem}_{}", Unit::Second.suffix()))
 }
 
-/// Reads how palms moved: the times, palm angles and base points of a palm log, with contacts or without.
-///
-/// # Errors
-/// As [`read_log`], but for the contacts, of which nothing is asked.
-pub fn read_palm_course(path: &Path) -> Result<Vec<(f64, PalmPair)>, ReadError> {
-    const PALMS: [Quantity; 7] = [TIME, PHI1, PHI2, BASE1_X, BASE1_Y, BASE2_X, BASE2_Y];
-    let (name, bytes) = (path.to_string_lossy(), read_bytes(path)?);
-    let table = Table::parse(&name, &bytes, "time_s,phi1_rad,phi2_rad")?;
-    let [time, phi1, phi2] = table.require_all([TIME, PHI1, PHI2], &PALMS)?;
-    let [base1_x, base1_y, base2_x, base2_y] =
-        [BASE1_X, BASE1_Y, BASE2_X, BASE2_Y].map(|base| table.find(base, &PALMS));
-    let (base1, base2) = ([base1_x?, base1_y?], [base2_x?, base2_y?]);
-    table.require_rows()?;
-    let given = [base1, base2].into_iter().flatten().flatten();
-    table.require_one_decimal_mark(&[time, phi1, phi2].into_iter().chain(given).collect::<Vec<_>>())?;
-    let mut course: Vec<(f64, PalmPair)> = Vec::with_capacity(table.rows());
-    for row in 0..table.rows() {
-        let coordinate = |column: Option<Column>| column.map_or(Ok(0.0), |column| base_coordinate(&table, row, column));
-        let time_s = table.number(row, time)?;
-        if let Some((before_s, _)) = course.last() {
-            table.require_increase(row, time, *before_s, time_s, "time")?;
-        }
-        let palms = PalmPair {
-            phi1_rad: palm1_angle(&table, row, phi1, 1.0)?,
-            phi2_rad: palm2_angle(&table, row, phi2, 1.0)?,
-            base1_m: [coordinate(base1[0])?, coordinate(base1[1])?],
-            base2_m: [coordinate(base2[0])?, coordinate(base2[1])?],
-        };
-        course.push((time_s, palms));
-    }
-    Ok(course)
+/// Whether the header of a file has the columns of two palms: it is a palm log, or a motion of palms, and no outline of an object.
+pub fn is_palm_log(bytes: &[u8]) -> bool {
+    header_has(bytes, PHI1)
 }
 
 fn from_table(name: &str, table: Table, columns: &Columns) -> Result<LogFile, ReadError> {
@@ -358,7 +330,7 @@ pub fn fault_of(sample: &Sample) -> Option<&'static str> {
     checks.into_iter().find_map(|(fault, good)| (!good).then_some(fault))
 }
 
-fn palm1_angle(table: &Table, row: usize, column: Column, sign: f64) -> Result<f64, ReadError> {
+pub(super) fn palm1_angle(table: &Table, row: usize, column: Column, sign: f64) -> Result<f64, ReadError> {
     let phi1 = sign * table.number(row, column)?;
     if phi1.abs() <= MAX_PHI1_RAD {
         return Ok(phi1);
@@ -375,7 +347,7 @@ fn palm1_angle(table: &Table, row: usize, column: Column, sign: f64) -> Result<f
     ))
 }
 
-fn palm2_angle(table: &Table, row: usize, column: Column, sign: f64) -> Result<f64, ReadError> {
+pub(super) fn palm2_angle(table: &Table, row: usize, column: Column, sign: f64) -> Result<f64, ReadError> {
     let phi2 = sign * table.number(row, column)?;
     let is_parallel = phi2.sin().abs() < MIN_SIN_PHI2;
     if phi2 > 0.0 && phi2 < PI && !is_parallel {
@@ -422,7 +394,7 @@ fn contact_position(table: &Table, row: usize, column: Column) -> Result<Option<
     table.within(row, column, s, MAX_REACH_M).map(Some)
 }
 
-fn base_coordinate(table: &Table, row: usize, column: Column) -> Result<f64, ReadError> {
+pub(super) fn base_coordinate(table: &Table, row: usize, column: Column) -> Result<f64, ReadError> {
     let coordinate = table.number(row, column)?;
     table.within(row, column, coordinate, MAX_COORDINATE_M)
 }

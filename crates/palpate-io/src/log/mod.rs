@@ -2,5 +2,6 @@
 
 pub(crate) mod log_reader;
 pub(crate) mod log_writer;
+pub(crate) mod palm_course;
 pub(crate) mod plausible;
 pub(crate) mod row_reader;

@@ -5,7 +5,7 @@ use std::path::Path;
 use palpate::pivot::{PivotLog, PivotSample};
 
 use crate::csv::bytes::read_bytes;
-use crate::csv::table::{Quantity, Table};
+use crate::csv::table::{Column, Quantity, Table, header_has};
 use crate::csv::unit::Dimension;
 use crate::read_error::{ReadError, ReadProblem};
 
@@ -20,7 +20,7 @@ pub(super) const HEADER: &str = "time_s,pivot_x_m,pivot_y_m,s_m";
 pub(super) const SWING_PERIOD: &str = "swing_period_s";
 
 /// Arms and pads reach no further, metres: beyond, lengths are in another unit than their name says.
-const FURTHEST_M: f64 = 10.0;
+pub(super) const FURTHEST_M: f64 = 10.0;
 
 /// A log of strokes as it came from a file.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -33,9 +33,7 @@ pub struct StrokesFile {
 
 /// Whether the header of a file has the columns of a pivot: it is a log of strokes and no palm log.
 pub fn is_strokes_log(bytes: &[u8]) -> bool {
-    let text = String::from_utf8_lossy(&bytes[..bytes.len().min(64 << 10)]);
-    let header = text.lines().map(str::trim).find(|line| !line.is_empty() && !line.starts_with('#'));
-    header.is_some_and(|header| header.to_lowercase().contains(PIVOT_X.stem))
+    header_has(bytes, PIVOT_X)
 }
 
 /// Reads a log of strokes of a pivoting grasp (Moll & Erdmann 2001, figure 9).
@@ -56,30 +54,56 @@ pub fn read_strokes(path: &Path) -> Result<StrokesFile, ReadError> {
 /// As [`read_strokes`].
 pub fn parse_strokes(name: &str, bytes: &[u8]) -> Result<StrokesFile, ReadError> {
     let table = Table::parse(name, bytes, HEADER)?;
-    let [time, x, y, s] = table.require_all([TIME, PIVOT_X, PIVOT_Y, S], &ALL)?;
+    let columns = Columns::find(&table)?;
     table.require_rows()?;
+    let Columns { time, x, y, s } = columns;
     table.require_one_decimal_mark(&[time, x, y, s])?;
     let mut samples: Vec<PivotSample> = Vec::with_capacity(table.rows());
     for row in 0..table.rows() {
-        let length = |column, length_m| table.within(row, column, length_m, FURTHEST_M);
-        let time_s = table.number(row, time)?;
+        let sample = columns.sample(&table, row)?;
         if let Some(before) = samples.last() {
-            table.require_increase(row, time, before.time_s, time_s, "time")?;
+            table.require_increase(row, time, before.time_s, sample.time_s, "time")?;
         }
-        samples.push(PivotSample {
-            time_s,
-            pivot_x_m: length(x, table.number(row, x)?)?,
-            pivot_y_m: length(y, table.number(row, y)?)?,
-            s_m: table.value(row, s)?.map(|s_m| length(s, s_m)).transpose()?,
-        });
+        samples.push(sample);
     }
-    let swing_period_s =
-        table.metadata.iter().find(|(key, _)| key == SWING_PERIOD).map(|(_, value)| {
-            value.parse::<f64>().ok().filter(|period_s| *period_s > 0.0 && period_s.is_finite()).ok_or_else(|| {
-                ReadError::in_file(name, ReadProblem::SwingPeriod { text: crate::csv::text::quoted(value) })
-            })
-        });
-    Ok(StrokesFile { log: PivotLog { samples, swing_period_s: swing_period_s.transpose()? }, metadata: table.metadata })
+    let swing_period_s = swing_period_s(name, &table)?;
+    Ok(StrokesFile { log: PivotLog { samples, swing_period_s }, metadata: table.metadata })
+}
+
+/// Where a table has what.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Columns {
+    time: Column,
+    x: Column,
+    y: Column,
+    s: Column,
+}
+
+impl Columns {
+    pub(super) fn find(table: &Table) -> Result<Self, ReadError> {
+        let [time, x, y, s] = table.require_all(ALL, &ALL)?;
+        Ok(Self { time, x, y, s })
+    }
+
+    pub(super) fn sample(&self, table: &Table, row: usize) -> Result<PivotSample, ReadError> {
+        let length = |column, length_m| table.within(row, column, length_m, FURTHEST_M);
+        Ok(PivotSample {
+            time_s: table.number(row, self.time)?,
+            pivot_x_m: length(self.x, table.number(row, self.x)?)?,
+            pivot_y_m: length(self.y, table.number(row, self.y)?)?,
+            s_m: table.value(row, self.s)?.map(|s_m| length(self.s, s_m)).transpose()?,
+        })
+    }
+}
+
+/// The period of small swings that the comments of a file state.
+pub(super) fn swing_period_s(name: &str, table: &Table) -> Result<Option<f64>, ReadError> {
+    let stated = table.metadata.iter().find(|(key, _)| key == SWING_PERIOD).map(|(_, value)| {
+        let period_s = value.parse::<f64>().ok().filter(|period_s| *period_s > 0.0 && period_s.is_finite());
+        period_s
+            .ok_or_else(|| ReadError::in_file(name, ReadProblem::SwingPeriod { text: crate::csv::text::quoted(value) }))
+    });
+    stated.transpose()
 }
 
 #[cfg(test)]
@@ -89,7 +113,9 @@ mod tests {
     #[test]
     fn strokes_are_read_in_any_unit_and_order() {
         let text = "# swing_period_s: 0.4\ns_mm,time_ms,Pivot_X (cm),pivot_y_m\n12.5,0,1.5,0.03\n,50,1.6,0.04\n";
-        assert!(is_strokes_log(text.as_bytes()) && !is_strokes_log(b"time_s,phi1_rad,phi2_rad,s1_m,s2_m\n"));
+        let palms = b"time_s,phi1_rad,phi2_rad,s1_m,s2_m\n";
+        assert!(is_strokes_log(text.as_bytes()) && !is_strokes_log(palms));
+        assert!(crate::is_palm_log(palms) && !crate::is_palm_log(text.as_bytes()));
         let error = crate::parse_log("log", text.as_bytes()).expect_err("it is no palm log");
         assert!(error.to_string().contains("reconstruct_strokes"), "{error}");
         let file = parse_strokes("log", text.as_bytes()).expect("a log");

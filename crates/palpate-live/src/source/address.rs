@@ -1,6 +1,7 @@
 //! What a source is called: its address on the command line.
 
 use std::fmt;
+use std::io::Read;
 use std::path::PathBuf;
 use std::str::FromStr;
 
@@ -11,6 +12,7 @@ use crate::source::Source;
 use crate::source::follow::Follow;
 use crate::source::serial::Serial;
 use crate::source::text::Text;
+use crate::strokes::Head;
 
 /// Bits per second of a serial port if nothing is said of it.
 const USUAL_BAUD: u32 = 115_200;
@@ -178,8 +180,19 @@ impl Address {
     /// # Errors
     /// There is no such source, or it cannot be used.
     pub fn open(&self, conventions: Option<Conventions>) -> Result<Box<dyn Source>, SourceError> {
+        self.open_after(Head::default(), conventions)
+    }
+
+    /// The same where the head was read already.
+    ///
+    /// # Errors
+    /// As of [`open`](Self::open).
+    pub fn open_after(&self, head: Head, conventions: Option<Conventions>) -> Result<Box<dyn Source>, SourceError> {
         Ok(match self {
-            Self::StandardInput => Box::new(Text::new("standard input", std::io::stdin(), conventions)),
+            Self::StandardInput => {
+                let whole = std::io::Cursor::new(head.into_bytes()).chain(std::io::stdin());
+                Box::new(Text::new("standard input", whole, conventions))
+            }
             Self::File(path) => Box::new(Follow::open(path, conventions)?),
             Self::Serial { path, baud } => Box::new(Serial::open(path, *baud, conventions.unwrap_or_default())?),
             #[cfg(target_os = "linux")]

@@ -12,7 +12,7 @@ use crate::losses::Losses;
 use crate::source::{Arrival, Overflow, Source};
 
 /// Longest line, bytes: thirteen columns take 350.
-const LONGEST_LINE: usize = 4096;
+pub(crate) const LONGEST_LINE: usize = 4096;
 /// Bytes read at a time.
 const READ_BYTES: usize = 64 * 1024;
 

@@ -28,6 +28,7 @@ __all__ = [
     "Jump",
     "Live",
     "LiveEstimate",
+    "LiveStrokes",
     "Log",
     "LogContribution",
     "OutlineFit",
@@ -42,6 +43,7 @@ __all__ = [
     "RigCalibration",
     "Simulation",
     "Strokes",
+    "StrokesEstimate",
     "StrokesResult",
     "SupportFunction",
     "SweepFolder",
@@ -57,6 +59,7 @@ __all__ = [
     "cramer_rao_bound_m",
     "follow",
     "plan_jump_free",
+    "plan_strokes",
     "plan_turn",
     "posterior",
     "radii_of_curvature_m",
@@ -940,6 +943,39 @@ class StrokesResult:
     def report_html(self, *, truth: Truth | None = None, title: str | None = None) -> str: ...
     def show(self, *, truth: Truth | None = None, title: str | None = None, height: int = 900) -> None: ...
 
+@final
+class StrokesEstimate:
+    @property
+    def time_s(self) -> float: ...
+    @property
+    def samples(self) -> int: ...
+    @property
+    def refused(self) -> int: ...
+    @property
+    def psi_rad(self) -> float: ...
+    @property
+    def psi_sd_rad(self) -> float: ...
+    @property
+    def on_unfelt(self) -> bool: ...
+    @property
+    def shape(self) -> SupportFunction | None: ...
+    @property
+    def r_sd_m(self) -> float: ...
+    @property
+    def coverage(self) -> float: ...
+    @property
+    def certified(self) -> bool: ...
+    @property
+    def reason(self) -> str: ...
+
+@final
+class LiveStrokes:
+    def __new__(
+        cls, *, rig: _Path | None = None, calibrated: bool = False, swing_period_s: float | None = None
+    ) -> LiveStrokes: ...
+    def push(self, time_s: float, pivot_x_m: float, pivot_y_m: float, s_m: float | None) -> StrokesEstimate: ...
+    def finish(self) -> StrokesResult: ...
+
 def simulate_strokes(
     shape: SupportFunction,
     strokes: Sequence[Sequence[float]],
@@ -952,6 +988,17 @@ def simulate_strokes(
     rate_hz: float = 30.0,
     seed: int = 0,
 ) -> tuple[Strokes, Truth]: ...
+def plan_strokes(
+    known: SupportFunction | StrokesResult,
+    *,
+    center_of_mass_m: _Point | None = None,
+    along_m: _Point = (0.4, 0.6),
+    longest_m: float = 0.3,
+    press: float = 3.0,
+    most_strokes: int = 12,
+    friction: float = 0.4,
+    pad_length_m: float | None = None,
+) -> tuple[list[list[float]], list[float]]: ...
 def reconstruct_strokes(
     log: Strokes | _Path,
     *,

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
-use palpate::pivot::{PadPose, PivotOptions, PivotReconstructError, PivotRig, reconstruct_strokes as reconstruct};
+use palpate::pivot::{PadPose, PivotOptions, PivotReconstructError, PivotRig, reconstruct_with_posterior};
 use pyo3::prelude::*;
 
 use crate::interop::errors::{OrRaise, ReconstructError};
@@ -53,18 +53,23 @@ pub fn reconstruct_strokes(
     threads: Option<Whole>,
 ) -> PyResult<StrokesResult> {
     let log = log.read(py)?;
-    let rig = match rig {
-        Some(path) => py.detach(|| palpate_io::read_pivot_rig(&path)).or_raise()?,
-        None if calibrated => PivotRig::exact(PadPose::default()),
-        None => PivotRig::uncalibrated(PadPose::default()),
-    };
+    let rig = rig_of(py, rig, calibrated)?;
     let options = PivotOptions::new(rig).harmonics(harmonics.map(Whole::count));
     let felt = Arc::clone(&log.get().log);
     let solved = work::run(py, threads.map(|threads| threads.0), None, move |_| {
         let started = Instant::now();
-        reconstruct(&felt, &options).map(|found| (found, started.elapsed().as_secs_f64()))
+        reconstruct_with_posterior(&felt, &options).map(|found| (found, started.elapsed().as_secs_f64()))
     })?;
-    let (found, seconds) =
+    let ((found, posterior), seconds) =
         solved.map_err(|error: PivotReconstructError| ReconstructError::new_err(error.to_string()))?;
-    Ok(StrokesResult::of(py, found, log, rig, seconds))
+    Ok(StrokesResult::of(py, (found, posterior), log, rig, seconds))
+}
+
+/// The rig of a file; without one it is exact, or an ordinary one that nobody calibrated, with a level pad in the origin.
+pub fn rig_of(py: Python<'_>, path: Option<PathBuf>, calibrated: bool) -> PyResult<PivotRig> {
+    Ok(match path {
+        Some(path) => py.detach(|| palpate_io::read_pivot_rig(&path)).or_raise()?,
+        None if calibrated => PivotRig::exact(PadPose::default()),
+        None => PivotRig::uncalibrated(PadPose::default()),
+    })
 }

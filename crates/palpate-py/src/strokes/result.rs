@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use numpy::{PyArray1, PyArray2};
-use palpate::pivot::{PivotPose, PivotReconstruction, PivotRig, PivotTruthError, compare_strokes};
+use palpate::pivot::{PivotPose, PivotPosterior, PivotReconstruction, PivotRig, PivotTruthError, compare_strokes};
 use palpate::reconstruct::OutlinePoint;
 use palpate_io::StrokesSummary;
 use palpate_report::{StrokesInput, StrokesTruthOverlay, strokes_page};
@@ -24,6 +24,7 @@ use crate::strokes::log::StrokesData;
 #[pyclass(frozen, module = "palpate", name = "StrokesResult")]
 pub struct StrokesResult {
     found: PivotReconstruction,
+    posterior: PivotPosterior,
     rig: PivotRig,
     /// Strokes: the log that was reconstructed.
     #[pyo3(get)]
@@ -64,7 +65,13 @@ pub struct StrokesResult {
 }
 
 impl StrokesResult {
-    pub fn of(py: Python<'_>, found: PivotReconstruction, log: Py<StrokesData>, rig: PivotRig, seconds: f64) -> Self {
+    pub fn of(
+        py: Python<'_>,
+        (found, posterior): (PivotReconstruction, PivotPosterior),
+        log: Py<StrokesData>,
+        rig: PivotRig,
+        seconds: f64,
+    ) -> Self {
         let along = |value: fn(&OutlinePoint) -> f64| arrays::column(py, found.outline.iter().map(value).collect());
         let left = |value: fn(&PivotPose) -> Option<f64>| arrays::sparse_column(py, found.motion.iter().map(value));
         let boundary: Vec<[f64; 2]> = found.outline.iter().map(|point| [point.x_m, point.y_m]).collect();
@@ -83,7 +90,25 @@ impl StrokesResult {
             height_residual: left(|pose| pose.height_residual_m),
             offset_residual: left(|pose| pose.offset_residual_m),
             found,
+            posterior,
         }
+    }
+
+    /// What was found, and what is left open of it.
+    pub fn known(&self) -> (&PivotReconstruction, &PivotPosterior) {
+        (&self.found, &self.posterior)
+    }
+
+    /// Angle of the pad against the horizontal, radians, as the log has it.
+    pub fn tilt_rad(&self) -> f64 {
+        self.rig.pad.tilt_rad + self.found.calibration.tilt_rad
+    }
+
+    /// Centre of mass from the pivot, metres, where direction and distance are told.
+    pub fn center_of_mass_m(&self) -> Option<[f64; 2]> {
+        let center = self.found.center_of_mass?;
+        let (sin, cos) = center.direction_rad.sin_cos();
+        center.distance_m.map(|distance_m| [distance_m * cos, distance_m * sin])
     }
 
     fn errors(&self, truth: Option<&TrueData>) -> PyResult<Option<PivotTruthError>> {

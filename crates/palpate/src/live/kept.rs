@@ -5,40 +5,36 @@ use crate::log::{Log, Sample};
 /// Samples that are kept at most: eleven minutes at 100 Hz, and ten megabytes.
 const MOST_KEPT: usize = 65_536;
 
-/// The samples that are kept.
+/// Keeps all samples of a stream up to a limit, and from then on evenly spread ones.
 #[derive(Clone, Debug)]
-pub(super) struct Kept {
-    log: Log,
+pub(crate) struct Halving {
     every: u64,
     seen: u64,
 }
 
-impl Kept {
-    pub fn new() -> Self {
-        // A buffer that grows would be copied now and then, which takes longer than a sample may.
-        Self { log: Log { samples: Vec::with_capacity(MOST_KEPT) }, every: 1, seen: 0 }
+impl Default for Halving {
+    fn default() -> Self {
+        Self { every: 1, seen: 0 }
     }
+}
 
-    pub fn push(&mut self, sample: &Sample) {
+impl Halving {
+    /// Takes a sample in, and keeps it or not; where there are `most` of them already, every second one goes.
+    pub fn push<T>(&mut self, kept: &mut Vec<T>, most: usize, sample: T) {
         if self.seen.is_multiple_of(self.every) {
-            if self.log.samples.len() == MOST_KEPT {
+            if kept.len() == most {
                 let mut index = 0_usize;
-                self.log.samples.retain(|_| {
+                kept.retain(|_| {
                     index += 1;
                     index % 2 == 1
                 });
                 self.every *= 2;
             }
             if self.seen.is_multiple_of(self.every) {
-                self.log.samples.push(*sample);
+                kept.push(sample);
             }
         }
         self.seen += 1;
-    }
-
-    /// What is kept.
-    pub fn log(&self) -> &Log {
-        &self.log
     }
 
     /// One in so many is kept.
@@ -49,6 +45,39 @@ impl Kept {
     /// How many were seen.
     pub fn seen(&self) -> u64 {
         self.seen
+    }
+}
+
+/// The samples of a palm log that are kept.
+#[derive(Clone, Debug)]
+pub(super) struct Kept {
+    log: Log,
+    halving: Halving,
+}
+
+impl Kept {
+    pub fn new() -> Self {
+        // A buffer that grows would be copied now and then, which takes longer than a sample may.
+        Self { log: Log { samples: Vec::with_capacity(MOST_KEPT) }, halving: Halving::default() }
+    }
+
+    pub fn push(&mut self, sample: &Sample) {
+        self.halving.push(&mut self.log.samples, MOST_KEPT, *sample);
+    }
+
+    /// What is kept.
+    pub fn log(&self) -> &Log {
+        &self.log
+    }
+
+    /// One in so many is kept.
+    pub fn every(&self) -> u64 {
+        self.halving.every()
+    }
+
+    /// How many were seen.
+    pub fn seen(&self) -> u64 {
+        self.halving.seen()
     }
 }
 

@@ -23,6 +23,7 @@ use std::collections::VecDeque;
 
 pub use estimate::{Estimate, Stage};
 pub use follower::OUTLINE_EVERY;
+pub(crate) use kept::Halving;
 
 use crate::log::{Log, Sample};
 use crate::reconstruct::{ReconstructError, ReconstructOptions, Reconstruction, Reconstructor, check_sample};

@@ -19,7 +19,14 @@ const STEP_RAD: f64 = 0.05;
 /// No reading costs more than this: a gross error tells nothing.
 const MOST_NATS: f64 = 40.0;
 
-/// The shape in a table.
+/// The shape in a table: what each angle of the grid says of a reading.
+#[derive(Clone, Debug)]
+pub(super) struct Table {
+    nodes: Vec<Node>,
+    noise: Noise,
+}
+
+#[derive(Clone, Debug)]
 struct Node {
     r_m: f64,
     d_m: f64,
@@ -29,8 +36,50 @@ struct Node {
     half_log: f64,
 }
 
-/// The contact angles of all readings, segment by segment; continuous within one but for leaps. `variance_across` gives the variance of the
-/// shape across the curve (r, d) at an angle, for a unit vector across it in units of the noise.
+/// Where a reading is next to an angle of the grid.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Settled {
+    pub theta_rad: f64,
+    /// Variance of the angle by the noise of the reading, square radians.
+    pub variance: f64,
+    /// How an error of height and offset moves it, radians per metre.
+    pub along: [f64; 2],
+    /// Squared distance of the reading, in standard deviations; one is expected.
+    pub square: f64,
+}
+
+impl Table {
+    /// `variance_across` gives the variance of the shape across the curve (r, d) at an angle, for a unit vector across it in units of the noise.
+    pub fn new(coefficients: &[f64], noise: Noise, variance_across: impl Fn(f64, [f64; 2]) -> f64) -> Self {
+        let node = |node: usize| {
+            let theta = angle(node);
+            let ContactSupport { r: r_m, d: d_m, v: v_m } = support(coefficients, theta);
+            let slope = [-d_m / noise.r_m, (r_m - v_m) / noise.d_m];
+            let variance = 1.0 + variance_across(theta, across(slope));
+            Node { r_m, d_m, slope, variance, half_log: 0.5 * variance.ln() }
+        };
+        Self { nodes: (0..GRID).map(node).collect(), noise }
+    }
+
+    /// The angle within half a step of a node that explains a reading best.
+    pub fn settled(&self, node: usize, [r_m, d_m]: [f64; 2]) -> Settled {
+        let at = &self.nodes[node];
+        let residual = [(at.r_m - r_m) / self.noise.r_m, (at.d_m - d_m) / self.noise.d_m];
+        let half_rad = 0.5 * TAU / GRID as f64;
+        let [slope_r, slope_d] = at.slope;
+        // Within a step any angle is as likely as any other.
+        let information = slope_r * slope_r + slope_d * slope_d + 3.0 / (half_rad * half_rad);
+        let turn = -(slope_r * residual[0] + slope_d * residual[1]) / information;
+        Settled {
+            theta_rad: angle(node) + turn.clamp(-half_rad, half_rad),
+            variance: 1.0 / information,
+            along: [slope_r / self.noise.r_m / information, slope_d / self.noise.d_m / information],
+            square: square(at, [r_m, d_m], self.noise),
+        }
+    }
+}
+
+/// The contact angles of all readings, segment by segment; continuous within one but for leaps. `variance_across` is as of [`Table::new`].
 pub(super) fn decoded(
     state: &State,
     measured: &[[f64; 2]],
@@ -38,18 +87,10 @@ pub(super) fn decoded(
     noise: Noise,
     variance_across: impl Fn(f64, [f64; 2]) -> f64,
 ) -> Vec<f64> {
-    let table: Vec<Node> = (0..GRID)
-        .map(|node| {
-            let theta = angle(node);
-            let ContactSupport { r: r_m, d: d_m, v: v_m } = support(&state.coefficients, theta);
-            let slope = [-d_m / noise.r_m, (r_m - v_m) / noise.d_m];
-            let variance = 1.0 + variance_across(theta, across(slope));
-            Node { r_m, d_m, slope, variance, half_log: 0.5 * variance.ln() }
-        })
-        .collect();
+    let table = Table::new(&state.coefficients, noise, variance_across);
     let mut theta = Vec::with_capacity(measured.len());
     for range in segments {
-        theta.extend(path(&table, &measured[range.clone()], noise));
+        theta.extend(path(&table, &measured[range.clone()]));
     }
     theta
 }
@@ -58,46 +99,93 @@ fn angle(node: usize) -> f64 {
     TAU * node as f64 / GRID as f64
 }
 
-/// −ln of the likelihood of a reading at a node, whose angle is free within half a step of the grid.
-fn emission(node: &Node, [r_m, d_m]: [f64; 2], noise: Noise) -> f64 {
+/// Squared distance of a reading from a node, whose angle is free within half a step of the grid, in standard deviations.
+fn square(node: &Node, [r_m, d_m]: [f64; 2], noise: Noise) -> f64 {
     let residual = [(node.r_m - r_m) / noise.r_m, (node.d_m - d_m) / noise.d_m];
     let cross = across(node.slope);
     let left = cross[0] * residual[0] + cross[1] * residual[1];
     let along = cross[1] * residual[0] - cross[0] * residual[1];
     let reach = 0.5 * TAU / GRID as f64 * node.slope[0].hypot(node.slope[1]);
     let beyond = (along.abs() - reach).max(0.0);
-    (0.5 * (left * left + beyond * beyond) / node.variance + node.half_log).min(MOST_NATS)
+    (left * left + beyond * beyond) / node.variance
+}
+
+/// −ln of the likelihood of a reading at a node.
+fn emission(node: &Node, reading: [f64; 2], noise: Noise) -> f64 {
+    (0.5 * square(node, reading, noise) + node.half_log).min(MOST_NATS)
+}
+
+/// Costs of the cheapest paths to each angle of the grid, reading by reading.
+#[derive(Clone, Debug)]
+pub(super) struct Forward {
+    costs: Vec<f64>,
+    is_begun: bool,
+}
+
+impl Default for Forward {
+    /// Before the first reading: any angle is as good as any other.
+    fn default() -> Self {
+        Self { costs: vec![0.0; GRID], is_begun: false }
+    }
+}
+
+impl Forward {
+    /// Takes the next reading in, and says from which angle the cheapest path to each comes.
+    pub fn push(&mut self, table: &Table, reading: [f64; 2]) -> Vec<u16> {
+        let mut from: Vec<u16> = (0..GRID as u16).collect();
+        if self.is_begun {
+            self.step(&mut from);
+        }
+        self.is_begun = true;
+        let nodes = self.costs.iter_mut().zip(&table.nodes);
+        nodes.for_each(|(cost, node)| *cost += emission(node, reading, table.noise));
+        from
+    }
+
+    /// The least of cost + distance, around the circle both ways, and of a leap from anywhere.
+    fn step(&mut self, from: &mut [u16]) {
+        let per_node = TAU / GRID as f64 / STEP_RAD;
+        let costs = &mut self.costs;
+        for pass in 0..2 * GRID {
+            let (node, before) = (pass % GRID, (pass + GRID - 1) % GRID);
+            relax(costs, from, node, before, per_node);
+        }
+        for pass in (0..2 * GRID).rev() {
+            let (node, before) = (pass % GRID, (pass + 1) % GRID);
+            relax(costs, from, node, before, per_node);
+        }
+        let least = (0..GRID).min_by(|&a, &b| costs[a].total_cmp(&costs[b])).unwrap_or(0);
+        let (leapt, origin) = (costs[least] + LEAP_NATS, from[least]);
+        for node in 0..GRID {
+            if leapt < costs[node] {
+                (costs[node], from[node]) = (leapt, origin);
+            }
+        }
+    }
+
+    /// The angle of the grid that the cheapest path leads to.
+    pub fn cheapest(&self) -> usize {
+        (0..GRID).min_by(|&a, &b| self.costs[a].total_cmp(&self.costs[b])).unwrap_or(0)
+    }
+
+    /// Root mean square distance from an angle of the grid of those that are farther from it than so much, each as likely as its cheapest path; radians.
+    pub fn elsewhere_rad(&self, node: usize, beyond_rad: f64) -> f64 {
+        let (mut all, mut squares) = (0.0, 0.0);
+        for (other, cost) in self.costs.iter().enumerate() {
+            let weight = (self.costs[node] - cost).exp();
+            let away_rad = crate::math::angle::wrapped(angle(other) - angle(node)).abs();
+            all += weight;
+            squares += if away_rad > beyond_rad { weight * away_rad * away_rad } else { 0.0 };
+        }
+        (squares / all).sqrt()
+    }
 }
 
 /// The cheapest path of one segment.
-fn path(table: &[Node], measured: &[[f64; 2]], noise: Noise) -> Vec<f64> {
-    let per_node = TAU / GRID as f64 / STEP_RAD;
-    let mut costs = vec![0.0; GRID];
-    let mut came_from: Vec<Vec<u16>> = Vec::with_capacity(measured.len());
-    for (index, reading) in measured.iter().enumerate() {
-        let mut from: Vec<u16> = (0..GRID as u16).collect();
-        if index > 0 {
-            // The least of cost + distance, around the circle both ways, and of a leap from anywhere.
-            for pass in 0..2 * GRID {
-                let (node, before) = (pass % GRID, (pass + GRID - 1) % GRID);
-                relax(&mut costs, &mut from, node, before, per_node);
-            }
-            for pass in (0..2 * GRID).rev() {
-                let (node, before) = (pass % GRID, (pass + 1) % GRID);
-                relax(&mut costs, &mut from, node, before, per_node);
-            }
-            let least = (0..GRID).min_by(|&a, &b| costs[a].total_cmp(&costs[b])).unwrap_or(0);
-            let (leapt, origin) = (costs[least] + LEAP_NATS, from[least]);
-            for node in 0..GRID {
-                if leapt < costs[node] {
-                    (costs[node], from[node]) = (leapt, origin);
-                }
-            }
-        }
-        came_from.push(from);
-        costs.iter_mut().zip(table).for_each(|(cost, node)| *cost += emission(node, *reading, noise));
-    }
-    let mut node = (0..GRID).min_by(|&a, &b| costs[a].total_cmp(&costs[b])).unwrap_or(0);
+fn path(table: &Table, measured: &[[f64; 2]]) -> Vec<f64> {
+    let mut forward = Forward::default();
+    let came_from: Vec<Vec<u16>> = measured.iter().map(|reading| forward.push(table, *reading)).collect();
+    let mut node = forward.cheapest();
     let mut nodes = vec![0; measured.len()];
     for index in (0..measured.len()).rev() {
         nodes[index] = node;

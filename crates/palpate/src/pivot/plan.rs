@@ -6,6 +6,7 @@
 use crate::estimate::coverage::{LONGEST_SLIDE, NODES, touches};
 use crate::pivot::error::PivotSimulateError;
 use crate::pivot::posterior::PivotPosterior;
+use crate::pivot::result::PivotReconstruction;
 use crate::pivot::simulate::{PivotSimulateOptions, Stroke, simulate_strokes};
 use crate::shape::SupportFunction;
 
@@ -114,6 +115,27 @@ pub fn plan_strokes(
     Ok(PlannedStrokes { strokes, coverage })
 }
 
+/// The same by a result and the posterior that came with it ([`reconstruct_with_posterior`](crate::pivot::reconstruct_with_posterior)). Where the
+/// mean of that is hollow, which it may be where nothing was felt, the convex shape closest to what was felt takes its place.
+///
+/// # Errors
+/// As [`plan_strokes`]; also when what was felt determines no convex shape.
+pub fn plan_next_strokes(
+    found: &PivotReconstruction,
+    posterior: &PivotPosterior,
+    options: &PivotSimulateOptions,
+    limits: &StrokeLimits,
+) -> Result<PlannedStrokes, PivotSimulateError> {
+    if posterior.mean().is_convex() {
+        return plan_strokes(posterior, options, limits);
+    }
+    let felt = found.outline.iter().filter(|point| point.touches > 0);
+    let felt: Vec<(f64, f64)> = felt.map(|point| (point.theta_rad, point.r_m)).collect();
+    let hollow = PivotSimulateError::NotConvex { smallest_m: found.shape.min_curvature_radius_m() };
+    let fit = SupportFunction::from_support(&felt).map_err(|_| hollow)?;
+    plan_strokes(&PivotPosterior::known(&fit.shape), options, limits)
+}
+
 /// Strokes that go one way, or one way and then the other, from either end or the middle of what is allowed; the shortest first.
 fn candidates(limits: &StrokeLimits) -> Vec<Stroke> {
     let [low_m, high_m] = limits.along_m;
@@ -161,6 +183,7 @@ fn felt_by(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::pivot::reconstruct::{PivotOptions, reconstruct_with_posterior};
 
     fn pebble() -> SupportFunction {
         SupportFunction::new(0.03, vec![[0.003, 0.002], [0.002, -0.001], [0.0004, 0.0006]])
@@ -195,6 +218,33 @@ mod tests {
         let one =
             plan_strokes(&PivotPosterior::known(&pebble()), &options, &StrokeLimits { most_strokes: 1, ..limits });
         assert_eq!(one.expect("a plan").strokes.len(), 1);
+    }
+
+    #[test]
+    fn a_result_that_is_hollow_where_nothing_was_felt_plans_by_what_was() {
+        let options = PivotSimulateOptions { friction: 0.8, ..PivotSimulateOptions::default() };
+        let stroke = Stroke { along_m: vec![0.5, 0.6], press: 3.0 };
+        let felt = simulate_strokes(&pebble(), &[stroke], &options).expect("it runs");
+        let (found, posterior) = reconstruct_with_posterior(&felt.log, &PivotOptions::default()).expect("a result");
+        assert!(found.coverage < 0.9);
+        // A dent on the far side of what was felt.
+        let unfelt = found.outline.iter().position(|point| point.touches == 0).expect("some") as f64;
+        let theta = std::f64::consts::TAU * (unfelt + 20.0) / 720.0;
+        let mut harmonics = found.shape.harmonics_m().to_vec();
+        harmonics.resize(30, [0.0; 2]);
+        for (index, [cos, sin]) in harmonics.iter_mut().enumerate() {
+            let angle = (index + 1) as f64 * theta;
+            (*cos, *sin) = (*cos + 2e-4 * angle.cos(), *sin + 2e-4 * angle.sin());
+        }
+        let hollow = PivotPosterior::known(&SupportFunction::new(found.shape.mean_radius_m(), harmonics));
+        let limits = StrokeLimits::default();
+        assert!(plan_strokes(&hollow, &options, &limits).is_err());
+        let plan = plan_next_strokes(&found, &hollow, &options, &limits).expect("a plan");
+        assert!(plan.coverage.last().is_some_and(|coverage| *coverage > 0.9), "{plan:?}");
+        let plan = plan_next_strokes(&found, &posterior, &options, &limits).expect("a plan");
+        assert!(plan.coverage.last().is_some_and(|coverage| *coverage > 0.9), "{plan:?}");
+        let nothing = PivotReconstruction { outline: Vec::new(), ..found };
+        assert!(plan_next_strokes(&nothing, &hollow, &options, &limits).is_err());
     }
 
     #[test]

@@ -5,6 +5,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
+use crate::pivot::smoother::curve_row;
 use crate::shape::SupportFunction;
 
 /// A Gaussian over shapes, a common rotation taken out.
@@ -36,6 +37,12 @@ impl PivotPosterior {
     /// The most likely shape.
     pub fn mean(&self) -> SupportFunction {
         SupportFunction::from_coefficients(self.mean.as_slice()).rotated(self.turn_rad)
+    }
+
+    /// Variance of a combination of height r and offset d at an angle: that with these shares of each.
+    pub(super) fn variance(&self, theta_rad: f64, shares: [f64; 2]) -> f64 {
+        let row = curve_row(theta_rad - self.turn_rad, self.mean.len() / 2, shares);
+        (self.root.transpose() * row).norm_squared()
     }
 
     /// A shape drawn from it; the same seed gives the same shape. Where the boundary was not felt it may be hollow.

@@ -13,7 +13,7 @@ use crate::pivot::decode::decoded;
 use crate::pivot::error::PivotReconstructError;
 use crate::pivot::error_bars::ErrorBars;
 use crate::pivot::evidence::{self, Fit, MOST_HARMONICS, Stated, choose_order, squares_and_redundancies};
-use crate::pivot::log::PivotLog;
+use crate::pivot::log::{PivotLog, PivotSample};
 use crate::pivot::motion_between::{FIRST_SD_RAD, MotionBetween};
 use crate::pivot::motion_prior::{MotionPrior, lifted, tips_over};
 use crate::pivot::posterior::PivotPosterior;
@@ -58,6 +58,9 @@ const TOLD_RAD: f64 = 0.05;
 
 /// Smallest change of height or offset over all samples that is a motion, as a share of the size.
 const LEAST_MOTION: f64 = 1e-3;
+
+/// Largest time or length of a log, seconds or metres: beyond it sums lose their digits.
+const LARGEST_VALUE: f64 = 1e9;
 
 /// How to reconstruct.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -646,17 +649,21 @@ fn check(log: &PivotLog, options: &PivotOptions) -> Result<(), PivotReconstructE
     if noises.into_iter().flatten().any(|sd| !(sd > 0.0 && sd.is_finite())) {
         return bad("the stated noise of pad and arm must be positive");
     }
-    let mut before = f64::NEG_INFINITY;
+    let mut before = None;
     for (index, sample) in log.samples.iter().enumerate() {
-        let fault = |what: &str| PivotReconstructError::BadSample { sample: index + 1, what: what.to_owned() };
-        let values = [sample.time_s, sample.pivot_x_m, sample.pivot_y_m, sample.s_m.unwrap_or(0.0)];
-        if values.iter().any(|value| !(value.abs() < 1e9)) {
-            return Err(fault("time, pivot and contact must be finite numbers, in seconds and metres"));
+        if let Some(what) = fault_of(before, sample) {
+            return Err(PivotReconstructError::BadSample { sample: index + 1, what: what.to_owned() });
         }
-        if sample.time_s < before {
-            return Err(fault("time runs backwards"));
-        }
-        before = sample.time_s;
+        before = Some(sample);
     }
     Ok(())
+}
+
+/// What is wrong with a sample, behind another.
+pub(super) fn fault_of(before: Option<&PivotSample>, sample: &PivotSample) -> Option<&'static str> {
+    let values = [sample.time_s, sample.pivot_x_m, sample.pivot_y_m, sample.s_m.unwrap_or(0.0)];
+    if values.iter().any(|value| !(value.abs() < LARGEST_VALUE)) {
+        return Some("time, pivot and contact must be finite numbers, in seconds and metres");
+    }
+    before.is_some_and(|before| sample.time_s < before.time_s).then_some("time runs backwards")
 }
