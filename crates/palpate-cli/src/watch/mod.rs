@@ -87,6 +87,12 @@ pub struct Arguments {
 
 /// Watches until there is an end, and tells what came of it.
 pub fn run(arguments: &Arguments) -> Result<Ending, Failure> {
+    let terminal = Terminal::new(arguments.quiet);
+    // The page is there before the first line comes.
+    let server = arguments.serve.map(|address| Server::start(address, &arguments.source.to_string())).transpose()?;
+    if let Some(server) = &server {
+        terminal.note(&format!("the page is at {}", server.url()));
+    }
     let head = Head::of(&arguments.source);
     if head.is_of_strokes() {
         return strokes::run(arguments, head);
@@ -101,11 +107,6 @@ pub fn run(arguments: &Arguments) -> Result<Ending, Failure> {
     let conventions = stated.as_ref().map(|rig| rig.conventions);
     let stopped = interruption()?;
     let source = arguments.source.open_after(head, conventions)?;
-    let terminal = Terminal::new(arguments.quiet);
-    let server = arguments.serve.map(|address| Server::start(address, &arguments.source.to_string())).transpose()?;
-    if let Some(server) = &server {
-        terminal.note(&format!("the page is at {}", server.url()));
-    }
     let stream = Stream::start(source, conventions)?;
     let mut watch = Watch { arguments, stream, stated, terminal, server: server.as_ref(), watched: None };
     let ended = watch.follow(&stopped);
