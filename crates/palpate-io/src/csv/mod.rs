@@ -2,6 +2,7 @@
 
 pub(crate) mod bytes;
 pub(crate) mod columns;
+pub(crate) mod metadata;
 pub(crate) mod name;
 pub(crate) mod number;
 pub(crate) mod table;

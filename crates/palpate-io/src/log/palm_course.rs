@@ -5,6 +5,7 @@ use std::path::Path;
 use palpate::palms::PalmPair;
 
 use crate::csv::bytes::read_bytes;
+use crate::csv::metadata::push_metadata;
 use crate::csv::number::{number, push_row};
 use crate::csv::table::{Column, Quantity, Table};
 use crate::csv::text;
@@ -74,9 +75,7 @@ pub fn read_palm_course(path: &Path) -> Result<PalmCourse, ReadError> {
 /// The file cannot be written.
 pub fn write_palm_course(path: &Path, course: &PalmCourse, metadata: &[(&str, String)]) -> Result<(), WriteError> {
     let mut text = String::new();
-    for (key, value) in metadata {
-        text += &format!("# {key}: {}\n", value.replace(['\n', '\r'], " "));
-    }
+    push_metadata(&mut text, metadata);
     if let Some(psi_rad) = course.start_psi_rad {
         text += &format!("# {START_PSI}: {}\n", number(psi_rad));
     }

@@ -5,6 +5,7 @@ use std::path::Path;
 use palpate::pivot::{PlannedStrokes, Stroke};
 
 use crate::csv::bytes::read_bytes;
+use crate::csv::metadata::push_metadata;
 use crate::csv::number::{number, push_row};
 use crate::csv::table::{Quantity, Table};
 use crate::csv::unit::Dimension;
@@ -63,9 +64,7 @@ pub fn write_planned_strokes(
     metadata: &[(&str, String)],
 ) -> Result<(), WriteError> {
     let mut text = String::new();
-    for (key, value) in metadata {
-        text += &format!("# {key}: {}\n", value.replace(['\n', '\r'], " "));
-    }
+    push_metadata(&mut text, metadata);
     text += &format!("{HEADER},{COVERAGE}\n");
     for (index, (stroke, coverage)) in planned.strokes.iter().zip(&planned.coverage).enumerate() {
         for along_m in &stroke.along_m {

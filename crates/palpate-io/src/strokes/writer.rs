@@ -4,6 +4,7 @@ use std::path::Path;
 
 use palpate::pivot::PivotLog;
 
+use crate::csv::metadata::push_metadata;
 use crate::csv::number::{number, push_row};
 use crate::folder::write_whole;
 use crate::strokes::reader::{HEADER, SWING_PERIOD};
@@ -21,9 +22,7 @@ pub fn write_strokes(path: &Path, log: &PivotLog, metadata: &[(&str, String)]) -
 /// The text of such a file.
 pub fn strokes_csv(log: &PivotLog, metadata: &[(&str, String)]) -> String {
     let mut text = String::new();
-    for (key, value) in metadata {
-        text += &format!("# {key}: {}\n", value.replace(['\n', '\r'], " "));
-    }
+    push_metadata(&mut text, metadata);
     if let Some(period_s) = log.swing_period_s {
         text += &format!("# {SWING_PERIOD}: {period_s}\n");
     }
