@@ -3,10 +3,10 @@
 //! smoothed to an optimum of its own, with a shape of its own, and the difference of the log evidences decides.
 
 use crate::estimate::association::transitions::near;
-use crate::estimate::evidence::jump_prior::{certain_barriers, deviance};
-use crate::estimate::evidence::laplace::robust_log_evidence;
+use crate::estimate::evidence::jump_prior::deviance;
+use crate::estimate::evidence::laplace::log_evidence;
 use crate::estimate::evidence::motion_prior::CERTAIN;
-use crate::estimate::evidence::variance_components::{balance_weight, with_balance_weights};
+use crate::estimate::evidence::variance_components::with_balance_weights;
 use crate::estimate::jumps::DetectedJump;
 use crate::estimate::measurements::Measurements;
 use crate::estimate::model::balance_tolerance::with_exact_balance;
@@ -26,9 +26,6 @@ pub(crate) struct Alternative {
     /// By how much its motion prior (jumps, unstable poses) costs more than that of the decoded motion, −2 ln; `None`: by its jumps
     /// once it is fitted.
     pub motion_cost: Option<f64>,
-    /// By how much it costs more at the predictive shape, −2 ln, where its own optimum alone does not exclude it: to samples that are as few as those
-    /// of a short segment a fit adapts the shape, and from elsewhere it may not find the way to their optimum.
-    pub predicted: Option<f64>,
 }
 
 /// Optima are compared by the evidence in units of 1, which this resolves.
@@ -42,15 +39,6 @@ const LIKELIER: f64 = 1.0;
 /// number of harmonics are its own: those of the present motion can be worth as much to it.
 const WIDESPREAD: f64 = 0.05;
 const NEARLY_AS_LIKELY: f64 = 60.0;
-
-/// Shares of the weight of the balance with which the samples that an alternative has elsewhere are led there, before the whole of it.
-const LOOSENED: [f64; 2] = [0.01, 0.1];
-
-/// Samples elsewhere that are led at most: more than those of a piece that is searched ([`super::rival_pieces`]) tell the shape themselves.
-const MOST_LED: usize = 60;
-
-/// Updates of the weights of the balance at an alternative: they converge as those of a fit do.
-const REWEIGHTINGS: usize = 2;
 
 /// What became of alternative motions.
 #[derive(Default)]
@@ -95,12 +83,7 @@ impl Ambiguity {
         let differ = |sample: &usize| !near(fitted[*sample], decoded[*sample], period);
         let samples: Vec<usize> = (0..fitted.len()).filter(differ).collect();
         self.doubt(&samples);
-        (!samples.is_empty()).then(|| Alternative {
-            psi: decoded.to_vec(),
-            samples,
-            motion_cost: Some(0.0),
-            predicted: None,
-        })
+        (!samples.is_empty()).then(|| Alternative { psi: decoded.to_vec(), samples, motion_cost: Some(0.0) })
     }
 
     /// Those of a run of samples that are not open: an alternative for them leaves samples that are ambiguous for other reasons as they are.
@@ -137,9 +120,9 @@ pub(crate) fn compare_evidence(
         let normal = smoother.linearise(&estimate.coefficients, &estimate.psi);
         let factor = smoother.factor(&normal)?;
         let of_jumps = if by_jumps { deviance(measurements, &estimate, &factor, &jumps(&estimate)) } else { 0.0 };
-        Some((robust_log_evidence(smoother, &estimate, &normal, &factor), of_jumps, estimate))
+        Some((log_evidence(smoother, &estimate, &normal, &factor), of_jumps, estimate))
     };
-    let likelier = |measurements: &Measurements, estimate: Estimate, by_jumps: bool| {
+    let likelier = |estimate: Estimate, by_jumps: bool| {
         // A loose balance may be the work of the present motion, so that each motion has the more likely of that and an exact one.
         let exact = with_exact_balance(fit.noise).and_then(|noise| {
             let measurements = with_balance_weights(measurements.clone(), &estimate, noise.balance_m);
@@ -147,35 +130,23 @@ pub(crate) fn compare_evidence(
             let there = exact.run_chord(estimate.coefficients.clone(), estimate.psi.clone(), STOPPING);
             weigh(&exact, there, by_jumps)
         });
-        let of_fit = Smoother::new(measurements, fit.order, fit.noise, fit.prior).strictly_convex();
         let loose = weigh(&of_fit, estimate, by_jumps);
         [loose, exact].into_iter().flatten().max_by(|a, b| a.0.total_cmp(&b.0))
     };
     let Estimate { coefficients, psi, .. } = fit.estimate.clone();
     let here = of_fit.run(coefficients, psi, STOPPING);
     let by_jumps = alternatives.iter().any(|alternative| alternative.motion_cost.is_none());
-    let Some((here_evidence, jumps_here, here)) = likelier(measurements, here, by_jumps) else {
-        return Compared::default();
-    };
+    let Some((here_evidence, jumps_here, here)) = likelier(here, by_jumps) else { return Compared::default() };
     let period = fit.prior.symmetry.period_rad();
-    let posterior = of_fit.factor(&of_fit.linearise(&here.coefficients, &here.psi));
-    // What certain barriers on the way of a motion cost it, at the present shape.
-    let barriers = |psi: &[f64]| {
-        let motion = Estimate { psi: psi.to_vec(), ..here.clone() };
-        posterior.as_ref().map_or(0.0, |posterior| certain_barriers(measurements, &motion, posterior, &jumps(&motion)))
-    };
     let weighed: Vec<(Estimate, f64)> = alternatives
         .par_iter()
-        .map(|Alternative { psi, motion_cost, predicted, .. }| {
-            let at_most = predicted.map_or(f64::INFINITY, |predicted| predicted + barriers(psi) - barriers(&here.psi));
-            let (measurements, there) = at_optimum(measurements, fit, &here, psi);
-            let Some((evidence, jumps_there, there)) = likelier(&measurements, there.clone(), motion_cost.is_none())
-            else {
-                return (there, at_most);
+        .map(|Alternative { psi, motion_cost, .. }| {
+            let there = of_fit.run_chord(here.coefficients.clone(), psi.clone(), STOPPING);
+            let Some((evidence, jumps_there, there)) = likelier(there.clone(), motion_cost.is_none()) else {
+                return (there, f64::INFINITY);
             };
             let margin = 2.0 * (here_evidence - evidence) + motion_cost.unwrap_or(jumps_there - jumps_here);
-            // The least of both; that which is a number, where one is not.
-            (there, at_most.min(margin))
+            (there, if margin.is_nan() { f64::INFINITY } else { margin })
         })
         .collect();
     let open: Vec<usize> = (0..here.psi.len()).filter(|&sample| ambiguity.is_open(sample)).collect();
@@ -198,39 +169,6 @@ pub(crate) fn compare_evidence(
     Compared::of(&here.psi, weighed, period)
 }
 
-/// The optimum next to another motion, and the measurements with the weights of the balance there: by those at the present one it would cost nothing
-/// to miss what that misses. Where the samples that are elsewhere touch boundary that little else felt, the shape has far to go, and a sharp balance
-/// holds it on a winding way; so it is also led there with their balance loose at first.
-fn at_optimum(measurements: &Measurements, fit: &Fit, here: &Estimate, psi: &[f64]) -> (Measurements, Estimate) {
-    let period = fit.prior.symmetry.period_rad();
-    let elsewhere: Vec<usize> = (0..psi.len()).filter(|&sample| !near(psi[sample], here.psi[sample], period)).collect();
-    let mut weighted = measurements.clone();
-    for &sample in &elsewhere {
-        let weight = &mut weighted.instants[sample].balance_weight;
-        *weight = if *weight > 0.0 { balance_weight(0.0) } else { 0.0 };
-    }
-    let optimum = |measurements: &Measurements, from: Estimate| {
-        let smoother = Smoother::new(measurements, fit.order, fit.noise, fit.prior).strictly_convex();
-        smoother.run_chord(from.coefficients, from.psi, STOPPING)
-    };
-    let start = Estimate { psi: psi.to_vec(), ..here.clone() };
-    let mut there = optimum(&weighted, start.clone());
-    if elsewhere.len() <= MOST_LED {
-        let led = LOOSENED.iter().fold(start, |from, share| {
-            let mut loose = weighted.clone();
-            elsewhere.iter().for_each(|&sample| loose.instants[sample].balance_weight *= share);
-            optimum(&loose, from)
-        });
-        let led = optimum(&weighted, led);
-        there = if led.cost < there.cost { led } else { there };
-    }
-    for _ in 0..REWEIGHTINGS {
-        weighted = with_balance_weights(weighted, &there, fit.noise.balance_m);
-        there = optimum(&weighted, there);
-    }
-    (weighted, there)
-}
-
 impl Compared {
     /// Of alternatives with their margins, to the motion `here`.
     fn of(here: &[f64], weighed: Vec<(Estimate, f64)>, period: f64) -> Self {
@@ -246,7 +184,7 @@ impl Compared {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::estimate::association::simulated::{fitted, turned_pebble};
+    use crate::estimate::association::simulated::turned_pebble;
 
     /// The motion of a fit with some samples turned by `turn`.
     fn elsewhere(fit: &Fit, samples: Range<usize>, turn: f64) -> Vec<f64> {
@@ -266,12 +204,8 @@ mod tests {
         assert!(
             ambiguity_rad[50] > 1.8 && ambiguity_rad[51] > 1.8 && ambiguity_rad[80] > 1.8 && ambiguity_rad[49] == 0.0
         );
-        let alternative = Alternative {
-            psi: elsewhere(&fit, 50..52, 1.5),
-            samples: vec![50, 51],
-            motion_cost: Some(20.0),
-            predicted: None,
-        };
+        let alternative =
+            Alternative { psi: elsewhere(&fit, 50..52, 1.5), samples: vec![50, 51], motion_cost: Some(20.0) };
         assert!(
             compare_evidence(&measurements, &fit, &[alternative], &|_| Vec::new(), &mut ambiguity).likelier.is_none()
         );
@@ -281,26 +215,8 @@ mod tests {
     }
 
     #[test]
-    fn what_a_short_segment_is_predicted_to_be_is_not_excluded_by_its_own_optimum_alone() {
-        let (measurements, fit) = turned_pebble();
-        let is_open = |predicted: f64| {
-            let mut ambiguity = Ambiguity::new(vec![f64::INFINITY; measurements.len()]);
-            ambiguity.lower(50..52, 1.0);
-            let psi = elsewhere(&fit, 50..52, 1.5);
-            let samples = vec![50, 51];
-            let alternative = Alternative { psi, samples, motion_cost: None, predicted: Some(predicted) };
-            compare_evidence(&measurements, &fit, &[alternative], &|_| Vec::new(), &mut ambiguity);
-            ambiguity.is_open(50)
-        };
-        let enough = CERTAIN.deviance();
-        assert!(is_open(enough - 0.01) && !is_open(enough + 0.01));
-    }
-
-    #[test]
     fn a_more_likely_alternative_is_taken_and_its_samples_stay_ambiguous_until_then() {
-        let (measurements, fit) = turned_pebble();
-        let measurements = with_balance_weights(measurements, &fit.estimate, fit.noise.balance_m);
-        let right = fitted(&measurements, fit.estimate.coefficients, fit.estimate.psi);
+        let (measurements, right) = turned_pebble();
         let mut wrong = right.clone();
         wrong.estimate.psi = elsewhere(&right, 50..52, 1.5);
         let mut ambiguity = Ambiguity::new(vec![f64::INFINITY; measurements.len()]);
@@ -317,24 +233,6 @@ mod tests {
         let ambiguity_rad = ambiguity.ambiguity_rad();
         assert!(ambiguity_rad[50] > 0.5 && ambiguity_rad[49] == 0.0, "{}", ambiguity_rad[50]);
     }
-
-    #[test]
-    fn a_motion_is_weighed_by_its_own_balance_and_not_by_that_of_the_present_one() {
-        // Nothing but the balance tells the pose of the first samples.
-        let (mut measurements, mut fit) = turned_pebble();
-        measurements.instants[..7].iter_mut().for_each(|instant| (instant.weight1, instant.weight2) = (0.0, 0.0));
-        let right = fit.estimate.psi.clone();
-        fit.estimate.psi = elsewhere(&fit, 0..7, 0.8);
-        let measurements = with_balance_weights(measurements, &fit.estimate, fit.noise.balance_m);
-        let met = |measurements: &Measurements| -> Vec<bool> {
-            measurements.instants[..7].iter().map(|instant| instant.balance_weight > 1.0).collect()
-        };
-        assert_eq!(met(&measurements), [false; 7]);
-        let (weighted, there) = at_optimum(&measurements, &fit, &fit.estimate, &right);
-        assert_eq!(met(&weighted), [true; 7]);
-        assert!(there.psi[..7].iter().zip(&right).all(|(found, right)| (found - right).abs() < 0.01));
-    }
-
     #[test]
     fn a_widespread_alternative_that_is_not_much_less_likely_deserves_a_fit_of_its_own() {
         let here = vec![0.0; 100];

@@ -167,7 +167,6 @@ pub(crate) fn decode(measurements: &Measurements, fit: &Fit, floor_m: f64, aside
         psi: along(&alternative).iter().map(|choice| choice.psi).collect(),
         samples,
         motion_cost: Some(prior_cost(&alternative) - of_decoded),
-        predicted: None,
     });
     Decoded {
         alternatives: alternatives.collect(),

@@ -58,8 +58,7 @@ pub(crate) fn landings(
                 let mut psi = fit.estimate.psi.clone();
                 psi[samples.clone()].iter_mut().for_each(|psi| *psi += landing - jump.psi_after);
                 let _ = smoother.project_orientations(&fit.estimate.coefficients, &mut psi, PROJECTIONS);
-                let samples = ambiguity.settled(samples.clone());
-                alternatives.push(Alternative { psi, samples, motion_cost: None, predicted: None });
+                alternatives.push(Alternative { psi, samples: ambiguity.settled(samples.clone()), motion_cost: None });
             }
         }
     }

@@ -71,7 +71,7 @@ pub(crate) fn rival_motions(
             if rival.cost < -PREFERRED {
                 found.preferred.push(psi.clone());
             }
-            found.alternatives.push(Alternative { psi, samples: settled.clone(), motion_cost: None, predicted: None });
+            found.alternatives.push(Alternative { psi, samples: settled.clone(), motion_cost: None });
         }
     }
     found

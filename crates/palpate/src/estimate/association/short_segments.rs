@@ -1,6 +1,6 @@
 //! Data association of short segments, those of a few samples between two jumps. A fit adapts the shape to them, so that they
 //! always seem well placed; they are tested against the predictive shape that all other samples leave ([`super::predictive`]),
-//! and then by the evidence ([`super::alternatives`]), which may prefer another orientation, but does not exclude one alone.
+//! and then by the evidence ([`super::alternatives`]).
 
 use crate::estimate::association::alternatives::{Alternative, Ambiguity};
 use crate::estimate::association::predictive::PredictiveShape;
@@ -57,8 +57,7 @@ pub(crate) fn reassociated(
                 let nearest = minima.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
                 psi[index] = nearest.copied().filter(|psi| near(*psi, *other, period)).unwrap_or(*other);
             }
-            let samples = segment.clone().collect();
-            alternatives.push(Alternative { psi, samples, motion_cost: None, predicted: Some(*margin) });
+            alternatives.push(Alternative { psi, samples: segment.clone().collect(), motion_cost: None });
         }
     }
     alternatives

@@ -1,14 +1,12 @@
 //! Noise, prior and number of harmonics on simulated logs.
 
 use crate::estimate::evidence::fit::{ROUNDS, evidence_at, fit};
-use crate::estimate::evidence::laplace::robust_log_evidence;
 use crate::estimate::evidence::motion_prior::{PREDICTED_JUMP, UNSTABLE_POSE, neg_log_prior};
 use crate::estimate::evidence::order::choose_order;
 use crate::estimate::evidence::variance_components::{LEAST_BALANCE_SHARE, VarianceComponents, with_balance_weights};
 use crate::estimate::measurements::Measurements;
-use crate::estimate::model::contact::residuals;
 use crate::estimate::model::layout::coefficients_to_order;
-use crate::estimate::model::noise::{Noise, STUDENT};
+use crate::estimate::model::noise::Noise;
 use crate::estimate::model::prior::Prior;
 use crate::estimate::solver::gauss_newton::{Estimate, Fit, Smoother, StoppingCriteria};
 use crate::palms::{PalmMotion, PalmPair};
@@ -162,39 +160,4 @@ fn orientations_do_not_take_up_noise_where_balance_is_exact() {
     };
     let (loose, tight) = (optimum(1e-5), optimum(LEAST_BALANCE_SHARE * 1e-4));
     assert!(tight.0 < 0.6 * loose.0 && tight.1 > loose.1 + 10.0, "{tight:?} {loose:?}");
-}
-
-#[test]
-fn a_balance_that_is_missed_costs_what_student_s_t_says_whatever_its_weight() {
-    let (measurements, Estimate { coefficients, mut psi, .. }) = setting(&pebble(), 60, NOISE_M);
-    let noise = Noise { sensor_m: NOISE_M, balance_m: 0.1 * NOISE_M };
-    // Without contacts the orientations are what they are.
-    let mut measurements = measurements;
-    measurements.instants.iter_mut().for_each(|instant| (instant.weight1, instant.weight2) = (0.0, 0.0));
-    let evidence = |psi: &[f64]| {
-        let estimate = Estimate { coefficients: coefficients.clone(), psi: psi.to_vec(), cost: 0.0 };
-        let weighted = with_balance_weights(measurements.clone(), &estimate, noise.balance_m);
-        let smoother = Smoother::new(&weighted, coefficients.len() / 2, noise, PRIOR);
-        let cost = smoother.project_orientations(&estimate.coefficients, &mut psi.to_vec(), 0);
-        let estimate = Estimate { cost, ..estimate };
-        let normal = smoother.linearise(&estimate.coefficients, &estimate.psi);
-        let factor = smoother.factor(&normal).expect("determined");
-        let of_determinants = factor.l_dirty().diagonal().iter().map(|value| value.ln()).sum::<f64>()
-            + (0..psi.len()).map(|index| 0.5 * normal.psi_information(index).ln_1p()).sum::<f64>();
-        let of_density = weighted.instants.iter().zip(psi).map(|(instant, psi)| {
-            let at = residuals(instant, &estimate.coefficients, *psi);
-            (0.5 * (at.by_psi[2] / noise.balance_m).powi(2).ln_1p(), at.value[2])
-        });
-        let (densities, missed): (Vec<f64>, Vec<f64>) = of_density.unzip();
-        let robust = robust_log_evidence(&smoother, &estimate, &normal, &factor);
-        (robust + of_determinants - densities.iter().sum::<f64>(), missed)
-    };
-    let (at_rest, _) = evidence(&psi);
-    psi[..7].iter_mut().for_each(|psi| *psi += 0.5);
-    let (off_balance, missed) = evidence(&psi);
-    let tails =
-        missed.iter().map(|missed| 0.5 * (STUDENT + 1.0) * ((missed / noise.balance_m).powi(2) / STUDENT).ln_1p());
-    let expected: f64 = tails.sum();
-    assert!(expected > 7.0 * 10.0, "{expected}");
-    assert!((at_rest - off_balance - expected).abs() < 0.01 * expected, "{} {expected}", at_rest - off_balance);
 }
