@@ -26,6 +26,9 @@ pub(crate) struct Alternative {
     /// By how much its motion prior (jumps, unstable poses) costs more than that of the decoded motion, −2 ln; `None`: by its jumps
     /// once it is fitted.
     pub motion_cost: Option<f64>,
+    /// Whether the predictive shape prefers it. The evidence then does not exclude it: from a shape that is bent to a few samples, the way to the
+    /// optimum of another pose of theirs is not always found.
+    pub is_predicted: bool,
 }
 
 /// Optima are compared by the evidence in units of 1, which this resolves.
@@ -83,7 +86,12 @@ impl Ambiguity {
         let differ = |sample: &usize| !near(fitted[*sample], decoded[*sample], period);
         let samples: Vec<usize> = (0..fitted.len()).filter(differ).collect();
         self.doubt(&samples);
-        (!samples.is_empty()).then(|| Alternative { psi: decoded.to_vec(), samples, motion_cost: Some(0.0) })
+        (!samples.is_empty()).then(|| Alternative {
+            psi: decoded.to_vec(),
+            samples,
+            motion_cost: Some(0.0),
+            is_predicted: false,
+        })
     }
 
     /// Those of a run of samples that are not open: an alternative for them leaves samples that are ambiguous for other reasons as they are.
@@ -150,7 +158,8 @@ pub(crate) fn compare_evidence(
         })
         .collect();
     let open: Vec<usize> = (0..here.psi.len()).filter(|&sample| ambiguity.is_open(sample)).collect();
-    for &sample in alternatives.iter().flat_map(|alternative| &alternative.samples) {
+    let decided = alternatives.iter().filter(|alternative| !alternative.is_predicted);
+    for &sample in decided.flat_map(|alternative| &alternative.samples) {
         (ambiguity.margin[sample], ambiguity.distance_rad[sample]) = (f64::INFINITY, 0.0);
     }
     for (there, margin) in &weighed {
@@ -204,8 +213,12 @@ mod tests {
         assert!(
             ambiguity_rad[50] > 1.8 && ambiguity_rad[51] > 1.8 && ambiguity_rad[80] > 1.8 && ambiguity_rad[49] == 0.0
         );
-        let alternative =
-            Alternative { psi: elsewhere(&fit, 50..52, 1.5), samples: vec![50, 51], motion_cost: Some(20.0) };
+        let alternative = Alternative {
+            psi: elsewhere(&fit, 50..52, 1.5),
+            samples: vec![50, 51],
+            motion_cost: Some(20.0),
+            is_predicted: false,
+        };
         assert!(
             compare_evidence(&measurements, &fit, &[alternative], &|_| Vec::new(), &mut ambiguity).likelier.is_none()
         );

@@ -167,6 +167,7 @@ pub(crate) fn decode(measurements: &Measurements, fit: &Fit, floor_m: f64, aside
         psi: along(&alternative).iter().map(|choice| choice.psi).collect(),
         samples,
         motion_cost: Some(prior_cost(&alternative) - of_decoded),
+        is_predicted: false,
     });
     Decoded {
         alternatives: alternatives.collect(),

@@ -58,7 +58,8 @@ pub(crate) fn landings(
                 let mut psi = fit.estimate.psi.clone();
                 psi[samples.clone()].iter_mut().for_each(|psi| *psi += landing - jump.psi_after);
                 let _ = smoother.project_orientations(&fit.estimate.coefficients, &mut psi, PROJECTIONS);
-                alternatives.push(Alternative { psi, samples: ambiguity.settled(samples.clone()), motion_cost: None });
+                let samples = ambiguity.settled(samples.clone());
+                alternatives.push(Alternative { psi, samples, motion_cost: None, is_predicted: false });
             }
         }
     }

@@ -71,7 +71,12 @@ pub(crate) fn rival_motions(
             if rival.cost < -PREFERRED {
                 found.preferred.push(psi.clone());
             }
-            found.alternatives.push(Alternative { psi, samples: settled.clone(), motion_cost: None });
+            found.alternatives.push(Alternative {
+                psi,
+                samples: settled.clone(),
+                motion_cost: None,
+                is_predicted: false,
+            });
         }
     }
     found

@@ -1,13 +1,14 @@
 //! Data association of short segments, those of a few samples between two jumps. A fit adapts the shape to them, so that they
 //! always seem well placed; they are tested against the predictive shape that all other samples leave ([`super::predictive`]),
-//! and then by the evidence ([`super::alternatives`]).
+//! and then by the evidence ([`super::alternatives`]). Where both disagree, the pose is open.
 
 use crate::estimate::association::alternatives::{Alternative, Ambiguity};
 use crate::estimate::association::predictive::PredictiveShape;
 use crate::estimate::association::transitions::near;
 use crate::estimate::evidence::motion_prior::CERTAIN;
-use crate::estimate::measurements::Measurements;
-use crate::estimate::motion::short_segments;
+use crate::estimate::evidence::variance_components::balance_weight;
+use crate::estimate::measurements::{Instant, Measurements};
+use crate::estimate::motion::{SHORT_SEGMENT, short_segments};
 use crate::estimate::solver::gauss_newton::Fit;
 use crate::math::angle::wrapped_to;
 use rayon::prelude::*;
@@ -15,6 +16,10 @@ use rayon::prelude::*;
 /// Samples in short segments beyond which all of them count as ambiguous: with so many set aside, the rest no longer predicts the
 /// shape.
 const MOST_SAMPLES: usize = 60;
+
+/// A sample is out of balance that misses it by so many standard deviations. By Student's t one of 500 does; a whole piece does where it is not at rest,
+/// or not where it was put.
+const OUT_OF_BALANCE_SDS: f64 = 10.0;
 
 /// Looks for other orientations of each short segment, given the predictive shape of all samples outside short segments. Lowers
 /// the margins in `ambiguity` to that of the segment's most informative sample, the one with the largest margin, and returns the
@@ -57,10 +62,25 @@ pub(crate) fn reassociated(
                 let nearest = minima.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
                 psi[index] = nearest.copied().filter(|psi| near(*psi, *other, period)).unwrap_or(*other);
             }
-            alternatives.push(Alternative { psi, samples: segment.clone().collect(), motion_cost: None });
+            let samples = segment.clone().collect();
+            alternatives.push(Alternative { psi, samples, motion_cost: None, is_predicted: *margin < 0.0 });
         }
     }
     alternatives
+}
+
+/// Opens the poses of pieces that are out of balance in every sample: an object is not at rest there, and contacts alone do not tell the pose of a piece
+/// that lies on boundary of its own. The weights of `measurements` are those of the balance at the fit.
+pub(crate) fn open_out_of_balance(measurements: &Measurements, starts: &[usize], ambiguity: &mut Ambiguity) {
+    let is_out =
+        |instant: &Instant| instant.balance_weight > 0.0 && instant.balance_weight < balance_weight(OUT_OF_BALANCE_SDS);
+    let ends = starts.iter().copied().chain([measurements.len()]);
+    for (start, end) in std::iter::once(0).chain(starts.iter().copied()).zip(ends) {
+        let piece = &measurements.instants[start..end];
+        if piece.len() >= SHORT_SEGMENT && piece.iter().all(is_out) {
+            ambiguity.lower(start..end, 0.0);
+        }
+    }
 }
 
 #[cfg(test)]

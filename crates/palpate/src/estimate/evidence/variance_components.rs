@@ -55,9 +55,14 @@ pub(crate) fn with_balance_weights(
         measurements.instants.iter_mut().zip(&estimate.psi).filter(|(instant, _)| instant.balance_weight > 0.0);
     for (instant, &psi) in counted {
         let g = residuals(instant, &estimate.coefficients, psi).value[2];
-        instant.balance_weight = ((STUDENT + 1.0) / (STUDENT + (g / balance_m).powi(2))).sqrt();
+        instant.balance_weight = balance_weight(g / balance_m);
     }
     measurements
+}
+
+/// The weight of a balance that is missed by so many standard deviations.
+pub(crate) fn balance_weight(missed_sds: f64) -> f64 {
+    ((STUDENT + 1.0) / (STUDENT + missed_sds.powi(2))).sqrt()
 }
 
 /// Variance components: squared residuals of each kind over their redundancy.

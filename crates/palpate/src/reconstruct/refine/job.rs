@@ -13,7 +13,7 @@ use crate::estimate::association::landings::landings;
 use crate::estimate::association::predictive::PredictiveShape;
 use crate::estimate::association::relative_rotation::rival_rotations;
 use crate::estimate::association::rival_pieces::rival_motions;
-use crate::estimate::association::short_segments::reassociated;
+use crate::estimate::association::short_segments::{open_out_of_balance, reassociated};
 use crate::estimate::evidence::fit::{Fitted, ROUNDS, fit};
 use crate::estimate::evidence::jump_prior::log_posterior;
 use crate::estimate::evidence::motion_prior::CERTAIN;
@@ -554,6 +554,7 @@ impl<'a> Job<'a> {
         alternatives.extend(landings(measurements, &self.palms(), fine, jumps, &mut ambiguity));
         let jumps_of = |estimate: &Estimate| self.jumps(estimate, period);
         let compared = compare_evidence(measurements, fine, &alternatives, &jumps_of, &mut ambiguity);
+        open_out_of_balance(measurements, &starts, &mut ambiguity);
         let rivals = found.preferred.into_iter().chain(compared.nearly_as_likely).collect();
         let likelier = compared.likelier.map(|estimate| estimate.psi);
         Weighed { ambiguity_rad: ambiguity.ambiguity_rad(), settled, rivals, likelier }
