@@ -104,6 +104,12 @@ impl Ambiguity {
         samples.iter().for_each(|&sample| self.lower(sample..sample + 1, 0.0));
     }
 
+    /// Opens a run of samples of whose pose nothing is known, whatever decided on it before.
+    pub fn open(&mut self, samples: Range<usize>) {
+        self.distance_rad[samples.clone()].fill(UNIFORM_SD_RAD);
+        self.lower(samples, 0.0);
+    }
+
     /// Lowers the margins of a run of samples to at most this.
     pub fn lower(&mut self, samples: Range<usize>, margin: f64) {
         self.margin[samples].iter_mut().for_each(|present| *present = present.min(margin));
@@ -228,6 +234,20 @@ mod tests {
     }
 
     #[test]
+    fn the_evidence_alone_does_not_exclude_what_is_predicted() {
+        let (measurements, fit) = turned_pebble();
+        let ambiguity_rad = |is_predicted: bool| {
+            let mut ambiguity = Ambiguity::new(vec![f64::INFINITY; measurements.len()]);
+            ambiguity.lower(50..52, -1.0);
+            let (psi, samples) = (elsewhere(&fit, 50..52, 1.5), vec![50, 51]);
+            let alternative = Alternative { psi, samples, motion_cost: None, is_predicted };
+            compare_evidence(&measurements, &fit, &[alternative], &|_| Vec::new(), &mut ambiguity);
+            ambiguity.ambiguity_rad()[50]
+        };
+        assert!(ambiguity_rad(true) > 1.8 && ambiguity_rad(false) == 0.0);
+    }
+
+    #[test]
     fn a_more_likely_alternative_is_taken_and_its_samples_stay_ambiguous_until_then() {
         let (measurements, right) = turned_pebble();
         let mut wrong = right.clone();
@@ -246,6 +266,7 @@ mod tests {
         let ambiguity_rad = ambiguity.ambiguity_rad();
         assert!(ambiguity_rad[50] > 0.5 && ambiguity_rad[49] == 0.0, "{}", ambiguity_rad[50]);
     }
+
     #[test]
     fn a_widespread_alternative_that_is_not_much_less_likely_deserves_a_fit_of_its_own() {
         let here = vec![0.0; 100];

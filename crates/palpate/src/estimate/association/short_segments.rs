@@ -78,7 +78,7 @@ pub(crate) fn open_out_of_balance(measurements: &Measurements, starts: &[usize],
     for (start, end) in std::iter::once(0).chain(starts.iter().copied()).zip(ends) {
         let piece = &measurements.instants[start..end];
         if piece.len() >= SHORT_SEGMENT && piece.iter().all(is_out) {
-            ambiguity.lower(start..end, 0.0);
+            ambiguity.open(start..end);
         }
     }
 }

@@ -118,3 +118,23 @@ fn with_too_many_samples_in_short_segments_all_are_ambiguous_and_none_has_an_alt
     assert!(reassociated(&measurements, &fit, &starts, &mut ambiguity).is_empty());
     assert_eq!(ambiguous(&ambiguity), (100..100 + MOST_SAMPLES + 1).collect::<Vec<_>>());
 }
+
+#[test]
+fn a_piece_is_open_where_every_sample_of_it_is_out_of_balance() {
+    let (mut measurements, _) = turned_pebble();
+    let opened = |measurements: &Measurements, starts: &[usize]| {
+        let mut ambiguity = unambiguous(measurements);
+        open_out_of_balance(measurements, starts, &mut ambiguity);
+        ambiguous(&ambiguity)
+    };
+    let piece = 0..SHORT_SEGMENT;
+    for instant in &mut measurements.instants[piece.clone()] {
+        instant.balance_weight = balance_weight(OUT_OF_BALANCE_SDS + 0.1);
+    }
+    assert_eq!(opened(&measurements, &[SHORT_SEGMENT, 40]), piece.collect::<Vec<_>>());
+    // Not where it is shorter, or longer than they are, or one sample is in balance.
+    assert!(opened(&measurements, &[SHORT_SEGMENT - 1, 40]).is_empty());
+    assert!(opened(&measurements, &[SHORT_SEGMENT + 1, 40]).is_empty());
+    measurements.instants[3].balance_weight = balance_weight(OUT_OF_BALANCE_SDS - 0.1);
+    assert!(opened(&measurements, &[SHORT_SEGMENT, 40]).is_empty());
+}
