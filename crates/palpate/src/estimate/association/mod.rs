@@ -10,6 +10,7 @@ pub(crate) mod motion_grid;
 pub(crate) mod predictive;
 pub(crate) mod relative_rotation;
 pub(crate) mod rival_pieces;
+pub(crate) mod shared_boundary;
 pub(crate) mod short_segments;
 #[cfg(test)]
 mod simulated;

@@ -1,11 +1,12 @@
-//! Other rotations of a part of the log against the rest: of what lies behind a jump, or between two. Where the parts share little of the
-//! boundary, contacts say little of the rotation between them: at a loose noise some shape explains a whole range of rotations, and a sharp
+//! Other rotations of a part of the log against the rest: of what lies behind a jump, between two, or at one of several poses that share no boundary
+//! ([`super::shared_boundary`]). Where the parts share little of the boundary, contacts say little of the rotation between them: at a loose noise some shape explains a whole range of rotations, and a sharp
 //! fit has an optimum of its own at many of them (`docs/theory.md`, the search).
 //!
 //! Here the rotation is profiled: at each, the shape has its optimum in closed form ([`ShapeGivenMotion`]); rotations that some shape explains
 //! at the loose noise are taken to their sharp optimum, and the evidence compares them.
 
 use crate::estimate::association::motion_grid::first_distinct;
+use crate::estimate::association::shared_boundary::groups;
 use crate::estimate::association::transitions::{is_same_pose, near};
 use crate::estimate::evidence::laplace::log_evidence;
 use crate::estimate::evidence::motion_prior::CERTAIN;
@@ -17,6 +18,7 @@ use crate::estimate::model::prior::Prior;
 use crate::estimate::motion::{SHORT_SEGMENT, end_steps, same_motion};
 use crate::estimate::solver::gauss_newton::{Estimate, Fit, Smoother, StoppingCriteria};
 use crate::estimate::solver::shape_given_motion::ShapeGivenMotion;
+use crate::math::angle::wrapped_to;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 use std::ops::Range;
@@ -41,6 +43,12 @@ const MOST_JUMPS: usize = 24;
 /// Trials of one part that are taken to their optimum at most.
 const MOST_POLISHED: usize = 24;
 
+/// Trials that the loose noise leads to within this of each other, in every sample, lead to one optimum: radians.
+const CLOSE_RAD: f64 = 0.03;
+
+/// The same motion counts as another where its log evidence is larger by this, in nats: less is within what the effort of the smoother leaves.
+const LIKELIER: f64 = 1.0;
+
 /// Effort of the smoother for a trial at one noise.
 const POLISHING: StoppingCriteria = StoppingCriteria { iterations: 15, tolerance: 1e-4 };
 
@@ -60,35 +68,46 @@ pub(crate) fn rival_rotations(measurements: &Measurements, fit: &Fit) -> Vec<Est
     let sd_m = (LOOSE * prior.size_m).max(noise.sensor_m);
     let loose = Noise { sensor_m: sd_m, balance_m: sd_m };
     let is_same = |a: &[f64], b: &[f64]| same_motion(a, b, period);
+    let is_close = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| wrapped_to(a - b, period).abs() < CLOSE_RAD);
     let polished: Vec<Estimate> = trials(measurements, &present, loose, prior)
         .into_par_iter()
         .map(|Trial { part, omega, coefficients, .. }| {
-            let mut psi = present.psi.clone();
-            psi[part].iter_mut().for_each(|psi| *psi += omega);
+            let psi = turned(&present.psi, &part, omega);
             Smoother::new(measurements, order, loose, prior).run(coefficients, psi, POLISHING)
         })
-        .filter(|polished| !is_same(&polished.psi, &present.psi))
+        .filter(|polished| !is_close(&polished.psi, &present.psi))
         .collect();
     // Neighbouring trials often lead to one optimum.
     let mut rivals: Vec<(f64, Estimate)> =
-        first_distinct(polished, usize::MAX, |polished| polished.psi.as_slice(), is_same)
+        first_distinct(polished, usize::MAX, |polished| polished.psi.as_slice(), is_close)
             .into_par_iter()
             .filter_map(|polished| weighed(sharp.run(polished.coefficients, polished.psi, POLISHING)))
             .filter(|(of_rival, _)| *of_rival > evidence - CERTAIN.0)
             .collect();
     rivals.sort_by(|a, b| b.0.total_cmp(&a.0));
-    rivals.retain(|(_, rival)| !is_same(&rival.psi, &present.psi));
+    // A few degrees of a part are the same motion still, but where they are likelier.
+    rivals.retain(|(of_rival, rival)| *of_rival > evidence + LIKELIER || !is_same(&rival.psi, &present.psi));
     first_distinct(rivals, usize::MAX, |(_, rival)| rival.psi.as_slice(), is_same)
         .into_iter()
         .map(|(_, rival)| rival)
         .collect()
 }
 
+/// Samples that turn together, in order: a range, or several with others between them.
+pub(crate) type Part = Vec<Range<usize>>;
+
+/// A motion with a part of it turned.
+pub(crate) fn turned(psi: &[f64], part: &Part, omega: f64) -> Vec<f64> {
+    let mut psi = psi.to_vec();
+    part.iter().for_each(|range| psi[range.clone()].iter_mut().for_each(|psi| *psi += omega));
+    psi
+}
+
 /// A part of the log turned by `omega` against the rest.
 pub(crate) struct Trial {
     /// Its least sum of squares at the loose noise, orientations given.
     pub cost: f64,
-    pub part: Range<usize>,
+    pub part: Part,
     pub omega: f64,
     /// The shape of that cost.
     pub coefficients: Vec<f64>,
@@ -110,22 +129,31 @@ fn trials(measurements: &Measurements, present: &Estimate, loose: Noise, prior: 
     }
     let order = Layout::of_coefficients(&present.coefficients).order;
     let given = |samples: &[usize]| ShapeGivenMotion::of_samples(measurements, psi, samples, order, loose);
-    turned_parts(&jumps, &explained, psi.len(), (prior, order), &given)
+    turned_parts(parts(measurements, psi, &jumps, period), &explained, psi.len(), (prior, order), &given)
 }
 
-/// The same of parts between or behind `jumps`, of samples whose equations are `given`.
+/// The parts of a motion that may lie otherwise against the rest: behind each of the jumps, between two, and pieces at one pose together.
+pub(crate) fn parts(measurements: &Measurements, psi: &[f64], jumps: &[usize], period: f64) -> Vec<Part> {
+    let behind = jumps.iter().map(|&jump| vec![jump..psi.len()]);
+    let between = jumps.windows(2).map(|jump| vec![jump[0]..jump[1]]);
+    let mut parts: Vec<Part> = behind.chain(between).chain(groups(measurements, psi, jumps, period)).collect();
+    let samples = |part: &Part| part.iter().map(ExactSizeIterator::len).sum::<usize>();
+    // The first piece is what all others turn against.
+    parts.retain(|part| samples(part) >= SHORT_SEGMENT && part[0].start >= SHORT_SEGMENT);
+    parts
+}
+
+/// The rotations of such parts of `count` samples, of which those `explained` are asked; their equations are `given`.
 pub(crate) fn turned_parts(
-    jumps: &[usize],
+    parts: Vec<Part>,
     explained: &[usize],
     count: usize,
     (prior, order): (Prior, usize),
     given: &(dyn Fn(&[usize]) -> ShapeGivenMotion + Sync),
 ) -> Vec<Trial> {
-    let mut parts: Vec<Range<usize>> = jumps.iter().map(|&jump| jump..count).collect();
-    parts.extend(jumps.windows(2).map(|jump| jump[0]..jump[1]));
-    parts.retain(|part| part.len() >= SHORT_SEGMENT && part.start >= SHORT_SEGMENT);
-    let of_part = |part: Range<usize>| {
-        let (inside, outside): (Vec<usize>, Vec<usize>) = explained.iter().partition(|index| part.contains(index));
+    let of_part = |part: Part| {
+        let is_inside = |index: &&usize| part.iter().any(|range| range.contains(index));
+        let (inside, outside): (Vec<usize>, Vec<usize>) = explained.iter().partition(is_inside);
         let (inside, mut rest) = (given(&inside), ShapeGivenMotion::of_prior(prior, order));
         rest += &given(&outside);
         let turned = |omega: f64| {
@@ -170,10 +198,9 @@ mod tests {
         })
     }
 
-    fn turned(fit: &Fit, part: Range<usize>, omega: f64) -> Estimate {
-        let mut estimate = fit.estimate.clone();
-        estimate.psi[part].iter_mut().for_each(|psi| *psi += omega);
-        estimate
+    fn turned_from(fit: &Fit, start: usize, omega: f64) -> Estimate {
+        let psi = turned(&fit.estimate.psi, &vec![start..fit.estimate.psi.len()], omega);
+        Estimate { psi, ..fit.estimate.clone() }
     }
 
     #[test]
@@ -182,7 +209,7 @@ mod tests {
         for (measurements, right, start) in with_a_jump() {
             let is_right = |psi: &[f64]| same_motion(psi, &right.estimate.psi, TAU);
             for omega in [1.0, 2.5, 4.0] {
-                let Estimate { coefficients, psi, .. } = turned(&right, start..measurements.len(), omega);
+                let Estimate { coefficients, psi, .. } = turned_from(&right, start, omega);
                 let wrong = fitted(&measurements, coefficients, psi);
                 // A log that determines the rotation contradicts a wrong one.
                 if is_right(&wrong.estimate.psi) || wrong.estimate.cost > 2.0 * right.estimate.cost {
@@ -205,14 +232,14 @@ mod tests {
                 .filter(|&index| is_explained(&measurements, &fit.estimate, index, loose))
                 .collect();
             let cost_at = |omega: f64| {
-                let psi = turned(&fit, start..measurements.len(), omega).psi;
+                let psi = turned_from(&fit, start, omega).psi;
                 let mut sum = ShapeGivenMotion::of_prior(fit.prior, fit.order);
                 sum += &ShapeGivenMotion::of_samples(&measurements, &psi, &explained, fit.order, loose);
                 sum.minimum().expect("determined").0
             };
             let trials = trials(&measurements, &fit.estimate, loose, fit.prior);
             let of_jump: Vec<&Trial> =
-                trials.iter().filter(|trial| trial.part == (start..measurements.len())).collect();
+                trials.iter().filter(|trial| trial.part == [start..measurements.len()]).collect();
             let most = cost_at(0.0) + RIVAL_COST * measurements.len() as f64;
             let grid = (1..TURNS).map(|turn| TAU * turn as f64 / TURNS as f64);
             let rivals = grid.filter(|omega| cost_at(*omega) < most && !is_same_pose(0.0, *omega, TAU)).count();

@@ -109,6 +109,7 @@ pub(crate) fn decode(
     starts: &[usize],
 ) -> Decoded {
     let count = psi.len();
+    measurements.work.add_decoding(count);
     let decoder = Decoder { measurements, base_shifts_m, object, table: BoundaryTable::new(object.coefficients), sds };
     let mut survivors: Vec<[Option<Survivor>; 5]> = Vec::with_capacity(count);
     let mut orders: Vec<Option<([usize; 2], bool)>> = Vec::with_capacity(count);

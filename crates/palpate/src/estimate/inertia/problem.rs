@@ -73,7 +73,7 @@ pub(crate) struct Problem<'a> {
     order: usize,
     pub prior: Prior,
     convexity: Convexity,
-    work: Work,
+    pub work: Work,
 }
 
 /// What rig and pads read, corrected by some calibration.
@@ -270,7 +270,7 @@ impl<'a> Problem<'a> {
 
     /// The normal equations.
     pub fn linearise(&self, at: &Unknowns, corrected: &Corrected) -> Linearised {
-        self.work.add_banded_step(self.samples.len() + self.collocations.len(), self.dense());
+        self.work.add_step(self.samples.len() + self.collocations.len(), self.dense());
         Linearised { contacts: self.linearise_contacts(at, corrected), forces: self.linearise_forces(at, corrected) }
     }
 

@@ -77,7 +77,7 @@ impl Problem<'_> {
 }
 
 impl<'a> Problem<'a> {
-    /// The optimum from some start with these standard deviations.
+    /// The optimum from some start with these standard deviations. `None` where it is worth no more steps.
     fn minimise(
         &self,
         start: Unknowns,
@@ -91,6 +91,9 @@ impl<'a> Problem<'a> {
         let mut cost = self.cost(&at, &squares, noise, inertia);
         let mut damping = DAMPING;
         for _ in 0..steps {
+            if self.work.is_spent() {
+                return None;
+            }
             let arrow = self.arrow(&at, &self.linearise(&at, &corrected), noise, inertia);
             let mut fall = 0.0;
             while damping <= MOST_DAMPING {

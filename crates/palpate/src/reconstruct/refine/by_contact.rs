@@ -18,7 +18,7 @@ use nalgebra::{Matrix2, Vector2};
 
 /// What a search by contact alone is worth, as a share of what all others are: asked of every log that few harmonics do not explain, where a twentieth of
 /// that finds inertia or friction that is the matter. Two and a half times as much, after all else, found nothing more.
-const WORTH: f64 = 0.1;
+const WORTH: f64 = 0.13;
 
 /// Standard deviation of the origin of the form, as a share of the size: contact does not tell it, so it is held where it is.
 const ORIGIN_SD: f64 = 1e-6;
@@ -48,9 +48,7 @@ impl Job<'_> {
 
     /// The same log without the balance, worth such a share of what it is with it; that keeps what it is worth.
     pub(super) fn without_balance_worth(&self, share: f64) -> Self {
-        let mut job = self.clone().without_balance();
-        job.measurements.work = job.measurements.work.afresh(share);
-        job
+        self.worth(share).without_balance()
     }
 
     /// Passes what a search by contact alone leads to at its optimum to `accept`, with the readings it is of, until that returns true or the log is

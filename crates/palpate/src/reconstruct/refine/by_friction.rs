@@ -78,6 +78,9 @@ const DECODED_SLIP: f64 = 1e-4;
 /// Times that the contact modes are found anew.
 const ROUNDS: usize = 8;
 
+/// Share of what the round before left, above which one that is far from plausible is the last.
+const HOPELESS: f64 = 0.9;
+
 /// Updates of the standard deviations in each of them.
 const UPDATES: usize = 12;
 
@@ -99,8 +102,13 @@ const LIKELIER: f64 = 0.01;
 const MORE_HARMONICS: [usize; 3] = [12, 18, 28];
 const HARMONICS_GAIN: f64 = 0.98;
 
-/// What growth and what follows it are worth, as a multiple of what a search is: logs that they explain take up to 1.6 times as much.
-const WORTH: f64 = 2.0;
+/// What growth and what follows it are worth, as a multiple of what a search is: logs that they explain take up to 2.5 times as much.
+const WORTH: f64 = 2.7;
+
+/// What other rotations are worth, as a multiple of what a search is: where friction acts, logs that it explains took up to 12 times as much, and where none
+/// is told so far 0.24. What is worth no more is not explained: none of the others is excluded.
+const ROTATIONS_WORTH: f64 = 16.0;
+const ROTATIONS_WORTH_UNTOLD: f64 = 0.4;
 
 /// Friction acts where a coefficient of it is so many standard deviations from 0, or where the object rolls for this share of the samples and never
 /// falls.
@@ -134,6 +142,18 @@ impl Settled {
     fn is_exact(&self, bounds: Bounds) -> bool {
         let FrictionNoise { slip_m, forces_m, .. } = self.optimum.noise;
         slip_m < EXACT * bounds.slip_m && forces_m < EXACT * bounds.forces_m
+    }
+
+    /// Slip or forces, whichever are missed by more, as a multiple of what is plausible.
+    fn implausible(&self) -> f64 {
+        let size_m = self.optimum.unknowns.coefficients[0];
+        let FrictionNoise { slip_m, forces_m, .. } = self.optimum.noise;
+        (slip_m / PLAUSIBLE[0]).max(forces_m / PLAUSIBLE[1]) / size_m
+    }
+
+    /// Whether they are beyond what other coefficients of friction may mend, and no better than the round before left them.
+    fn is_hopeless_after(&self, before: &Self) -> bool {
+        self.implausible() > NEARLY_PLAUSIBLE && self.implausible() > HOPELESS * before.implausible()
     }
 
     /// −ln of the likelihood, up to a constant of the log: slip is missed where it sticks and forces where it slides.
@@ -231,7 +251,7 @@ impl<'a> Setting<'a> {
         mut noise: FrictionNoise,
         (rounds, updates): (usize, usize),
     ) -> Option<Settled> {
-        let (mut last, mut starts) = (None, self.starts.to_vec());
+        let (mut last, mut starts): (Option<Settled>, _) = (None, self.starts.to_vec());
         for _ in 0..rounds {
             let problem = self.problem();
             let corrected = problem.corrected(&unknowns.calibration);
@@ -256,8 +276,10 @@ impl<'a> Setting<'a> {
             }
             let before = std::mem::replace(&mut regimes, found.regimes);
             let starts_before = std::mem::replace(&mut starts, found.starts);
-            last = Some(Settled { optimum, regimes: before, starts: starts_before });
-            if same {
+            let settled = Settled { optimum, regimes: before, starts: starts_before };
+            let is_hopeless = last.as_ref().is_some_and(|last| settled.is_hopeless_after(last));
+            last = Some(settled);
+            if same || is_hopeless {
                 break;
             }
         }
@@ -362,6 +384,13 @@ impl<'a> Setting<'a> {
         self.decoded(&problem.corrected(&at.calibration), at, None, noise, self.starts).regimes
     }
 
+    /// What is done with it for such a share of what the log is worth.
+    fn worth<T>(&self, share: f64, done: impl FnOnce(&Setting) -> T) -> T {
+        let job = &self.job.worth(share);
+        let weighted = &Measurements { work: job.measurements.work.clone(), ..self.weighted.clone() };
+        done(&Setting { job, weighted, ..*self })
+    }
+
     fn problem(&self) -> Problem<'a> {
         Problem::new(self.log, &self.job.options.rig, self.weighted, self.order, self.prior)
     }
@@ -371,7 +400,9 @@ impl<'a> Setting<'a> {
         if !settled.leaves_at_most(self.bounds, PLAUSIBLE) {
             return None;
         }
-        let (settled, others) = rotations::likeliest(self, settled);
+        let of = OfFriction { job: self.job, settled };
+        let worth = if of.acts(&of.estimate()) { ROTATIONS_WORTH } else { ROTATIONS_WORTH_UNTOLD };
+        let (settled, others) = self.worth(worth, |setting| rotations::likeliest(setting, of.settled))?;
         let mut candidate = self.judged(profile::profiled(self, settled))?;
         let result = &mut candidate.result;
         result.others = others.into_iter().filter_map(|other| Some(self.judged(other)?.result)).collect();
@@ -416,13 +447,7 @@ impl OfFriction<'_> {
         let Self { job, settled: Settled { optimum, .. } } = self;
         let Optimum { unknowns, noise, corrected, .. } = optimum;
         let estimate = self.estimate();
-        let told = |palm: usize| estimate.coefficients[palm] > TOLD_SDS * estimate.coefficient_sds[palm];
-        let sticks = self.settled.regimes.iter().filter(|regime| regime.sticks().is_some()).count();
-        // What falls slides before it falls: friction that holds it elsewhere without being told is none.
-        let shape = SupportFunction::from_coefficients(&unknowns.coefficients);
-        let falls = !self.jumps(&shape, &job.palms(), &unknowns.psi).is_empty();
-        let is_held = sticks as f64 >= MOSTLY_STICKS * unknowns.psi.len() as f64 && !falls;
-        if !told(0) && !told(1) && !is_held {
+        if !self.acts(&estimate) {
             return None;
         }
         let fit = Fit {
@@ -444,6 +469,17 @@ impl OfFriction<'_> {
             self,
             &job.options.limits,
         )
+    }
+
+    /// Whether friction is told, or holds the object.
+    fn acts(&self, FrictionEstimate { coefficients, coefficient_sds, .. }: &FrictionEstimate) -> bool {
+        let Unknowns { coefficients: of_shape, psi, .. } = &self.settled.optimum.unknowns;
+        let told = |palm: usize| coefficients[palm] > TOLD_SDS * coefficient_sds[palm];
+        let sticks = self.settled.regimes.iter().filter(|regime| regime.sticks().is_some()).count();
+        // What falls slides before it falls: friction that holds it elsewhere without being told is none.
+        let shape = SupportFunction::from_coefficients(of_shape);
+        let falls = || !self.jumps(&shape, &self.job.palms(), psi).is_empty();
+        told(0) || told(1) || (sticks as f64 >= MOSTLY_STICKS * psi.len() as f64 && !falls())
     }
 
     fn estimate(&self) -> FrictionEstimate {

@@ -74,6 +74,9 @@ const MOST_LEFT: f64 = 0.1;
 /// Times that samples are taken back or knots halved, at most.
 const ROUNDS: usize = 16;
 
+/// What the fits of one arrangement with inertia are worth, as a share of what a search is: of logs that they explain they take a third of that at most.
+const WORTH: f64 = 0.1;
+
 /// The contacts may be missed by so many times what the motion of each sample by itself leaves.
 const CONTACTS_ALLOWANCE: f64 = 1.3;
 
@@ -113,13 +116,17 @@ impl Job<'_> {
         promising_share: f64,
     ) -> Option<Candidate> {
         let (fine, radius_m) = (&refined.fine, coefficients[0]);
+        let job = &self.worth(WORTH);
         let floor_m = FORCES_FLOOR * radius_m;
         let most_m = (CONTACTS_ALLOWANCE * fine.noise.sensor_m).max(floor_m);
         let fitting = Fitting {
-            job: self,
+            job,
             refined,
             path: PalmPath::new(self.raw)?,
-            placed: placed(&refined.measurements, &refined.ambiguity_rad),
+            placed: Measurements {
+                work: job.measurements.work.clone(),
+                ..placed(&refined.measurements, &refined.ambiguity_rad)
+            },
             // What of it looks symmetric may be so at rest alone.
             prior: Prior { origin_sd_m: self.prior.size_m, symmetry: Symmetry::NONE, ..fine.prior },
             gyration_m: SupportFunction::from_coefficients(&coefficients).uniform_gyration_radius_m(),

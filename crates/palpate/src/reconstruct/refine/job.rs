@@ -266,6 +266,13 @@ impl<'a> Job<'a> {
         self
     }
 
+    /// The same for what is worth such a share of what the log is; nothing of that is done.
+    pub(super) fn worth(&self, share: f64) -> Self {
+        let mut job = self.clone();
+        job.measurements.work = job.measurements.work.afresh(share);
+        job
+    }
+
     /// The same of some log with another calibration.
     pub(super) fn recalibrated<'b>(&self, raw: &'b Log, calibration: Calibration) -> Job<'b>
     where

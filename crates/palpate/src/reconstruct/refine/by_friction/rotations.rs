@@ -7,7 +7,7 @@
 
 use super::nearly_symmetric::likelier_copies;
 use super::{EXPLAINED, Setting, Settled};
-use crate::estimate::association::relative_rotation::{LOOSE, Trial, turned_parts};
+use crate::estimate::association::relative_rotation::{LOOSE, Trial, parts, turned, turned_parts};
 use crate::estimate::evidence::motion_prior::{CERTAIN, EXCLUDED};
 use crate::estimate::friction::falls::falls;
 use crate::estimate::friction::problem::Unknowns;
@@ -34,26 +34,29 @@ const APART_RAD: f64 = 0.2;
 const ROUNDS: usize = 3;
 const UPDATES: usize = 6;
 
+/// Optima that are looked for at once, before it is asked whether the log is worth more.
+const AT_ONCE: usize = 8;
+
 /// Times that a likelier rotation takes the place of the present one, at most: one part after the other.
 const REPLACED: usize = 4;
 
-/// The likeliest rotations of the parts, and others that are about as likely.
-pub(super) fn likeliest(setting: &Setting, mut settled: Settled) -> (Settled, Vec<Settled>) {
+/// The likeliest rotations of the parts, and others that are about as likely. `None` where the log is worth no more before all are known.
+pub(super) fn likeliest(setting: &Setting, mut settled: Settled) -> Option<(Settled, Vec<Settled>)> {
     let mut replaced = 0;
     loop {
         let (likelier, others): (Vec<_>, Vec<_>) =
-            rivals(setting, &settled).into_iter().partition(|(gain, _)| *gain > 0.0 && replaced < REPLACED);
+            rivals(setting, &settled)?.into_iter().partition(|(gain, _)| *gain > 0.0 && replaced < REPLACED);
         replaced += 1;
         match likelier.into_iter().next() {
             Some((_, rival)) => settled = rival,
-            None => return (settled, others.into_iter().map(|(_, rival)| rival).collect()),
+            None => return Some((settled, others.into_iter().map(|(_, rival)| rival).collect())),
         }
     }
 }
 
 /// Optima with one part turned that are not much less likely than the present one, with the logarithm of by how much they are more; the likeliest
 /// first.
-fn rivals(setting: &Setting, present: &Settled) -> Vec<(f64, Settled)> {
+fn rivals(setting: &Setting, present: &Settled) -> Option<Vec<(f64, Settled)>> {
     let mut trials = trials(setting, present);
     trials.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     let is_near = |a: &Trial, b: &Trial| a.part == b.part && wrapped(a.omega - b.omega).abs() < APART_RAD;
@@ -71,16 +74,25 @@ fn rivals(setting: &Setting, present: &Settled) -> Vec<(f64, Settled)> {
         let gain = impossible + here - setting.continued_cost(&rival);
         (gain > -CERTAIN.0).then_some((gain, rival))
     };
-    let turned = apart.into_iter().map(|trial| turned(present, trial));
-    let arranged: Vec<Arranged> = turned.chain(without_a_jump(setting, present)).collect();
-    let optima = arranged.into_par_iter().filter_map(|arranged| arranged.optimum(setting, present).and_then(weighed));
-    let mut rivals: Vec<(f64, Settled)> = optima.collect();
+    let with_parts_turned = apart.into_iter().map(|trial| with_part_turned(present, trial));
+    let arranged: Vec<Arranged> = with_parts_turned.chain(without_a_jump(setting, present)).collect();
+    let mut rivals: Vec<(f64, Settled)> = Vec::new();
+    let mut left = arranged.into_iter();
+    while left.len() > 0 {
+        if setting.job.is_spent() {
+            return None;
+        }
+        let some: Vec<Arranged> = left.by_ref().take(AT_ONCE).collect();
+        rivals.par_extend(
+            some.into_par_iter().filter_map(|arranged| arranged.optimum(setting, present).and_then(weighed)),
+        );
+    }
     let same = |other: &Settled| same_motion(&other.optimum.unknowns.psi, &present.optimum.unknowns.psi, TAU);
     // Where they differ by a few samples only, the likelier takes the place of the present one; so does one with fewer jumps.
     let asked = |rival: &Settled| if rival.starts.len() < present.starts.len() { 0.0 } else { CERTAIN.0 };
     rivals.retain(|(gain, rival)| !same(rival) || *gain > asked(rival));
     rivals.sort_by(|a, b| b.0.total_cmp(&a.0));
-    rivals
+    Some(rivals)
 }
 
 /// The rotations of each part that some shape explains about as well as the present one.
@@ -100,7 +112,8 @@ fn trials(setting: &Setting, present: &Settled) -> Vec<Trial> {
         sum
     };
     let all: Vec<usize> = (0..psi.len()).collect();
-    turned_parts(starts, &all, psi.len(), (setting.prior, order), &given)
+    let parts = parts(&optimum.corrected.measurements, psi, starts, TAU);
+    turned_parts(parts, &all, psi.len(), (setting.prior, order), &given)
 }
 
 /// The log arranged otherwise.
@@ -113,13 +126,13 @@ struct Arranged {
 }
 
 /// The present motion with one part turned, between jumps.
-fn turned(present: &Settled, Trial { part, omega, coefficients, .. }: Trial) -> Arranged {
-    let mut psi = present.optimum.unknowns.psi.clone();
+fn with_part_turned(present: &Settled, Trial { part, omega, coefficients, .. }: Trial) -> Arranged {
+    let psi = turned(&present.optimum.unknowns.psi, &part, omega);
     let mut starts = present.starts.clone();
-    starts.extend([part.start, part.end].into_iter().filter(|edge| (1..psi.len()).contains(edge)));
+    let edges = part.iter().flat_map(|range| [range.start, range.end]);
+    starts.extend(edges.filter(|edge| (1..psi.len()).contains(edge)));
     starts.sort_unstable();
     starts.dedup();
-    psi[part].iter_mut().for_each(|psi| *psi += omega);
     Arranged { coefficients, psi, regimes: present.regimes.clone(), starts }
 }
 
@@ -138,8 +151,7 @@ fn without_a_jump(setting: &Setting, present: &Settled) -> Vec<Arranged> {
             parts.push((0..start, leap));
         }
         for (part, omega) in parts {
-            let mut psi = unknowns.psi.clone();
-            psi[part].iter_mut().for_each(|psi| *psi += omega);
+            let psi = turned(&unknowns.psi, &vec![part], omega);
             let mut regimes = regimes.clone();
             regimes[start] = regimes[start - 1];
             let starts = starts.iter().copied().filter(|other| *other != start).collect();

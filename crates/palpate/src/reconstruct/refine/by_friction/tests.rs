@@ -181,7 +181,7 @@ fn a_jump_that_no_contact_shows_is_found() {
     let (fit, settled) = thrown.settled(&job, &Strided::new(&job), still, FRICTION);
     assert!(settled.starts.is_empty(), "{:?}", settled.starts);
     let setting = Setting::new(&job, job.raw, &job.measurements, &fit, &[]);
-    let (found, _) = rotations::likeliest(&setting, settled);
+    let (found, _) = rotations::likeliest(&setting, settled).expect("all are known");
     // When it fell, within a few samples, nothing tells.
     let [start] = found.starts[..] else { panic!("{:?}", found.starts) };
     assert!(start.abs_diff(thrown.at) < 8, "{start}");
@@ -312,7 +312,7 @@ fn what_another_rotation_explains_as_well_is_told() {
     // Both halves of this log feel the same boundary: as if it jumped between them, only one rotation explains it.
     from_truth(|setting, mut settled| {
         settled.starts = vec![450];
-        let (found, others) = rotations::likeliest(setting, settled);
+        let (found, others) = rotations::likeliest(setting, settled).expect("all are known");
         assert!(others.is_empty(), "{}", others.len());
         friction_is_right(&found);
         // No contact leaps there, and without the jump the same motion is likelier.
@@ -321,12 +321,43 @@ fn what_another_rotation_explains_as_well_is_told() {
 }
 
 #[test]
+fn what_is_far_from_plausible_and_gets_no_better_is_hopeless() {
+    let hopeless = |left: f64, better: f64| {
+        from_truth(|setting, mut settled| {
+            let forces_m = PLAUSIBLE[1] * settled.optimum.unknowns.coefficients[0];
+            settled.optimum.noise.forces_m = left * forces_m;
+            let regimes = settled.regimes.clone();
+            let start = (settled.optimum.unknowns.clone(), regimes);
+            let mut before = setting.settled(start, CLOSE, (1, 1)).expect("an optimum");
+            before.optimum.noise.forces_m = left * forces_m / better;
+            settled.is_hopeless_after(&before)
+        })
+    };
+    assert!(hopeless(1.01 * NEARLY_PLAUSIBLE, 1.01 * HOPELESS) && !hopeless(1.01 * NEARLY_PLAUSIBLE, 0.99 * HOPELESS));
+    assert!(!hopeless(0.99 * NEARLY_PLAUSIBLE, 1.01 * HOPELESS));
+}
+
+#[test]
+fn rotations_that_are_not_all_known_tell_nothing() {
+    let known = |share: f64| {
+        from_truth(|setting, mut settled| {
+            settled.starts = vec![450];
+            setting.worth(share, |setting| {
+                setting.job.measurements.work.add_decoding(1);
+                rotations::likeliest(setting, settled).is_some()
+            })
+        })
+    };
+    assert!(known(ROTATIONS_WORTH_UNTOLD) && !known(0.0));
+}
+
+#[test]
 fn a_few_samples_that_jump_away_and_back_are_no_rival_but_a_mistake() {
     from_truth(|setting, mut settled| {
         let truth = settled.optimum.unknowns.psi.clone();
         settled.starts = vec![440, 450];
         settled.optimum.unknowns.psi[440..450].iter_mut().for_each(|psi| *psi += 0.5);
-        let (found, others) = rotations::likeliest(setting, settled);
+        let (found, others) = rotations::likeliest(setting, settled).expect("all are known");
         assert!(found.starts.is_empty() && others.is_empty(), "{:?} {}", found.starts, others.len());
         // The frame of the object may be any.
         let turned = found.optimum.unknowns.psi[0] - truth[0];
