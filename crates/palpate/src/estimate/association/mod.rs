@@ -7,6 +7,7 @@ pub(crate) mod copies;
 pub(crate) mod decode;
 pub(crate) mod landings;
 pub(crate) mod motion_grid;
+pub(crate) mod part;
 pub(crate) mod predictive;
 pub(crate) mod relative_rotation;
 pub(crate) mod rival_pieces;

@@ -6,6 +6,7 @@
 //! at the loose noise are taken to their sharp optimum, and the evidence compares them.
 
 use crate::estimate::association::motion_grid::first_distinct;
+use crate::estimate::association::part::Part;
 use crate::estimate::association::shared_boundary::groups;
 use crate::estimate::association::transitions::{is_same_pose, near};
 use crate::estimate::evidence::laplace::log_evidence;
@@ -15,13 +16,12 @@ use crate::estimate::model::contact::residuals;
 use crate::estimate::model::layout::Layout;
 use crate::estimate::model::noise::Noise;
 use crate::estimate::model::prior::Prior;
-use crate::estimate::motion::{SHORT_SEGMENT, end_steps, same_motion};
+use crate::estimate::motion::{end_steps, same_motion};
 use crate::estimate::solver::gauss_newton::{Estimate, Fit, Smoother, StoppingCriteria};
 use crate::estimate::solver::shape_given_motion::ShapeGivenMotion;
 use crate::math::angle::wrapped_to;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
-use std::ops::Range;
 
 /// Trial rotations: 5 degrees apart.
 const TURNS: usize = 72;
@@ -72,7 +72,7 @@ pub(crate) fn rival_rotations(measurements: &Measurements, fit: &Fit) -> Vec<Est
     let polished: Vec<Estimate> = trials(measurements, &present, loose, prior)
         .into_par_iter()
         .map(|Trial { part, omega, coefficients, .. }| {
-            let psi = turned(&present.psi, &part, omega);
+            let psi = part.turned(&present.psi, omega);
             Smoother::new(measurements, order, loose, prior).run(coefficients, psi, POLISHING)
         })
         .filter(|polished| !is_close(&polished.psi, &present.psi))
@@ -91,16 +91,6 @@ pub(crate) fn rival_rotations(measurements: &Measurements, fit: &Fit) -> Vec<Est
         .into_iter()
         .map(|(_, rival)| rival)
         .collect()
-}
-
-/// Samples that turn together, in order: a range, or several with others between them.
-pub(crate) type Part = Vec<Range<usize>>;
-
-/// A motion with a part of it turned.
-pub(crate) fn turned(psi: &[f64], part: &Part, omega: f64) -> Vec<f64> {
-    let mut psi = psi.to_vec();
-    part.iter().for_each(|range| psi[range.clone()].iter_mut().for_each(|psi| *psi += omega));
-    psi
 }
 
 /// A part of the log turned by `omega` against the rest.
@@ -134,13 +124,10 @@ fn trials(measurements: &Measurements, present: &Estimate, loose: Noise, prior: 
 
 /// The parts of a motion that may lie otherwise against the rest: behind each of the jumps, between two, and pieces at one pose together.
 pub(crate) fn parts(measurements: &Measurements, psi: &[f64], jumps: &[usize], period: f64) -> Vec<Part> {
-    let behind = jumps.iter().map(|&jump| vec![jump..psi.len()]);
-    let between = jumps.windows(2).map(|jump| vec![jump[0]..jump[1]]);
-    let mut parts: Vec<Part> = behind.chain(between).chain(groups(measurements, psi, jumps, period)).collect();
-    let samples = |part: &Part| part.iter().map(ExactSizeIterator::len).sum::<usize>();
-    // The first piece is what all others turn against.
-    parts.retain(|part| samples(part) >= SHORT_SEGMENT && part[0].start >= SHORT_SEGMENT);
-    parts
+    let behind = jumps.iter().map(|&jump| Part::from(jump..psi.len()));
+    let between = jumps.windows(2).map(|jump| Part::from(jump[0]..jump[1]));
+    let parts = behind.chain(between).chain(groups(measurements, psi, jumps, period));
+    parts.filter(Part::can_turn).collect()
 }
 
 /// The rotations of such parts of `count` samples, of which those `explained` are asked; their equations are `given`.
@@ -152,8 +139,7 @@ pub(crate) fn turned_parts(
     given: &(dyn Fn(&[usize]) -> ShapeGivenMotion + Sync),
 ) -> Vec<Trial> {
     let of_part = |part: Part| {
-        let is_inside = |index: &&usize| part.iter().any(|range| range.contains(index));
-        let (inside, outside): (Vec<usize>, Vec<usize>) = explained.iter().partition(is_inside);
+        let (inside, outside): (Vec<usize>, Vec<usize>) = explained.iter().partition(|index| part.contains(**index));
         let (inside, mut rest) = (given(&inside), ShapeGivenMotion::of_prior(prior, order));
         rest += &given(&outside);
         let turned = |omega: f64| {
@@ -199,7 +185,7 @@ mod tests {
     }
 
     fn turned_from(fit: &Fit, start: usize, omega: f64) -> Estimate {
-        let psi = turned(&fit.estimate.psi, &vec![start..fit.estimate.psi.len()], omega);
+        let psi = Part::from(start..fit.estimate.psi.len()).turned(&fit.estimate.psi, omega);
         Estimate { psi, ..fit.estimate.clone() }
     }
 
@@ -238,8 +224,8 @@ mod tests {
                 sum.minimum().expect("determined").0
             };
             let trials = trials(&measurements, &fit.estimate, loose, fit.prior);
-            let of_jump: Vec<&Trial> =
-                trials.iter().filter(|trial| trial.part == [start..measurements.len()]).collect();
+            let part = Part::from(start..measurements.len());
+            let of_jump: Vec<&Trial> = trials.iter().filter(|trial| trial.part == part).collect();
             let most = cost_at(0.0) + RIVAL_COST * measurements.len() as f64;
             let grid = (1..TURNS).map(|turn| TAU * turn as f64 / TURNS as f64);
             let rivals = grid.filter(|omega| cost_at(*omega) < most && !is_same_pose(0.0, *omega, TAU)).count();

@@ -2,6 +2,7 @@
 //! its pieces share boundary with those at the same pose and with no others, and nothing but the smoothness of the shape tells how the two lie to
 //! each other. They turn against the rest together or not at all ([`super::relative_rotation`]).
 
+use crate::estimate::association::part::Part;
 use crate::estimate::coverage::{NODES, touches};
 use crate::estimate::measurements::Measurements;
 use std::f64::consts::TAU;
@@ -13,7 +14,7 @@ const SHARED_RAD: f64 = 0.2;
 
 /// Groups of the pieces between `jumps` that share boundary with each other and with no other piece, where others lie between them. None where all
 /// pieces are one group. Poses that differ by a multiple of `period` are one.
-pub(crate) fn groups(measurements: &Measurements, psi: &[f64], jumps: &[usize], period: f64) -> Vec<Vec<Range<usize>>> {
+pub(crate) fn groups(measurements: &Measurements, psi: &[f64], jumps: &[usize], period: f64) -> Vec<Part> {
     let ends = jumps.iter().copied().chain([psi.len()]);
     let pieces: Vec<Range<usize>> =
         std::iter::once(0).chain(jumps.iter().copied()).zip(ends).map(|(start, end)| start..end).collect();
@@ -28,19 +29,7 @@ pub(crate) fn groups(measurements: &Measurements, psi: &[f64], jumps: &[usize], 
         }
     }
     let members = |of: usize| pieces.iter().zip(&group).filter(move |(_, group)| **group == of).map(|(piece, _)| piece);
-    (0..pieces.len()).map(|of| in_one_where_joined(members(of))).filter(|group| group.len() > 1).collect()
-}
-
-/// Ranges in order, those in one that follow each other.
-fn in_one_where_joined<'a>(ranges: impl Iterator<Item = &'a Range<usize>>) -> Vec<Range<usize>> {
-    let mut joined: Vec<Range<usize>> = Vec::new();
-    for range in ranges {
-        match joined.last_mut() {
-            Some(last) if last.end == range.start => last.end = range.end,
-            _ => joined.push(range.clone()),
-        }
-    }
-    joined
+    (0..pieces.len()).map(|of| Part::of(members(of))).filter(|group| group.ranges().len() > 1).collect()
 }
 
 /// Which of the nodes of the boundary a piece felt; those that a period apart are one.
@@ -64,6 +53,10 @@ mod tests {
     use super::*;
     use crate::log::{Log, Sample};
     use crate::palms::PalmPair;
+
+    fn groups(measurements: &Measurements, psi: &[f64], jumps: &[usize], period: f64) -> Vec<Vec<Range<usize>>> {
+        super::groups(measurements, psi, jumps, period).iter().map(|part| part.ranges().to_vec()).collect()
+    }
 
     /// Contacts of an object that turns by 0.3 between palms at rest, piece by piece from these orientations on.
     fn turning_from(starts: &[f64]) -> (Measurements, Vec<f64>, Vec<usize>) {

@@ -36,7 +36,7 @@ pub(super) fn likelier_copies(setting: &Setting, present: &Settled) -> Vec<Trial
     let trial = |omega: f64| {
         let there = costs(omega);
         let (gain, part) = likeliest_part(here.iter().zip(&there).map(|(here, there)| here - there))?;
-        (gain > -CERTAIN.0).then(|| Trial { cost: -gain, part: vec![part], omega, coefficients: coefficients.clone() })
+        (gain > -CERTAIN.0).then(|| Trial { cost: -gain, part: part.into(), omega, coefficients: coefficients.clone() })
     };
     omegas.into_par_iter().filter_map(trial).collect()
 }

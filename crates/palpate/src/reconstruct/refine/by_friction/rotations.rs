@@ -7,7 +7,8 @@
 
 use super::nearly_symmetric::likelier_copies;
 use super::{EXPLAINED, Setting, Settled};
-use crate::estimate::association::relative_rotation::{LOOSE, Trial, parts, turned, turned_parts};
+use crate::estimate::association::part::Part;
+use crate::estimate::association::relative_rotation::{LOOSE, Trial, parts, turned_parts};
 use crate::estimate::evidence::motion_prior::{CERTAIN, EXCLUDED};
 use crate::estimate::friction::falls::falls;
 use crate::estimate::friction::problem::Unknowns;
@@ -127,9 +128,9 @@ struct Arranged {
 
 /// The present motion with one part turned, between jumps.
 fn with_part_turned(present: &Settled, Trial { part, omega, coefficients, .. }: Trial) -> Arranged {
-    let psi = turned(&present.optimum.unknowns.psi, &part, omega);
+    let psi = part.turned(&present.optimum.unknowns.psi, omega);
     let mut starts = present.starts.clone();
-    let edges = part.iter().flat_map(|range| [range.start, range.end]);
+    let edges = part.ranges().iter().flat_map(|range| [range.start, range.end]);
     starts.extend(edges.filter(|edge| (1..psi.len()).contains(edge)));
     starts.sort_unstable();
     starts.dedup();
@@ -151,7 +152,7 @@ fn without_a_jump(setting: &Setting, present: &Settled) -> Vec<Arranged> {
             parts.push((0..start, leap));
         }
         for (part, omega) in parts {
-            let psi = turned(&unknowns.psi, &vec![part], omega);
+            let psi = Part::from(part).turned(&unknowns.psi, omega);
             let mut regimes = regimes.clone();
             regimes[start] = regimes[start - 1];
             let starts = starts.iter().copied().filter(|other| *other != start).collect();
