@@ -255,3 +255,12 @@ fn a_recording_that_was_cut_off_is_read_up_to_its_last_whole_line() {
     let other = text.replace("palpate record", "a robot");
     assert!(palpate_io::parse_log("log.csv", &other.as_bytes()[..last_line + 1]).is_err());
 }
+
+#[test]
+fn a_line_break_in_what_a_recording_says_of_itself_breaks_no_line() {
+    let sample = Sample::new(0.1, PalmPair::hinged(1.0, 1.3), 0.03, 0.031);
+    let mut text = palpate_io::log_csv_header(&[("object".to_owned(), "an egg\r\nof a hen".to_owned())]);
+    palpate_io::push_log_row(&mut text, &sample);
+    assert!(text.lines().any(|line| line == "# object: an egg  of a hen"), "{text}");
+    assert_eq!(palpate_io::parse_log("log.csv", text.as_bytes()).expect("a recording").log.samples, [sample]);
+}

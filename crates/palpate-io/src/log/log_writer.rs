@@ -4,6 +4,7 @@ use std::path::Path;
 
 use palpate::{Log, Sample};
 
+use crate::csv::metadata::push_metadata;
 use crate::csv::number::{number, push_row};
 use crate::csv::table;
 use crate::folder::write_whole;
@@ -49,7 +50,7 @@ pub fn log_csv(log: &Log) -> String {
 /// values. A file that begins so may be cut off anywhere below it; its readers leave out a last line that is not whole.
 pub fn log_csv_header(metadata: &[(String, String)]) -> String {
     let mut text = format!("{RECORDING}\n");
-    metadata.iter().for_each(|(key, value)| text.push_str(&format!("# {key}: {value}\n")));
+    push_metadata(&mut text, metadata);
     push_row(&mut text, ALL.iter().map(|(name, _)| name.to_string()));
     text
 }

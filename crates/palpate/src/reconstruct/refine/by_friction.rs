@@ -78,8 +78,10 @@ const DECODED_SLIP: f64 = 1e-4;
 /// Times that the contact modes are found anew.
 const ROUNDS: usize = 8;
 
-/// Share of what the round before left, above which one that is far from plausible is the last.
+/// Share of what the round before left, above which one that is far from plausible is the last, and rounds that it takes at least: growth of a stretch has
+/// no more.
 const HOPELESS: f64 = 0.9;
+const FEWEST_ROUNDS: usize = 3;
 
 /// Updates of the standard deviations in each of them.
 const UPDATES: usize = 12;
@@ -252,7 +254,7 @@ impl<'a> Setting<'a> {
         (rounds, updates): (usize, usize),
     ) -> Option<Settled> {
         let (mut last, mut starts): (Option<Settled>, _) = (None, self.starts.to_vec());
-        for _ in 0..rounds {
+        for round in 1..=rounds {
             let problem = self.problem();
             let corrected = problem.corrected(&unknowns.calibration);
             let mut problem = problem.with_regimes(&regimes, &starts, &unknowns, &corrected).holding(held);
@@ -277,7 +279,8 @@ impl<'a> Setting<'a> {
             let before = std::mem::replace(&mut regimes, found.regimes);
             let starts_before = std::mem::replace(&mut starts, found.starts);
             let settled = Settled { optimum, regimes: before, starts: starts_before };
-            let is_hopeless = last.as_ref().is_some_and(|last| settled.is_hopeless_after(last));
+            let is_hopeless =
+                round >= FEWEST_ROUNDS && last.as_ref().is_some_and(|last| settled.is_hopeless_after(last));
             last = Some(settled);
             if same || is_hopeless {
                 break;
