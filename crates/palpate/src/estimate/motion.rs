@@ -102,19 +102,18 @@ pub(crate) fn piece_starts(jumps: &[usize], psi: &[f64], period: f64) -> Vec<usi
     starts
 }
 
-/// The short segments between `starts`, the samples at which a segment other than the first begins.
+/// The segments between `starts`, the samples at which a segment other than the first begins.
+pub(crate) fn segments_between(starts: &[usize], samples: usize) -> impl Iterator<Item = Range<usize>> {
+    let ends = starts.iter().copied().chain([samples]);
+    std::iter::once(0).chain(starts.iter().copied()).zip(ends).map(|(start, end)| start..end.max(start))
+}
+
+/// The short ones of them; none where there is but one.
 pub(crate) fn short_segments(starts: &[usize], samples: usize) -> Vec<Range<usize>> {
     if starts.is_empty() {
         return Vec::new();
     }
-    let mut edges = vec![0];
-    edges.extend(starts);
-    edges.push(samples);
-    edges
-        .windows(2)
-        .filter(|edge| edge[1] < edge[0] + SHORT_SEGMENT)
-        .map(|edge| edge[0]..edge[1].max(edge[0]))
-        .collect()
+    segments_between(starts, samples).filter(|segment| segment.len() < SHORT_SEGMENT).collect()
 }
 
 #[cfg(test)]

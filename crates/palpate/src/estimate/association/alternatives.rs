@@ -26,8 +26,9 @@ pub(crate) struct Alternative {
     /// By how much its motion prior (jumps, unstable poses) costs more than that of the decoded motion, −2 ln; `None`: by its jumps
     /// once it is fitted.
     pub motion_cost: Option<f64>,
-    /// Whether the predictive shape prefers it. The evidence then does not exclude it: from a shape that is bent to a few samples, the way to the
-    /// optimum of another pose of theirs is not always found.
+    /// Whether the predictive shape prefers it, or statics with what is not known of the shape. The evidence then does not exclude it: from a shape that is
+    /// bent to the present motion, the way to the optimum of another is not always found, and that an object has copies of what was felt is
+    /// likelier than the prior of shapes believes.
     pub is_predicted: bool,
 }
 
@@ -164,9 +165,13 @@ pub(crate) fn compare_evidence(
         })
         .collect();
     let open: Vec<usize> = (0..here.psi.len()).filter(|&sample| ambiguity.is_open(sample)).collect();
-    let decided = alternatives.iter().filter(|alternative| !alternative.is_predicted);
-    for &sample in decided.flat_map(|alternative| &alternative.samples) {
-        (ambiguity.margin[sample], ambiguity.distance_rad[sample]) = (f64::INFINITY, 0.0);
+    let mut is_predicted = vec![false; here.psi.len()];
+    let predicted = alternatives.iter().filter(|alternative| alternative.is_predicted);
+    predicted.flat_map(|alternative| &alternative.samples).for_each(|&sample| is_predicted[sample] = true);
+    for &sample in alternatives.iter().flat_map(|alternative| &alternative.samples) {
+        if !is_predicted[sample] {
+            (ambiguity.margin[sample], ambiguity.distance_rad[sample]) = (f64::INFINITY, 0.0);
+        }
     }
     for (there, margin) in &weighed {
         let turned = common_rotation(&here.psi, &there.psi, period);

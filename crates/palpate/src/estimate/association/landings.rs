@@ -1,10 +1,12 @@
 //! Rival motions beside a jump that statics does not predict. Where an object is nearly symmetric, the samples after a jump may all have been
 //! given poses a copy away from the true ones: the contacts fit nearly as well, and the jump itself is impossible, or there was none, since
-//! the contacts did not move. Here the samples after such a jump, up to the next one of that kind or the end of the log, are turned
+//! the contacts did not move. Or the object landed on boundary that was not felt before, a copy of what was: over a barrier that errors of the
+//! shape may have made, it seems to land on that instead. Here the samples after such a jump, up to the next one of that kind or the end of the log, are turned
 //! together, so that the object lands where its potential energy lets it or stays (`docs/theory.md`, decoding of the motion). Each such
 //! motion becomes an alternative, which the evidence decides ([`super::alternatives`]).
 
 use crate::estimate::association::alternatives::{Alternative, Ambiguity};
+use crate::estimate::coverage::{NODES, felt_nodes};
 use crate::estimate::jumps::{BARRIER_ALLOWANCE, DetectedJump};
 use crate::estimate::measurements::Measurements;
 use crate::estimate::solver::gauss_newton::{Fit, Smoother};
@@ -13,6 +15,7 @@ use crate::mechanics::EnergyLandscape;
 use crate::mechanics::passage::{barrier_m, is_same_pose};
 use crate::palms::PalmPair;
 use crate::shape::SupportFunction;
+use std::f64::consts::TAU;
 use std::ops::Range;
 
 /// Jumps that are looked at: a motion with more that are not predicted is wrong in other ways.
@@ -38,10 +41,12 @@ pub(crate) fn landings(
     ambiguity: &mut Ambiguity,
 ) -> Vec<Alternative> {
     let shape = SupportFunction::from_coefficients(&fit.estimate.coefficients);
-    let doubtful: Vec<(&DetectedJump, Vec<f64>)> = jumps
+    let mut felt = vec![false; NODES];
+    felt_nodes(measurements, &fit.estimate.psi).for_each(|node| felt[node] = true);
+    let doubtful: Vec<(&DetectedJump, Vec<Landing>)> = jumps
         .iter()
         .filter(|jump| !jump.predicted)
-        .map(|jump| (jump, allowed(&shape, &palms[jump.sample], jump)))
+        .map(|jump| (jump, allowed(&shape, &felt, &palms[jump.sample], jump)))
         .filter(|(jump, landings)| !jump.physical || !landings.is_empty())
         .collect();
     if doubtful.len() > MOST_DOUBTFUL {
@@ -56,10 +61,11 @@ pub(crate) fn landings(
         for landing in allowed.iter().take(LANDINGS) {
             for samples in &turned {
                 let mut psi = fit.estimate.psi.clone();
-                psi[samples.clone()].iter_mut().for_each(|psi| *psi += landing - jump.psi_after);
+                psi[samples.clone()].iter_mut().for_each(|psi| *psi += landing.psi_rad - jump.psi_after);
                 let _ = smoother.project_orientations(&fit.estimate.coefficients, &mut psi, PROJECTIONS);
                 let samples = ambiguity.settled(samples.clone());
-                alternatives.push(Alternative { psi, samples, motion_cost: None, is_predicted: false });
+                let is_predicted = landing.is_unfelt_and_easier;
+                alternatives.push(Alternative { psi, samples, motion_cost: None, is_predicted });
             }
         }
     }
@@ -67,25 +73,44 @@ pub(crate) fn landings(
     alternatives
 }
 
+/// A pose at which a jump may end.
+struct Landing {
+    psi_rad: f64,
+    /// Of the highest place on the way there, metres.
+    barrier_m: f64,
+    /// Whether the object reaches it over a lower barrier than the pose it was given, and boundary that was not felt is what contradicts that: what the
+    /// contacts would be there is a guess.
+    is_unfelt_and_easier: bool,
+}
+
 /// Other poses than that after a jump which the object reaches without a barrier, or keeps, the lowest barrier first. Where statics allows the
-/// jump, copies of that pose only.
-fn allowed(shape: &SupportFunction, palms: &PalmPair, jump: &DetectedJump) -> Vec<f64> {
+/// jump, copies of that pose only, and poses on boundary that was not felt, which may be copies of it.
+fn allowed(shape: &SupportFunction, felt: &[bool], palms: &PalmPair, jump: &DetectedJump) -> Vec<Landing> {
     let landscape = EnergyLandscape::new(shape, palms);
     let allowance_m = BARRIER_ALLOWANCE * shape.mean_radius_m();
-    let mut reached: Vec<(f64, f64)> = Vec::new();
+    let barrier_to = |psi_rad: f64| barrier_m(|psi| landscape.height_m(psi), jump.psi_before, psi_rad);
+    let taken_m = barrier_to(jump.psi_after);
+    let mut reached: Vec<Landing> = Vec::new();
     for rest in landscape.stable_poses() {
-        let turn = wrapped(rest.psi_rad - jump.psi_before);
-        let landing = jump.psi_before + turn;
-        if is_same_pose(landing, jump.psi_after) {
+        let psi_rad = jump.psi_before + wrapped(rest.psi_rad - jump.psi_before);
+        let barrier_m = barrier_to(psi_rad);
+        if is_same_pose(psi_rad, jump.psi_after) || barrier_m > allowance_m {
             continue;
         }
-        let barrier_m = barrier_m(|psi| landscape.height_m(psi), jump.psi_before, landing);
-        if barrier_m <= allowance_m && (!jump.physical || are_copies(shape, palms, landing, jump.psi_after)) {
-            reached.push((barrier_m, landing));
+        let is_unfelt_and_easier = barrier_m < taken_m && is_unfelt(felt, palms, psi_rad);
+        if !jump.physical || is_unfelt_and_easier || are_copies(shape, palms, psi_rad, jump.psi_after) {
+            reached.push(Landing { psi_rad, barrier_m, is_unfelt_and_easier });
         }
     }
-    reached.sort_by(|a, b| a.0.total_cmp(&b.0));
-    reached.into_iter().map(|(_, landing)| landing).collect()
+    reached.sort_by(|a, b| a.barrier_m.total_cmp(&b.barrier_m));
+    reached
+}
+
+/// Whether a contact is on boundary that was not felt.
+fn is_unfelt(felt: &[bool], palms: &PalmPair, psi: f64) -> bool {
+    let node = |theta: f64| (theta.rem_euclid(TAU) / TAU * felt.len() as f64).round() as usize % felt.len();
+    let (theta1, theta2) = palms.contact_angles(psi);
+    !felt[node(theta1)] || !felt[node(theta2)]
 }
 
 /// Whether the contacts are at the same places in two poses.
@@ -106,7 +131,7 @@ mod tests {
     use crate::sensor::Touchpad;
     use crate::shape::ellipse;
     use crate::simulate::{SimulateOptions, simulate};
-    use std::f64::consts::{PI, TAU};
+    use std::f64::consts::PI;
 
     const NOISE: Noise = Noise { sensor_m: 5e-5, balance_m: 1e-5 };
 
@@ -197,5 +222,37 @@ mod tests {
         assert_eq!(found(&jumps(MOST_DOUBTFUL, false)), (true, true, false));
         assert_eq!(found(&jumps(MOST_DOUBTFUL + 1, false)), (false, false, false));
         assert_eq!(found(&jumps(1, true)), (false, false, false));
+    }
+
+    #[test]
+    fn what_falls_more_easily_onto_boundary_that_was_not_felt_may_have() {
+        let shape = ellipse(0.03, 0.029).expect("possible");
+        let palms = PalmPair::hinged(0.6, 1.7);
+        let landscape = EnergyLandscape::new(&shape, &palms);
+        let poses = landscape.stable_poses();
+        let [left, right] = [0, 1].map(|pose| poses[pose].psi_rad);
+        let highest = |a: &f64, b: &f64| landscape.height_m(*a).total_cmp(&landscape.height_m(*b));
+        let between = (1..1000).map(|step| left + (right - left) * f64::from(step) / 1000.0);
+        let top = between.max_by(highest).expect("a top");
+        let allowed = |psi_before: f64, is_felt: bool| {
+            let jump = DetectedJump {
+                sample: 0,
+                psi_before,
+                psi_after: right,
+                height_before_m: landscape.height_m(psi_before),
+                height_after_m: landscape.height_m(right),
+                physical: true,
+                predicted: false,
+            };
+            // The ellipse itself has its copy half a turn away, where all was felt.
+            let mut felt = vec![true; NODES];
+            let (theta1, _) = palms.contact_angles(left);
+            felt[(theta1.rem_euclid(TAU) / TAU * NODES as f64).round() as usize % NODES] = is_felt;
+            let found = super::allowed(&shape, &felt, &palms, &jump);
+            found.iter().any(|landing| landing.is_unfelt_and_easier)
+        };
+        // From a little to the left of the top, and to the right.
+        assert!(allowed(top - 0.05, false));
+        assert!(!allowed(top - 0.05, true) && !allowed(top + 0.05, false));
     }
 }

@@ -5,6 +5,7 @@
 use crate::estimate::association::part::Part;
 use crate::estimate::coverage::{NODES, touches};
 use crate::estimate::measurements::Measurements;
+use crate::estimate::motion::segments_between;
 use std::f64::consts::TAU;
 use std::ops::Range;
 
@@ -15,9 +16,7 @@ const SHARED_RAD: f64 = 0.2;
 /// Groups of the pieces between `jumps` that share boundary with each other and with no other piece, where others lie between them. None where all
 /// pieces are one group. Poses that differ by a multiple of `period` are one.
 pub(crate) fn groups(measurements: &Measurements, psi: &[f64], jumps: &[usize], period: f64) -> Vec<Part> {
-    let ends = jumps.iter().copied().chain([psi.len()]);
-    let pieces: Vec<Range<usize>> =
-        std::iter::once(0).chain(jumps.iter().copied()).zip(ends).map(|(start, end)| start..end).collect();
+    let pieces: Vec<Range<usize>> = segments_between(jumps, psi.len()).collect();
     let felt: Vec<Vec<bool>> = pieces.iter().map(|piece| felt(measurements, psi, piece.clone(), period)).collect();
     let mut group: Vec<usize> = (0..pieces.len()).collect();
     for one in 0..pieces.len() {

@@ -8,7 +8,7 @@ use crate::estimate::association::transitions::near;
 use crate::estimate::evidence::motion_prior::CERTAIN;
 use crate::estimate::evidence::variance_components::balance_weight;
 use crate::estimate::measurements::{Instant, Measurements};
-use crate::estimate::motion::{SHORT_SEGMENT, short_segments};
+use crate::estimate::motion::{SHORT_SEGMENT, segments_between, short_segments};
 use crate::estimate::solver::gauss_newton::Fit;
 use crate::math::angle::wrapped_to;
 use rayon::prelude::*;
@@ -74,11 +74,9 @@ pub(crate) fn reassociated(
 pub(crate) fn open_out_of_balance(measurements: &Measurements, starts: &[usize], ambiguity: &mut Ambiguity) {
     let is_out =
         |instant: &Instant| instant.balance_weight > 0.0 && instant.balance_weight < balance_weight(OUT_OF_BALANCE_SDS);
-    let ends = starts.iter().copied().chain([measurements.len()]);
-    for (start, end) in std::iter::once(0).chain(starts.iter().copied()).zip(ends) {
-        let piece = &measurements.instants[start..end];
-        if piece.len() >= SHORT_SEGMENT && piece.iter().all(is_out) {
-            ambiguity.open(start..end);
+    for segment in segments_between(starts, measurements.len()) {
+        if segment.len() >= SHORT_SEGMENT && measurements.instants[segment.clone()].iter().all(is_out) {
+            ambiguity.open(segment);
         }
     }
 }

@@ -164,6 +164,21 @@ mod tests {
     }
 
     #[test]
+    fn four_gross_errors_in_a_row_contradict_nothing_and_five_do() {
+        let known = felt(&pebble(1.0), 0.15);
+        let (found, posterior) = reconstruct_with_posterior(&known.log, &PivotOptions::default()).expect("a result");
+        let mut follower = Follower::new(&found, &posterior, &PadPose::default());
+        let samples = &known.log.samples[..60];
+        samples.iter().for_each(|sample| assert!(!follower.push(sample).is_contradicted));
+        follower.strain = EXPECTED;
+        // No boundary is within two metres of the pivot.
+        let gross = |sample: &PivotSample| PivotSample { s_m: sample.s_m.map(|s_m| s_m + 2.0), ..*sample };
+        let last = samples.last().expect("sixty");
+        let contradicted: Vec<bool> = (0..5).map(|_| follower.push(&gross(last)).is_contradicted).collect();
+        assert_eq!(contradicted, [false, false, false, false, true]);
+    }
+
+    #[test]
     fn boundary_that_was_not_felt_tells_no_angle() {
         let known = felt(&pebble(1.0), 0.04);
         let (found, posterior) = reconstruct_with_posterior(&known.log, &PivotOptions::default()).expect("a result");
