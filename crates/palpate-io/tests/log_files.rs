@@ -258,9 +258,10 @@ fn a_recording_that_was_cut_off_is_read_up_to_its_last_whole_line() {
 
 #[test]
 fn a_line_break_in_what_a_recording_says_of_itself_breaks_no_line() {
-    let sample = Sample::new(0.1, PalmPair::hinged(1.0, 1.3), 0.03, 0.031);
+    let samples: Vec<Sample> =
+        (0..14).map(|k| Sample::new(0.1 * f64::from(k), PalmPair::hinged(1.0, 1.3), 0.03, 0.031)).collect();
     let mut text = palpate_io::log_csv_header(&[("object".to_owned(), "an egg\r\nof a hen".to_owned())]);
-    palpate_io::push_log_row(&mut text, &sample);
+    samples.iter().for_each(|sample| palpate_io::push_log_row(&mut text, sample));
     assert!(text.lines().any(|line| line == "# object: an egg  of a hen"), "{text}");
-    assert_eq!(palpate_io::parse_log("log.csv", text.as_bytes()).expect("a recording").log.samples, [sample]);
+    assert_eq!(palpate_io::parse_log("log.csv", text.as_bytes()).expect("a recording").log.samples, samples);
 }
