@@ -147,3 +147,12 @@ fn pieces_at_one_pose_turn_together() {
     let row = row_of(Source::Varied(VariedJob { seed: 6_100_329 }));
     assert!(row.wrong == Some(false) && row.rms_psi_rad.is_some_and(|rms| rms < 0.005), "{:?}", row.rms_psi_rad);
 }
+
+/// A triangle whose errors are correlated over five samples: these seemed to contradict its symmetry, and over a barrier of 11 um it was taken to land a
+/// third of a turn off.
+#[test]
+fn errors_with_a_memory_hide_no_symmetry_and_a_known_barrier_is_one() {
+    let row = row_of(Source::Varied(VariedJob { seed: 6_100_427 }));
+    assert!(row.certified == Some(true) && row.wrong == Some(false), "{:?}", row.reason);
+    assert!(row.rms_psi_rad.is_some_and(|rms| rms < 0.005), "{:?}", row.rms_psi_rad);
+}

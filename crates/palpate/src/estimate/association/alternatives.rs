@@ -23,13 +23,20 @@ pub(crate) struct Alternative {
     pub psi: Vec<f64>,
     /// Samples whose ambiguity it resolves.
     pub samples: Vec<usize>,
-    /// By how much its motion prior (jumps, unstable poses) costs more than that of the decoded motion, −2 ln; `None`: by its jumps
-    /// once it is fitted.
+    /// By how much its motion prior (jumps, unstable poses) costs more than that of the decoded motion, −2 ln: at least, for decoding knows barriers only
+    /// roughly, and its jumps may cost more once it is fitted. `None`: by these alone.
     pub motion_cost: Option<f64>,
     /// Whether the predictive shape prefers it, or statics with what is not known of the shape. The evidence then does not exclude it: from a shape that is
     /// bent to the present motion, the way to the optimum of another is not always found, and that an object has copies of what was felt is
     /// likelier than the prior of shapes believes.
     pub is_predicted: bool,
+}
+
+impl Alternative {
+    /// By how much its motion costs more, with what its jumps cost more than those of the present motion.
+    fn cost(&self, of_jumps: f64) -> f64 {
+        self.motion_cost.map_or(of_jumps, |cost| cost.max(of_jumps))
+    }
 }
 
 /// Optima are compared by the evidence in units of 1, which this resolves.
@@ -130,37 +137,36 @@ pub(crate) fn compare_evidence(
         return Compared::default();
     }
     let of_fit = Smoother::new(measurements, fit.order, fit.noise, fit.prior).strictly_convex();
-    // The log evidence, −2 ln of the prior of the jumps where they count, and the optimum.
-    let weigh = |smoother: &Smoother, estimate: Estimate, by_jumps: bool| {
+    // The log evidence, −2 ln of the prior of the jumps, and the optimum.
+    let weigh = |smoother: &Smoother, estimate: Estimate| {
         let normal = smoother.linearise(&estimate.coefficients, &estimate.psi);
         let factor = smoother.factor(&normal)?;
-        let of_jumps = if by_jumps { deviance(measurements, &estimate, &factor, &jumps(&estimate)) } else { 0.0 };
+        let of_jumps = deviance(measurements, &estimate, smoother.noise.balance_m, &factor, &jumps(&estimate));
         Some((log_evidence(smoother, &estimate, &normal, &factor), of_jumps, estimate))
     };
-    let likelier = |estimate: Estimate, by_jumps: bool| {
+    let likelier = |estimate: Estimate| {
         // A loose balance may be the work of the present motion, so that each motion has the more likely of that and an exact one.
         let exact = with_exact_balance(fit.noise).and_then(|noise| {
             let measurements = with_balance_weights(measurements.clone(), &estimate, noise.balance_m);
             let exact = Smoother::new(&measurements, fit.order, noise, fit.prior).strictly_convex();
             let there = exact.run_chord(estimate.coefficients.clone(), estimate.psi.clone(), STOPPING);
-            weigh(&exact, there, by_jumps)
+            weigh(&exact, there)
         });
-        let loose = weigh(&of_fit, estimate, by_jumps);
+        let loose = weigh(&of_fit, estimate);
         [loose, exact].into_iter().flatten().max_by(|a, b| a.0.total_cmp(&b.0))
     };
     let Estimate { coefficients, psi, .. } = fit.estimate.clone();
     let here = of_fit.run(coefficients, psi, STOPPING);
-    let by_jumps = alternatives.iter().any(|alternative| alternative.motion_cost.is_none());
-    let Some((here_evidence, jumps_here, here)) = likelier(here, by_jumps) else { return Compared::default() };
+    let Some((here_evidence, jumps_here, here)) = likelier(here) else { return Compared::default() };
     let period = fit.prior.symmetry.period_rad();
     let weighed: Vec<(Estimate, f64)> = alternatives
         .par_iter()
-        .map(|Alternative { psi, motion_cost, .. }| {
-            let there = of_fit.run_chord(here.coefficients.clone(), psi.clone(), STOPPING);
-            let Some((evidence, jumps_there, there)) = likelier(there.clone(), motion_cost.is_none()) else {
+        .map(|alternative| {
+            let there = of_fit.run_chord(here.coefficients.clone(), alternative.psi.clone(), STOPPING);
+            let Some((evidence, jumps_there, there)) = likelier(there.clone()) else {
                 return (there, f64::INFINITY);
             };
-            let margin = 2.0 * (here_evidence - evidence) + motion_cost.unwrap_or(jumps_there - jumps_here);
+            let margin = 2.0 * (here_evidence - evidence) + alternative.cost(jumps_there - jumps_here);
             (there, if margin.is_nan() { f64::INFINITY } else { margin })
         })
         .collect();
@@ -250,6 +256,16 @@ mod tests {
             ambiguity.ambiguity_rad()[50]
         };
         assert!(ambiguity_rad(true) > 1.8 && ambiguity_rad(false) == 0.0);
+    }
+
+    #[test]
+    fn an_alternative_costs_what_its_jumps_do_where_decoding_thought_them_cheaper() {
+        let costs = |motion_cost: Option<f64>, of_jumps: f64| {
+            let alternative = Alternative { psi: Vec::new(), samples: Vec::new(), motion_cost, is_predicted: false };
+            alternative.cost(of_jumps)
+        };
+        assert_eq!([costs(Some(5.0), 40.0), costs(Some(5.0), -40.0)], [40.0, 5.0]);
+        assert_eq!([costs(None, 40.0), costs(None, -40.0)], [40.0, -40.0]);
     }
 
     #[test]

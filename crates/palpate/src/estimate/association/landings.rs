@@ -7,12 +7,13 @@
 
 use crate::estimate::association::alternatives::{Alternative, Ambiguity};
 use crate::estimate::coverage::{NODES, felt_nodes};
+use crate::estimate::evidence::jump_prior::barrier_sds;
 use crate::estimate::jumps::{BARRIER_ALLOWANCE, DetectedJump};
 use crate::estimate::measurements::Measurements;
 use crate::estimate::solver::gauss_newton::{Fit, Smoother};
 use crate::math::angle::wrapped;
 use crate::mechanics::EnergyLandscape;
-use crate::mechanics::passage::{barrier_m, is_same_pose};
+use crate::mechanics::passage::{SAME_POSE_RAD, barrier_m, is_same_pose};
 use crate::palms::PalmPair;
 use crate::shape::SupportFunction;
 use std::f64::consts::TAU;
@@ -43,16 +44,21 @@ pub(crate) fn landings(
     let shape = SupportFunction::from_coefficients(&fit.estimate.coefficients);
     let mut felt = vec![false; NODES];
     felt_nodes(measurements, &fit.estimate.psi).for_each(|node| felt[node] = true);
+    let smoother = Smoother::new(measurements, fit.order, fit.noise, fit.prior);
+    let posterior = smoother.factor(&smoother.linearise(&fit.estimate.coefficients, &fit.estimate.psi));
+    let is_over_barrier = |jump: &DetectedJump| {
+        let sds = |posterior| barrier_sds(measurements, &fit.estimate, fit.noise.balance_m, posterior, jump);
+        posterior.as_ref().is_some_and(|posterior| sds(posterior) > NO_BARRIER_SDS)
+    };
     let doubtful: Vec<(&DetectedJump, Vec<Landing>)> = jumps
         .iter()
         .filter(|jump| !jump.predicted)
-        .map(|jump| (jump, allowed(&shape, &felt, &palms[jump.sample], jump)))
+        .map(|jump| (jump, allowed(&shape, &felt, &palms[jump.sample], jump, is_over_barrier(jump))))
         .filter(|(jump, landings)| !jump.physical || !landings.is_empty())
         .collect();
     if doubtful.len() > MOST_DOUBTFUL {
         return Vec::new();
     }
-    let smoother = Smoother::new(measurements, fit.order, fit.noise, fit.prior);
     let count = measurements.len();
     let mut alternatives = Vec::new();
     for (number, (jump, allowed)) in doubtful.iter().enumerate() {
@@ -73,19 +79,28 @@ pub(crate) fn landings(
     alternatives
 }
 
+/// Standard deviations up to which a barrier may be none.
+const NO_BARRIER_SDS: f64 = 2.0;
+
 /// A pose at which a jump may end.
 struct Landing {
     psi_rad: f64,
     /// Of the highest place on the way there, metres.
     barrier_m: f64,
-    /// Whether the object reaches it over a lower barrier than the pose it was given, and boundary that was not felt is what contradicts that: what the
-    /// contacts would be there is a guess.
+    /// Whether there is a barrier before the pose it was given and a lower one before this, and boundary that was not felt is what contradicts that:
+    /// what the contacts would be there is a guess.
     is_unfelt_and_easier: bool,
 }
 
 /// Other poses than that after a jump which the object reaches without a barrier, or keeps, the lowest barrier first. Where statics allows the
-/// jump, copies of that pose only, and poses on boundary that was not felt, which may be copies of it.
-fn allowed(shape: &SupportFunction, felt: &[bool], palms: &PalmPair, jump: &DetectedJump) -> Vec<Landing> {
+/// jump, copies of that pose only, and poses on boundary that was not felt, which may be copies of it, where the jump is over a barrier.
+fn allowed(
+    shape: &SupportFunction,
+    felt: &[bool],
+    palms: &PalmPair,
+    jump: &DetectedJump,
+    is_over_barrier: bool,
+) -> Vec<Landing> {
     let landscape = EnergyLandscape::new(shape, palms);
     let allowance_m = BARRIER_ALLOWANCE * shape.mean_radius_m();
     let barrier_to = |psi_rad: f64| barrier_m(|psi| landscape.height_m(psi), jump.psi_before, psi_rad);
@@ -97,7 +112,7 @@ fn allowed(shape: &SupportFunction, felt: &[bool], palms: &PalmPair, jump: &Dete
         if is_same_pose(psi_rad, jump.psi_after) || barrier_m > allowance_m {
             continue;
         }
-        let is_unfelt_and_easier = barrier_m < taken_m && is_unfelt(felt, palms, psi_rad);
+        let is_unfelt_and_easier = is_over_barrier && barrier_m < taken_m && is_unfelt(felt, palms, psi_rad);
         if !jump.physical || is_unfelt_and_easier || are_copies(shape, palms, psi_rad, jump.psi_after) {
             reached.push(Landing { psi_rad, barrier_m, is_unfelt_and_easier });
         }
@@ -106,11 +121,14 @@ fn allowed(shape: &SupportFunction, felt: &[bool], palms: &PalmPair, jump: &Dete
     reached
 }
 
-/// Whether a contact is on boundary that was not felt.
+/// Whether a contact is on boundary that was not felt, nor any close to it: what was felt tells where the boundary beside it is.
 fn is_unfelt(felt: &[bool], palms: &PalmPair, psi: f64) -> bool {
     let node = |theta: f64| (theta.rem_euclid(TAU) / TAU * felt.len() as f64).round() as usize % felt.len();
+    let beside = (SAME_POSE_RAD / TAU * felt.len() as f64) as usize;
+    let is_unfelt =
+        |theta: f64| (0..=2 * beside).all(|step| !felt[(node(theta) + felt.len() + step - beside) % felt.len()]);
     let (theta1, theta2) = palms.contact_angles(psi);
-    !felt[node(theta1)] || !felt[node(theta2)]
+    is_unfelt(theta1) || is_unfelt(theta2)
 }
 
 /// Whether the contacts are at the same places in two poses.
@@ -234,7 +252,7 @@ mod tests {
         let highest = |a: &f64, b: &f64| landscape.height_m(*a).total_cmp(&landscape.height_m(*b));
         let between = (1..1000).map(|step| left + (right - left) * f64::from(step) / 1000.0);
         let top = between.max_by(highest).expect("a top");
-        let allowed = |psi_before: f64, is_felt: bool| {
+        let allowed = |psi_before: f64, unfelt_beside: i32, is_over_barrier: bool| {
             let jump = DetectedJump {
                 sample: 0,
                 psi_before,
@@ -247,12 +265,18 @@ mod tests {
             // The ellipse itself has its copy half a turn away, where all was felt.
             let mut felt = vec![true; NODES];
             let (theta1, _) = palms.contact_angles(left);
-            felt[(theta1.rem_euclid(TAU) / TAU * NODES as f64).round() as usize % NODES] = is_felt;
-            let found = super::allowed(&shape, &felt, &palms, &jump);
+            for step in -unfelt_beside..=unfelt_beside {
+                let theta = theta1 + f64::from(step) * TAU / NODES as f64;
+                felt[(theta.rem_euclid(TAU) / TAU * NODES as f64).round() as usize % NODES] = false;
+            }
+            let found = super::allowed(&shape, &felt, &palms, &jump, is_over_barrier);
             found.iter().any(|landing| landing.is_unfelt_and_easier)
         };
         // From a little to the left of the top, and to the right.
-        assert!(allowed(top - 0.05, false));
-        assert!(!allowed(top - 0.05, true) && !allowed(top + 0.05, false));
+        let beside = (SAME_POSE_RAD / TAU * NODES as f64) as i32;
+        assert!(allowed(top - 0.05, beside, true) && !allowed(top - 0.05, beside, false));
+        assert!(!allowed(top + 0.05, beside, true));
+        // Beside boundary that was felt.
+        assert!(!allowed(top - 0.05, beside - 1, true));
     }
 }

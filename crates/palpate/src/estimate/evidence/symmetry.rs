@@ -10,6 +10,7 @@ use crate::estimate::coverage::{NODES, felt_nodes, images};
 use crate::estimate::measurements::Measurements;
 use crate::estimate::model::layout::{Layout, rotate, rotated_covariance};
 use crate::estimate::model::prior::Prior;
+use crate::estimate::model::sensor_memory::samples_per_error_by;
 use crate::estimate::solver::gauss_newton::{Estimate, Fit, Smoother, StoppingCriteria};
 use crate::estimate::solver::normal_equations::Normal;
 use crate::shape::Symmetry;
@@ -66,7 +67,8 @@ pub(crate) struct AgainstGeneral {
     pub deviation_sd_m: f64,
 }
 
-/// A symmetric model at its own optimum, held against the general one that has this optimum for a start. `None` where the log does
+/// A symmetric model at its own optimum, held against the general one that has this optimum for a start, whose errors are as large as those of contacts
+/// with a memory are. `None` where the log does
 /// not determine the general one.
 pub(crate) fn against_general(measurements: &Measurements, symmetric: &Fit) -> Option<AgainstGeneral> {
     let symmetry = symmetric.prior.symmetry;
@@ -74,8 +76,9 @@ pub(crate) fn against_general(measurements: &Measurements, symmetric: &Fit) -> O
     let smoother = Smoother::new(measurements, symmetric.order, symmetric.noise, prior).strictly_convex();
     let Estimate { coefficients, psi, .. } = symmetric.estimate.clone();
     let general = smoother.run(coefficients, psi, STOPPING);
+    let samples_per_error = samples_per_error_by(measurements, &general);
     let posterior = |normal: &Normal| {
-        let covariance = smoother.factor(normal)?.inverse();
+        let covariance = smoother.factor(normal)?.inverse() * samples_per_error;
         Some(General { mean: general.coefficients.clone(), covariance, prior })
     };
     let mut felt = vec![false; NODES];

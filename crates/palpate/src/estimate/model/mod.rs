@@ -9,4 +9,5 @@ pub(crate) mod noise;
 pub(crate) mod noise_from_log;
 pub(crate) mod outliers;
 pub(crate) mod prior;
+pub(crate) mod sensor_memory;
 pub(crate) mod table;

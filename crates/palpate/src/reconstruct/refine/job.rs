@@ -33,6 +33,7 @@ use crate::estimate::model::noise_from_log::{
 };
 use crate::estimate::model::outliers::set_outliers_aside;
 use crate::estimate::model::prior::Prior;
+use crate::estimate::model::sensor_memory::hidden_from_neighbours_by;
 use crate::estimate::motion::{moved, piece_starts, unwrap};
 use crate::estimate::solver::gauss_newton::{Estimate, Fit};
 use crate::estimate::work::Work;
@@ -321,7 +322,10 @@ impl<'a> Job<'a> {
 
     /// Whether contacts or statics contradict an optimum with these jumps.
     fn is_contradicted(&self, fine: &Fit, jumps: &[DetectedJump]) -> bool {
-        fine.noise.sensor_m >= CONTRADICTED * self.scatter_m || jumps.iter().any(|jump| !jump.physical)
+        let limit_m = CONTRADICTED * self.typical_m;
+        let is_noisy = fine.noise.sensor_m >= limit_m
+            && fine.noise.sensor_m >= limit_m * hidden_from_neighbours_by(&self.measurements, &fine.estimate);
+        is_noisy || jumps.iter().any(|jump| !jump.physical)
     }
 
     /// Whether no more is done for it: nothing that the log contradicts is worth more than it has cost.
@@ -460,7 +464,8 @@ impl<'a> Job<'a> {
         let mut motion = known;
         let mut medium = medium.clone();
         let (mut attempt, mut relocated) = (0, self.measurements.len() / FIRST_SHARE);
-        let mut likeliest: Option<Optimum> = None;
+        // With what comparing it told, where it was.
+        let mut likeliest: Option<(Optimum, Option<Weighed>)> = None;
         loop {
             let fitted = match self.options.harmonics {
                 Some(order) => fit(&medium, order, start, noise, prior, self.variance_components(), ROUNDS),
@@ -486,30 +491,31 @@ impl<'a> Job<'a> {
             // Where the motion does not settle, the arrangement is wrong, or it is a matter of a few samples.
             let is_given_up = self.is_given_up(&optimum.fine, &optimum.jumps);
             let last = attempt == REPAIRS || CONTRACTION * now > relocated || is_given_up;
-            let (next, moved) = if now == 0 || last {
+            let (next, moved, told) = if now == 0 || last {
                 let mut weighed = self.weighed(&optimum, decoded_again, last);
                 if weighed.likelier.is_none() || attempt == REPAIRS {
                     // A few wrong poses loosen the balance, and a loose balance lets the decoding place more of them wrongly.
-                    if let Some(before) = likeliest.take_if(|before| before.is_likelier_than(&optimum)) {
+                    if let Some((before, told)) = likeliest.take_if(|(before, _)| before.is_likelier_than(&optimum)) {
                         optimum = before;
-                        weighed = self.weighed(&optimum, self.decoded_again(&optimum.fine), true);
+                        weighed =
+                            told.unwrap_or_else(|| self.weighed(&optimum, self.decoded_again(&optimum.fine), true));
                     }
                 }
                 match weighed.likelier.take() {
                     Some(likelier) if attempt < REPAIRS => {
                         let moved = moved(&optimum.fine.estimate.psi, &likelier, period);
-                        (likelier, moved)
+                        (likelier, moved, Some(weighed))
                     }
                     _ => return Ok(Refined::new(optimum, weighed)),
                 }
             } else {
-                (decoded_again.0.psi, now)
+                (decoded_again.0.psi, now, None)
             };
             attempt += 1;
             start = self.on_medium(&medium, ranges, &optimum.fine.estimate.coefficients, &next);
             (motion, relocated) = (Some(next), moved);
-            if likeliest.as_ref().is_none_or(|before| !before.is_likelier_than(&optimum)) {
-                likeliest = Some(optimum);
+            if likeliest.as_ref().is_none_or(|(before, _)| !before.is_likelier_than(&optimum)) {
+                likeliest = Some((optimum, told));
             }
         }
     }
@@ -550,7 +556,10 @@ impl<'a> Job<'a> {
         let settled = (!last || few(decoded.relocated, samples) || !(is_contradicted || is_lost))
             && !self.is_given_up(fine, jumps);
         if !settled {
-            // The samples that may be elsewhere stay ambiguous.
+            // The samples that may be elsewhere stay ambiguous; what was not held against other motions may be anywhere.
+            if few(decoded.relocated, samples) {
+                ambiguity.open(0..samples);
+            }
             return Weighed { ambiguity_rad: ambiguity.ambiguity_rad(), settled, rivals: Vec::new(), likelier: None };
         }
         let starts: Vec<usize> = jumps.iter().map(|jump| jump.sample).collect();
@@ -788,6 +797,29 @@ mod tests {
         assert!(is_worth_no_more(true, 1.0, 1.01) && !is_worth_no_more(true, 1.0, 0.99));
         assert!(is_worth_no_more(true, 1.01 * CONTRADICTED, 0.0) && !is_worth_no_more(true, 0.99 * CONTRADICTED, 0.0));
         assert!(!is_worth_no_more(false, 2.0 * CONTRADICTED, 2.0));
+    }
+
+    #[test]
+    fn errors_with_a_memory_are_no_contradiction() {
+        use crate::estimate::model::sensor_memory::with_memory;
+        use crate::palms::PalmMotion;
+        use crate::shape::NamedShape;
+        use crate::simulate::{SimulateOptions, simulate};
+
+        let shape = NamedShape::Egg.shape(0.03).expect("a valid size");
+        let motion = PalmMotion::random(4, 20.0, 0.2).and_then(|motion| motion.sample(20.0)).expect("possible");
+        let run = simulate(&shape, &motion, &SimulateOptions::default()).expect("possible");
+        let psi: Vec<f64> = run.truth.motion.iter().map(|pose| pose.psi_rad).collect();
+        let options = ReconstructOptions::default();
+        let is_contradicted = |memory: f64| {
+            let log = with_memory(run.log.clone(), 1e-4, memory);
+            let job = Job::new(&log, &options);
+            let estimate = Estimate { coefficients: shape.coefficients(), psi: psi.clone(), cost: 0.0 };
+            let noise = Noise { sensor_m: 1.1 * CONTRADICTED * job.scatter_m, balance_m: 5e-5 };
+            let order = shape.harmonics_m().len();
+            job.is_contradicted(&Fit { estimate, order, noise, prior: job.prior, log_evidence: 0.0 }, &[])
+        };
+        assert!(is_contradicted(1.0) && !is_contradicted(5.0));
     }
 
     #[test]

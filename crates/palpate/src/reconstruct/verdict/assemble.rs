@@ -7,13 +7,13 @@ use crate::estimate::coverage::{MOSTLY_FELT_AGAIN, NODES, completed, contact_pat
 use crate::estimate::jumps::{DetectedJump, jump_reversals};
 use crate::estimate::measurements::{Instant, Measurements};
 use crate::estimate::model::balance_tolerance::unstable_samples;
-use crate::estimate::model::contact::residuals;
 use crate::estimate::model::layout::{Layout, rotate};
 use crate::estimate::model::noise_from_log::angle_residual_m;
+use crate::estimate::model::sensor_memory::{contact_residuals_m, hidden_from_neighbours};
 use crate::estimate::motion::unwrap;
 use crate::estimate::solver::gauss_newton::Fit;
 use crate::log::{Log, Sample};
-use crate::math::statistics::{autocorrelation, correlation_time, root_mean_square, typical_sd};
+use crate::math::statistics::{correlation_time, root_mean_square, typical_sd};
 use crate::mechanics::Jump;
 use crate::palms::PalmPair;
 use crate::reconstruct::options::limits::CertificateLimits;
@@ -43,23 +43,6 @@ pub(crate) struct Candidate {
     pub result: Reconstruction,
     /// ln of the evidence of the fit behind it and of the prior of its motion.
     pub log_posterior: f64,
-}
-
-/// Longest correlation time of the errors, in samples, that is taken for the memory of a sensor: what a wrong shape or motion leaves keeps
-/// its sign over a whole feature of the boundary.
-const SENSOR_MEMORY: f64 = 15.0;
-
-/// Least share of the variance that third differences of errors with such a memory show.
-const LEAST_SHOWN: f64 = 0.05;
-
-/// How many times larger the errors of a sensor are than third differences of neighbouring readings show, by what the fit leaves.
-fn hidden_from_neighbours(residuals_m: &[f64]) -> f64 {
-    if correlation_time(residuals_m) > SENSOR_MEMORY {
-        return 1.0;
-    }
-    let [one, two, three] = [1, 2, 3].map(|lag| autocorrelation(residuals_m, lag));
-    let shown = (20.0 - 30.0 * one + 12.0 * two - 2.0 * three) / 20.0;
-    1.0 / shown.clamp(LEAST_SHOWN, 1.0).sqrt()
 }
 
 /// Assembles the result. `None` when the information matrix cannot be factored (the log does not determine the shape).
@@ -277,12 +260,6 @@ pub(crate) fn pose(
         residual2_m,
         modes: None,
     }
-}
-
-/// Measured minus predicted contact positions of one sample, metres; `None` where a contact was not seen.
-fn contact_residuals_m(instant: &Instant, coefficients: &[f64], psi: f64) -> (Option<f64>, Option<f64>) {
-    let value = residuals(instant, coefficients, psi).value;
-    ((instant.weight1 > 0.0).then_some(-value[0]), (instant.weight2 > 0.0).then_some(-value[1]))
 }
 
 /// Turns the object frame so that ψ becomes ψ − `angle`.

@@ -159,6 +159,7 @@ impl PoseErrorBars for BalanceErrorBars<'_> {
     }
 
     fn deviance_of(&self, jumps: &[DetectedJump]) -> Option<f64> {
-        Some(excess(self.of.measurements, &self.of.fit.estimate, &self.bars.factor()?, jumps))
+        let Fit { estimate, noise, .. } = &self.of.fit;
+        Some(excess(self.of.measurements, estimate, noise.balance_m, &self.bars.factor()?, jumps))
     }
 }

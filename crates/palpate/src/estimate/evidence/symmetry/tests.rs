@@ -1,5 +1,6 @@
 use super::*;
 use crate::estimate::model::noise::Noise;
+use crate::estimate::model::sensor_memory::with_memory;
 use crate::estimate::solver::gauss_newton::Estimate;
 use crate::palms::PalmMotion;
 use crate::sensor::Touchpad;
@@ -12,11 +13,17 @@ const ORDER: usize = 12;
 
 /// A general fit near the truth to a log of this object, in a frame turned at random.
 fn fitted(shape: &SupportFunction, seed: u64) -> (Measurements, Fit) {
+    fitted_with_memory(shape, seed, 1.0)
+}
+
+/// The same where errors of the sensors are correlated over so many samples.
+fn fitted_with_memory(shape: &SupportFunction, seed: u64, memory: f64) -> (Measurements, Fit) {
     let shape = shape.rotated(0.7);
     let motion = PalmMotion::random(seed, 12.0, 1.0).and_then(|motion| motion.sample(40.0)).expect("possible");
-    let touchpad = Touchpad { noise_sd_m: NOISE_M, ..Touchpad::ideal() };
+    let touchpad = Touchpad { noise_sd_m: if memory > 1.0 { 0.0 } else { NOISE_M }, ..Touchpad::ideal() };
     let run = simulate(&shape, &motion, &SimulateOptions { touchpad, ..SimulateOptions::default() }).expect("possible");
-    let measurements = Measurements::new(&run.log, None);
+    let log = if memory > 1.0 { with_memory(run.log, NOISE_M, memory) } else { run.log };
+    let measurements = Measurements::new(&log, None);
     let mut coefficients = shape.coefficients();
     crate::estimate::model::layout::coefficients_to_order(&mut coefficients, ORDER);
     let psi = run.truth.motion.iter().map(|pose| pose.psi_rad).collect();
@@ -107,6 +114,23 @@ fn a_symmetric_fit_is_contradicted_by_what_it_leaves_in_the_contacts() {
         );
         let size = |k: usize| fit.estimate.coefficients[k].hypot(fit.estimate.coefficients[ORDER + k]);
         assert!([1, 2, 4, 5].into_iter().all(|k| size(k) < 1e-9) && size(3) > 1e-3);
+        let against = against_general(&measurements, &fit).expect("determined").model;
+        assert_eq!(against.is_contradicted(), contradicted, "{} of {}", against.missed, against.determined);
+    }
+}
+
+#[test]
+fn errors_with_a_memory_contradict_no_symmetry() {
+    let symmetry = Symmetry { order: 3, mirror: false };
+    for (offset_m, contradicted) in [(0.0, false), (5e-4, true)] {
+        let (measurements, mut fit) = fitted_with_memory(&triangle().translated(offset_m, 0.3 * offset_m), 4, 9.0);
+        let general = symmetric_models(&measurements, &fit);
+        // As many of them as there are tell less.
+        assert!(model(&general, 3, false).is_contradicted());
+        fit.prior.symmetry = symmetry;
+        let Estimate { coefficients, psi, .. } = fit.estimate.clone();
+        let smoother = Smoother::new(&measurements, ORDER, fit.noise, fit.prior).strictly_convex();
+        fit.estimate = smoother.run(coefficients, psi, STOPPING);
         let against = against_general(&measurements, &fit).expect("determined").model;
         assert_eq!(against.is_contradicted(), contradicted, "{} of {}", against.missed, against.determined);
     }

@@ -81,35 +81,3 @@ fn a_contact_that_was_not_seen_feels_nothing_and_the_other_one_goes_on() {
     assert_eq!(paths.iter().map(Vec::len).collect::<Vec<_>>(), [9, 10]);
     assert!(!paths[0].contains(&sliding(10, 0.01)[4].0));
 }
-
-#[test]
-fn what_third_differences_hide_of_errors_with_a_memory_is_added_up_to_a_limit() {
-    // e_i = ρ e_{i−1} + white noise, by a generator of its own.
-    let process = |memory: f64, count: usize| -> Vec<f64> {
-        let rho = (memory - 1.0) / (memory + 1.0);
-        let (mut state, mut error) = (1_u64, 0.0);
-        let mut white = || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
-        };
-        (0..count)
-            .map(|_| {
-                error = rho * error + white();
-                error
-            })
-            .collect()
-    };
-    let hidden = |memory: f64| {
-        let errors = process(memory, 40_000);
-        let variance = errors.iter().map(|e| e * e).sum::<f64>() / errors.len() as f64;
-        let third = |w: &[f64]| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).powi(2);
-        let shown = errors.windows(4).map(third).sum::<f64>() / (errors.len() - 3) as f64 / 20.0;
-        (hidden_from_neighbours(&errors), (variance / shown).sqrt())
-    };
-    for memory in [1.0, 4.0, 10.0] {
-        let (found, expected) = hidden(memory);
-        assert!((found / expected - 1.0).abs() < 0.05, "{found} for {expected}");
-    }
-    assert!(hidden(0.8 * SENSOR_MEMORY).0 > 3.0);
-    assert_eq!(hidden(1.3 * SENSOR_MEMORY).0, 1.0, "a wrong shape leaves errors like these");
-}
