@@ -293,7 +293,8 @@ pub fn solve(job: &Job, terminal: &Terminal) -> Result<Summary, Failure> {
     reconstruction.prune(job.min_touches);
     let mut summary = Summary::new(&reconstruction, started.elapsed().as_secs_f64());
     summary.log = job.name.map(str::to_owned);
-    summary.notes = job.file.notes.clone();
+    summary.notes.iter().for_each(|note| terminal.note(note));
+    summary.notes = job.file.notes.iter().chain(&summary.notes).cloned().collect();
     let forces = measured_forces(&log, &reconstruction);
     summary = summary.with_forces(forces.as_ref());
     summary.truth = job.truth.and_then(|truth| errors(&reconstruction, truth, terminal));

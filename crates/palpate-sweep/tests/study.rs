@@ -153,6 +153,15 @@ fn pieces_at_one_pose_turn_together() {
 #[test]
 fn errors_with_a_memory_hide_no_symmetry_and_a_known_barrier_is_one() {
     let row = row_of(Source::Varied(VariedJob { seed: 6_100_427 }));
-    assert!(row.certified == Some(true) && row.wrong == Some(false), "{:?}", row.reason);
+    assert!(row.certified && row.wrong == Some(false), "{:?}", row.reason);
     assert!(row.rms_psi_rad.is_some_and(|rms| rms < 0.005), "{:?}", row.rms_psi_rad);
+}
+
+/// 4.9 % outliers, up to 22 mm, of contacts that slide fast for 7 samples a second: solved and refused while those that neighbours do not show were left in;
+/// and certified with two samples 80 degrees off while of each the reading was left out that its bent orientation misses.
+#[test]
+fn outliers_that_neighbours_do_not_show_are_left_out() {
+    let row = row_of(Source::Varied(VariedJob { seed: 6_100_553 }));
+    assert!(row.certified && row.wrong == Some(false), "{:?}", row.reason);
+    assert!(row.rms_psi_rad.is_some_and(|rms| rms < 0.02), "{:?}", row.rms_psi_rad);
 }

@@ -4,7 +4,8 @@ use palpate::Reconstruction;
 use palpate::compare::TruthError;
 use palpate::number_or_null;
 use palpate::reconstruct::{
-    CalibrationEstimate, ConstantEstimate, Doubt, FoundSymmetry, FrictionEstimate, Jump, MeasuredForces, Verdict,
+    CalibrationEstimate, ConstantEstimate, Doubt, Findings, FoundSymmetry, FrictionEstimate, Jump, MeasuredForces,
+    Verdict,
 };
 use palpate::shape::Symmetry;
 use serde::{Deserialize, Serialize};
@@ -258,7 +259,7 @@ fn constants(calibration: &CalibrationEstimate) -> impl Iterator<Item = (String,
 }
 
 impl Summary {
-    /// The summary of a reconstruction that took `seconds`. Set `log`, `notes` and `truth` where there is something to say.
+    /// The summary of a reconstruction that took `seconds`. Set `log` and `truth` where there is something to say, and add to `notes`.
     pub fn new(reconstruction: &Reconstruction, seconds: f64) -> Self {
         // JSON has no NaN, and a list of times has no gaps.
         let jumps = || reconstruction.jumps.iter().filter(|jump| jump.time_s.is_finite());
@@ -294,7 +295,7 @@ impl Summary {
             seconds,
             version: env!("CARGO_PKG_VERSION").to_string(),
             log: None,
-            notes: Vec::new(),
+            notes: reconstruction.findings.as_ref().and_then(left_out).into_iter().collect(),
             truth: None,
         }
     }
@@ -349,4 +350,11 @@ impl Summary {
     pub fn to_json(&self) -> Result<String, serde_json::Error> {
         serde_json::to_string_pretty(self).map(|json| json + "\n")
     }
+}
+/// What to say of gross outliers.
+fn left_out(findings: &Findings) -> Option<String> {
+    let Findings { outliers, readings, .. } = *findings;
+    let share = 100.0 * outliers as f64 / readings.max(1) as f64;
+    (outliers > 0)
+        .then(|| format!("{outliers} of {readings} contact readings ({share:.1} %) are outliers and were left out"))
 }

@@ -13,6 +13,7 @@ use super::result::reconstruction::Reconstruction;
 use super::search::schedule::{self, Found, Readings, Stage};
 use super::search::segments::segments;
 use super::selection::Explored;
+use super::selection::stray_readings::{with_left_out, without_stray_readings};
 use super::start::{Start, starting_coefficients, way_of};
 use super::verdict::assemble::Candidate;
 use crate::estimate::friction::normal_forces::look_exchanged;
@@ -20,6 +21,7 @@ use crate::estimate::solver::gauss_newton::Estimate;
 use crate::log::{Log, Sample};
 use crate::sensor::Rig;
 use crate::shape::SupportFunction;
+use std::borrow::Cow;
 use std::cell::{Cell, RefCell};
 
 /// Sizes in which a known shape is tried, one after the other until one explains the log: each leads to the optimum from up to two per cent
@@ -29,6 +31,17 @@ const SIZES: [f64; 5] = [1.0, 0.97, 1.03, 0.94, 1.06];
 /// Arrangements of a log that are judged in a brief search: each wrong one costs more than all the rest of it, and the right one is the first or
 /// second.
 const JUDGED_BRIEFLY: usize = 2;
+
+/// Times that a search begins anew without the stray readings that an explanation showed: the next one, no longer bent to these, may show a few more.
+const MOST_CLEARINGS: usize = 3;
+
+/// What a search came to.
+enum Searched {
+    /// A result.
+    Ended(Box<Reconstruction>),
+    /// The log without stray readings, and how many these were.
+    Strays(Log, usize),
+}
 
 /// How far a search goes.
 #[derive(Clone, Copy)]
@@ -212,6 +225,22 @@ impl<'a> Reconstructor<'a> {
         if self.integrates() {
             return integral::reconstruct(log, &self.options, &|share| self.tell("integrating", share));
         }
+        let mut cleared = Cow::Borrowed(log);
+        let mut left_out = 0;
+        for clearing in 0..=MOST_CLEARINGS {
+            match self.search_until_strays(&cleared, extent, clearing < MOST_CLEARINGS)? {
+                Searched::Ended(found) => return Ok(with_left_out(*found, left_out, &self.options.limits)),
+                Searched::Strays(without, strays) => {
+                    cleared = Cow::Owned(without);
+                    left_out += strays;
+                }
+            }
+        }
+        Err(ReconstructError::NotSolvable)
+    }
+
+    /// The same, or the log without the stray readings that an explanation shows as soon as one does.
+    fn search_until_strays(&self, log: &Log, extent: Extent, clears: bool) -> Result<Searched, ReconstructError> {
         let mut job = Job::new(log, &self.options);
         if let Some(most) = self.most_work {
             job.measurements.work = job.measurements.work.at_most(most);
@@ -221,6 +250,7 @@ impl<'a> Reconstructor<'a> {
         let brief = matches!(extent, Extent::Brief);
         let mut explored = if brief { Explored::briefly() } else { Explored::default() };
         let mut failure = None;
+        let mut strays = None;
         let mut judged = 0;
         let explained_one = Cell::new(false);
         // One that may be right is a result where nothing else explains the log.
@@ -259,6 +289,14 @@ impl<'a> Reconstructor<'a> {
                 judged += 1;
                 match job.judge(&found, &mut explored) {
                     Ok(candidate) => {
+                        let limits = &self.options.limits;
+                        let Reconstruction { shape, motion, verdict, .. } = &candidate.result;
+                        let is_doubted = clears && verdict.doubts_stray_readings();
+                        let cleared = || without_stray_readings(log, shape, motion, limits);
+                        strays = is_doubted.then(cleared).flatten();
+                        if strays.is_some() {
+                            return true;
+                        }
                         explanations += usize::from(candidate.result.verdict.is_explained());
                         if best.as_ref().is_none_or(|other| candidate.is_likelier_than(other)) {
                             best = Some(candidate);
@@ -276,13 +314,17 @@ impl<'a> Reconstructor<'a> {
                     || best.as_ref().is_some_and(|candidate| candidate.is_enough(explanations))
             },
         );
+        if let Some((without, strays)) = strays {
+            return Ok(Searched::Strays(without, strays));
+        }
         self.tell("done", 1.0);
         let explained = best.as_ref().is_some_and(|candidate| candidate.result.verdict.is_explained());
         if let Some(candidate) = by_forces.into_inner().filter(|by_forces| !explained || by_forces.explains_forces()) {
             // What explains the forces stands against none that does not.
-            return Ok(candidate.result);
+            return Ok(Searched::Ended(Box::new(candidate.result)));
         }
-        best.map(|candidate| with_center_by_friction(log, explored.against_others(candidate))).ok_or_else(|| {
+        let answered = |candidate| with_center_by_friction(log, explored.against_others(candidate));
+        best.map(|candidate| Searched::Ended(Box::new(answered(candidate)))).ok_or_else(|| {
             failure.unwrap_or_else(|| ReconstructError::NoStart {
                 advice: "check the units and signs of the palm angles and contact positions".to_owned(),
             })

@@ -1,6 +1,8 @@
 //! Selection among several explanations of a log by their evidence, and the test of uniqueness (`docs/theory.md`, the search and
 //! the certificate).
 
+pub(super) mod stray_readings;
+
 use super::search::initial_height::from_initial_heights;
 use super::search::schedule::Found;
 use crate::estimate::evidence::motion_prior::CERTAIN;

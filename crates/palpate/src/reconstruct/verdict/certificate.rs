@@ -75,15 +75,24 @@ const OUTLIERS_THAT_EXPLAIN: f64 = 0.005;
 /// What the fit leaves is negligible below this share of what no shape explains: an exact log leaves the corners of the object there.
 const NEGLIGIBLE: f64 = 0.1;
 
+/// The doubt that so many outliers among the readings are, besides others: where they are many, or may be the reason of those.
+pub(crate) fn doubt_of_outliers(
+    outliers: usize,
+    readings: usize,
+    doubts: &[Doubt],
+    limits: &CertificateLimits,
+) -> Option<Doubt> {
+    let share = outliers as f64 / readings.max(1) as f64;
+    let is_doubt = share > limits.outliers || (share > OUTLIERS_THAT_EXPLAIN && !doubts.is_empty());
+    is_doubt.then_some(Doubt::Outliers { outliers, readings })
+}
+
 impl Findings {
     /// The verdict by these limits.
     pub fn verdict(&self, limits: &CertificateLimits) -> Verdict {
         let mut doubts = self.contradictions(limits);
         doubts.extend(self.gaps(limits));
-        let share = self.outliers as f64 / self.readings.max(1) as f64;
-        if share > limits.outliers || (share > OUTLIERS_THAT_EXPLAIN && !doubts.is_empty()) {
-            doubts.push(Doubt::Outliers { outliers: self.outliers, readings: self.readings });
-        }
+        doubts.extend(doubt_of_outliers(self.outliers, self.readings, &doubts, limits));
         let balanced = self.balance_m <= limits.balance_m(self.expected_sensor_m, self.mean_radius_m.abs());
         if doubts.is_empty() && !balanced {
             doubts.push(Doubt::Unbalanced { balance_sd_m: self.balance_m });

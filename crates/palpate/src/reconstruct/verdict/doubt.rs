@@ -108,7 +108,7 @@ pub enum Doubt {
         #[cfg_attr(feature = "serde", serde(with = "crate::number_or_null"))]
         sd_m: f64,
     },
-    /// Contact readings far from those before and after them, which were left out.
+    /// Contact readings far from those before and after them, or from where all others have the contact, which were left out.
     Outliers {
         /// How many.
         outliers: usize,
@@ -376,7 +376,7 @@ impl fmt::Display for Doubt {
             }
             Self::Outliers { outliers, readings } => write!(
                 f,
-                "{outliers} of {readings} contact readings ({:.1} %) are outliers, far from those before and after them, and were left \
+                "{outliers} of {readings} contact readings ({:.1} %) are outliers, far from all others, and were left \
                  out; there may be more",
                 100.0 * *outliers as f64 / (*readings).max(1) as f64
             ),
@@ -466,6 +466,16 @@ impl Verdict {
         self.doubts.iter().map(Doubt::to_string).collect::<Vec<_>>().join("; ")
     }
 
+    /// Whether single readings are all that contradicts the answer: jumps and poses are those that statics makes.
+    pub(crate) fn doubts_stray_readings(&self) -> bool {
+        let is_of_readings = |doubt: &Doubt| {
+            matches!(doubt, Doubt::StrayReadings { .. } | Doubt::Outliers { .. } | Doubt::Misfit { .. })
+        };
+        let is_stray = |doubt: &Doubt| matches!(doubt, Doubt::StrayReadings { .. });
+        self.doubts.iter().any(is_stray)
+            && self.doubts.iter().all(|doubt| is_of_readings(doubt) || !doubt.is_contradiction())
+    }
+
     /// Whether friction may explain the log and does not quite.
     pub(crate) fn doubts_friction(&self) -> bool {
         self.doubts.iter().any(|doubt| matches!(doubt, Doubt::Friction { .. }))
@@ -486,6 +496,19 @@ impl fmt::Display for Verdict {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn stray_readings_are_what_contradicts_an_answer_where_nothing_of_the_motion_does() {
+        let stray = Doubt::StrayReadings { typical_m: 1e-4, all_m: 3e-4 };
+        let misfit = Doubt::Misfit { left_m: 3e-4, expected_m: 1e-4, stated: false };
+        let ambiguous = Doubt::AmbiguousPoses { samples: 1, ambiguity_rad: 0.1 };
+        let doubts = |doubts: &[Doubt]| Verdict::new(doubts.to_vec()).doubts_stray_readings();
+        assert!(doubts(std::slice::from_ref(&stray)) && doubts(&[stray.clone(), misfit.clone(), ambiguous]));
+        assert!(!doubts(&[]) && !doubts(&[misfit]));
+        let unstable = Doubt::UnstablePoses { samples: 5, of: 100 };
+        let jumps = Doubt::UnphysicalJumps { time_s: 1.0, turn_rad: 1.0, jumps: 1 };
+        assert!(!doubts(&[stray.clone(), unstable]) && !doubts(&[stray, jumps]));
+    }
 
     #[test]
     fn a_reported_doubt_about_the_centre_of_mass_leaves_shape_and_motion_certified() {
