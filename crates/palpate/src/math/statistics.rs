@@ -23,9 +23,17 @@ pub(crate) fn typical_sd<'a>(errors: impl Iterator<Item = &'a f64>) -> f64 {
     OVER_MEDIAN * median(&mut sizes)
 }
 
+/// Lags up to which autocorrelations are summed, over the time that they sum up to.
+const WINDOW: f64 = 5.0;
+
 /// By how much the errors of neighbouring samples hang together: the integrated autocorrelation time of the residuals of
 /// one sensor, in samples; 1 for white noise. `N` correlated samples tell as much as `N`/τ independent ones.
 pub(crate) fn correlation_time(residuals: &[f64]) -> f64 {
+    correlation_time_up_to(residuals, f64::INFINITY)
+}
+
+/// The same where it is no longer than this, else something longer: of a long log of which little is explained the whole takes a while.
+pub(crate) fn correlation_time_up_to(residuals: &[f64], longest: f64) -> f64 {
     let count = residuals.len();
     let variance: f64 = residuals.iter().map(|e| e * e).sum();
     if count < 16 || variance <= 0.0 {
@@ -36,7 +44,7 @@ pub(crate) fn correlation_time(residuals: &[f64]) -> f64 {
         let products: f64 = residuals.iter().zip(&residuals[lag..]).map(|(a, b)| a * b).sum();
         tau += 2.0 * products / variance;
         // Sokal's window: stop once the lag is well beyond the time found so far.
-        if lag as f64 >= 5.0 * tau {
+        if lag as f64 >= WINDOW * tau.min(longest) {
             break;
         }
     }
@@ -62,6 +70,15 @@ mod tests {
     fn normal(seed: u64, count: usize) -> Vec<f64> {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         (0..count).map(|_| rng.sample(StandardNormal)).collect()
+    }
+
+    #[test]
+    fn a_time_that_is_too_long_is_not_looked_for_to_its_end() {
+        let slow: Vec<f64> = (0..4000).map(|sample| (sample as f64 / 300.0).sin()).collect();
+        let longer = correlation_time_up_to(&slow, 15.0);
+        assert!(longer > 15.0 && longer < 200.0, "{longer}");
+        let white = normal(1, 2000);
+        assert_eq!(correlation_time_up_to(&white, 15.0), correlation_time(&white));
     }
 
     #[test]

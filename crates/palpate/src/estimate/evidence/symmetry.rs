@@ -76,7 +76,7 @@ pub(crate) fn against_general(measurements: &Measurements, symmetric: &Fit) -> O
     let smoother = Smoother::new(measurements, symmetric.order, symmetric.noise, prior).strictly_convex();
     let Estimate { coefficients, psi, .. } = symmetric.estimate.clone();
     let general = smoother.run(coefficients, psi, STOPPING);
-    let samples_per_error = samples_per_error_by(measurements, &general);
+    let samples_per_error = samples_per_error_by(measurements, &general.coefficients, &general.psi);
     let posterior = |normal: &Normal| {
         let covariance = smoother.factor(normal)?.inverse() * samples_per_error;
         Some(General { mean: general.coefficients.clone(), covariance, prior })

@@ -3,8 +3,7 @@
 
 use crate::estimate::measurements::{Instant, Measurements};
 use crate::estimate::model::contact::residuals;
-use crate::estimate::solver::gauss_newton::Estimate;
-use crate::math::statistics::{autocorrelation, correlation_time};
+use crate::math::statistics::{autocorrelation, correlation_time, correlation_time_up_to};
 
 /// Longest correlation time of the errors, in samples, that is taken for the memory of a sensor: what a wrong shape or motion leaves keeps
 /// its sign over a whole feature of the boundary.
@@ -15,7 +14,7 @@ const LEAST_SHOWN: f64 = 0.05;
 
 /// How many times larger the errors of a sensor are than third differences of neighbouring readings show, by what the fit leaves.
 pub(crate) fn hidden_from_neighbours(residuals_m: &[f64]) -> f64 {
-    if correlation_time(residuals_m) > SENSOR_MEMORY {
+    if correlation_time_up_to(residuals_m, SENSOR_MEMORY) > SENSOR_MEMORY {
         return 1.0;
     }
     let [one, two, three] = [1, 2, 3].map(|lag| autocorrelation(residuals_m, lag));
@@ -24,18 +23,18 @@ pub(crate) fn hidden_from_neighbours(residuals_m: &[f64]) -> f64 {
 }
 
 /// The same of both sensors by what a fit leaves, whichever hides less.
-pub(crate) fn hidden_from_neighbours_by(measurements: &Measurements, estimate: &Estimate) -> f64 {
-    let of_sensors = left_by(measurements, estimate);
+pub(crate) fn hidden_from_neighbours_by(measurements: &Measurements, coefficients: &[f64], psi: &[f64]) -> f64 {
+    let of_sensors = left_by(measurements, coefficients, psi);
     of_sensors.map(|of_sensor| hidden_from_neighbours(&of_sensor)).into_iter().fold(f64::INFINITY, f64::min)
 }
 
 /// Samples that share an error, by what a fit leaves: so many tell as much as one.
-pub(crate) fn samples_per_error_by(measurements: &Measurements, estimate: &Estimate) -> f64 {
-    0.5 * left_by(measurements, estimate).map(|of_sensor| correlation_time(&of_sensor)).iter().sum::<f64>()
+pub(crate) fn samples_per_error_by(measurements: &Measurements, coefficients: &[f64], psi: &[f64]) -> f64 {
+    0.5 * left_by(measurements, coefficients, psi).map(|of_sensor| correlation_time(&of_sensor)).iter().sum::<f64>()
 }
 
 /// What a fit leaves of the readings of each sensor, metres.
-fn left_by(measurements: &Measurements, Estimate { coefficients, psi, .. }: &Estimate) -> [Vec<f64>; 2] {
+fn left_by(measurements: &Measurements, coefficients: &[f64], psi: &[f64]) -> [Vec<f64>; 2] {
     let left =
         measurements.instants.iter().zip(psi).map(|(instant, psi)| contact_residuals_m(instant, coefficients, *psi));
     let (first, second): (Vec<Option<f64>>, Vec<Option<f64>>) = left.unzip();

@@ -323,8 +323,9 @@ impl<'a> Job<'a> {
     /// Whether contacts or statics contradict an optimum with these jumps.
     fn is_contradicted(&self, fine: &Fit, jumps: &[DetectedJump]) -> bool {
         let limit_m = CONTRADICTED * self.typical_m;
+        let Estimate { coefficients, psi, .. } = &fine.estimate;
         let is_noisy = fine.noise.sensor_m >= limit_m
-            && fine.noise.sensor_m >= limit_m * hidden_from_neighbours_by(&self.measurements, &fine.estimate);
+            && fine.noise.sensor_m >= limit_m * hidden_from_neighbours_by(&self.measurements, coefficients, psi);
         is_noisy || jumps.iter().any(|jump| !jump.physical)
     }
 
