@@ -70,7 +70,8 @@ const MOST_UNSETTLED: f64 = 0.02;
 /// the last decoding besides relocates more than one sample in [`FIRST_SHARE`], nothing is gained by alternatives for a few of them.
 const LOST: usize = 20;
 
-/// Standard deviation of a contact position, over the scatter of neighbouring samples, above which the log contradicts such a motion.
+/// Standard deviation of a contact position, over that of a typical contact by the scatter of neighbouring samples and what a memory of the sensor hides from
+/// these, above which the log contradicts such a motion.
 const CONTRADICTED: f64 = 2.0;
 
 /// Standard deviations of the balance that a fit begins with, as shares of that of the contacts: spoilt by friction or pace, and
