@@ -321,6 +321,7 @@ impl Rows<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::estimate::model::evidence::Evidence;
     use crate::estimate::model::noise::Noise;
     use crate::estimate::model::prior::Prior;
     use crate::estimate::solver::gauss_newton::{Estimate, StoppingCriteria};
@@ -359,7 +360,7 @@ mod tests {
             psi.to_vec(),
             stopping,
         );
-        (log, measurements, Fit { estimate, order: 3, noise: NOISE, prior, log_evidence: 0.0 })
+        (log, measurements, Fit { estimate, order: 3, noise: NOISE, prior, evidence: Evidence::NONE })
     }
 
     #[test]

@@ -6,6 +6,7 @@ use crate::estimate::calibration::CalibrationPosterior;
 use crate::estimate::evidence::symmetry::turn_to_axis;
 use crate::estimate::evidence::variance_components::{updated_scale, with_balance_weights};
 use crate::estimate::measurements::Measurements;
+use crate::estimate::model::evidence::Evidence;
 use crate::estimate::model::layout::rotate;
 use crate::estimate::model::noise::Noise;
 use crate::estimate::model::prior::Prior;
@@ -45,7 +46,7 @@ pub fn posterior(log: &Log, reconstruction: &Reconstruction) -> Result<Informati
     let measurements = with_balance_weights(measurements, &estimate, balance_m);
     let order = shape.harmonics_m().len();
     let noise = Noise { sensor_m, balance_m };
-    let of = |prior: Prior| Fit { estimate: estimate.clone(), order, noise, prior, log_evidence: 0.0 };
+    let of = |prior: Prior| Fit { estimate: estimate.clone(), order, noise, prior, evidence: Evidence::NONE };
     let felt_rad: Vec<f64> =
         reconstruction.outline.iter().filter(|point| point.touches > 0).map(|point| point.theta_rad).collect();
     let felt_there: Vec<f64> = felt_rad.iter().map(|theta_rad| theta_rad + turn).collect();

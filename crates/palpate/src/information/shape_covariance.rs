@@ -1,5 +1,6 @@
 //! What a motion can tell of a shape: the inverse of the information that its contacts carry (Cramér-Rao).
 
+use crate::estimate::model::evidence::Evidence;
 use std::f64::consts::TAU;
 
 use nalgebra::DMatrix;
@@ -92,7 +93,7 @@ impl Information {
             noise: Noise { sensor_m: sensor_sd_m, balance_m: 1e-3 * sensor_sd_m },
             // As good as none: the information is the data's own. (The size is the true one, for convexity is told from it.)
             prior: Prior::new(size_m, 1e6 * size_m),
-            log_evidence: 0.0,
+            evidence: Evidence::NONE,
         };
         let felt_rad = felt_nodes(&measurements, psi_rad).map(|node| TAU * node as f64 / NODES as f64).collect();
         let constants = CalibrationPosterior::new(log, &measurements, &fit, rig, &rig.calibration);

@@ -4,6 +4,7 @@
 use crate::estimate::evidence::fit::{ROUNDS, fit};
 use crate::estimate::evidence::symmetry::turn_to_axis;
 use crate::estimate::measurements::Measurements;
+use crate::estimate::model::evidence::Evidence;
 use crate::estimate::model::layout::rotate;
 use crate::estimate::model::noise::Noise;
 use crate::estimate::model::prior::Prior;
@@ -177,7 +178,7 @@ fn fit_all(job: &Job, start: Estimate, noise: Noise, prior: Prior, balance: Bala
         }?;
         (fitted.fit, fitted.weighted)
     } else {
-        let fit = Fit { estimate: start, order, noise, prior, log_evidence: 0.0 };
+        let fit = Fit { estimate: start, order, noise, prior, evidence: Evidence::NONE };
         (fit, job.measurements.clone())
     };
     let Fit { estimate, order, noise, prior, .. } = fit;

@@ -16,7 +16,7 @@ use crate::reconstruct::options::error::ReconstructError;
 use crate::reconstruct::refine::calibrated::Solved;
 use crate::reconstruct::refine::job::Job;
 use crate::reconstruct::refine::resample::thinned_in_ranges;
-use crate::reconstruct::result::reconstruction::Reconstruction;
+use crate::reconstruct::result::reconstruction::{OutlinePoint, Reconstruction};
 use crate::reconstruct::verdict::assemble::{Candidate, assemble, is_mostly_felt_again};
 use crate::reconstruct::verdict::doubt::{Doubt, Verdict};
 use crate::reconstruct::verdict::left_out::is_held_convex;
@@ -63,7 +63,7 @@ impl Candidate {
     /// compares by unphysical jumps, then by χ².
     pub fn is_likelier_than(&self, other: &Self) -> bool {
         match (self.result.verdict.is_explained(), other.result.verdict.is_explained()) {
-            (true, true) => self.log_posterior > other.log_posterior,
+            (true, true) => self.posterior.log_ratio(&other.posterior) > 0.0,
             (false, false) => self.contradiction() < other.contradiction(),
             (explained, _) => explained,
         }
@@ -85,7 +85,7 @@ impl Candidate {
         match rank(self).cmp(&rank(other)) {
             Ordering::Equal if !both_of_friction => false,
             Ordering::Equal if self.explains_forces() => self.unknown_m2() < other.unknown_m2(),
-            Ordering::Equal => self.log_posterior > other.log_posterior,
+            Ordering::Equal => self.posterior.log_ratio(&other.posterior) > 0.0,
             unequal => unequal == Ordering::Greater,
         }
     }
@@ -166,7 +166,7 @@ impl Job<'_> {
         let job = self.with_sharp_balance();
         let solved = job.solve(found, arrangement, &Explored::default()).ok().flatten();
         let sharper = solved.and_then(|solved| job.assemble(solved).ok());
-        sharper.filter(|sharper| sharper.log_posterior > candidate.log_posterior).unwrap_or(candidate)
+        sharper.filter(|sharper| sharper.posterior.log_ratio(&candidate.posterior) > 0.0).unwrap_or(candidate)
     }
 
     /// The result of an arrangement, which is then explored; `None` where it leads to none, or to a motion that is known.
@@ -268,10 +268,17 @@ impl Job<'_> {
 }
 
 /// Whether the log checks itself what it tells; else shape and motion are told by the balance and what is known of shapes beforehand. A contact that
-/// goes to and fro over little boundary checks nothing.
+/// goes to and fro over little boundary checks nothing, nor do poses that differ by little more than their noise.
 fn is_checked(result: &Reconstruction) -> bool {
-    result.coverage >= LITTLE_FELT && is_mostly_felt_again(&result.outline)
+    let known_m = LEAST_KNOWN * result.shape.mean_radius_m();
+    let is_known = |point: &OutlinePoint| point.touches == 0 || point.r_sd_m <= known_m;
+    result.coverage >= LITTLE_FELT && is_mostly_felt_again(&result.outline) && result.outline.iter().all(is_known)
 }
+
+/// Largest standard deviation of the felt boundary, as a share of the mean radius, at which the curvature at the optimum tells how far the valley is that it
+/// lies in. The farther the centre of mass is from the middle, the stiffer the balance: an object round to a per cent had 1 % of it at an optimum where the
+/// centre of mass was 14 % of the radius off.
+const LEAST_KNOWN: f64 = 0.005;
 
 /// Share of the boundary below which hardly any can have been felt on both palms, a third of a turn apart: of short logs that were explained wrongly
 /// at most 0.25 was.
@@ -318,7 +325,7 @@ impl Explored {
     /// The answer with what else explains the log about as well or better, whatever speaks against that: it is then a doubt.
     pub fn against_others(self, mut answer: Candidate) -> Reconstruction {
         let is_rival = |other: &Candidate| {
-            other.log_posterior > answer.log_posterior - CERTAIN.0 && !same_result(&answer.result, &other.result)
+            answer.posterior.log_ratio(&other.posterior) < CERTAIN.0 && !same_result(&answer.result, &other.result)
         };
         let rivals: Vec<Candidate> = self.results.into_iter().filter(is_rival).collect();
         let result = &mut answer.result;

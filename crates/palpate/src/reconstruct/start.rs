@@ -4,6 +4,7 @@ use super::refine::job::Job;
 use crate::estimate::association::candidates::best_orientation;
 use crate::estimate::association::decode::decode;
 use crate::estimate::evidence::order::ORDERS;
+use crate::estimate::model::evidence::Evidence;
 use crate::estimate::model::layout::coefficients_to_order;
 use crate::estimate::model::noise::Noise;
 use crate::estimate::solver::gauss_newton::{Estimate, Fit};
@@ -60,7 +61,7 @@ pub(crate) fn way_of(shape: &SupportFunction, job: &Job) -> Vec<f64> {
         estimate: Estimate { coefficients, psi, cost: 0.0 },
         noise: Noise { sensor_m, balance_m: sensor_m },
         prior: job.prior,
-        log_evidence: 0.0,
+        evidence: Evidence::NONE,
     };
     decode(&job.measurements, &fit, job.floor_m(), None).psi
 }

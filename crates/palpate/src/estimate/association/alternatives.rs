@@ -3,13 +3,15 @@
 //! smoothed to an optimum of its own, with a shape of its own, and the difference of the log evidences decides.
 
 use crate::estimate::association::transitions::near;
-use crate::estimate::evidence::jump_prior::deviance;
-use crate::estimate::evidence::laplace::log_evidence;
+use crate::estimate::evidence::jump_prior::{deviance, variance_by};
+use crate::estimate::evidence::laplace::laplace_evidence;
 use crate::estimate::evidence::motion_prior::CERTAIN;
 use crate::estimate::evidence::variance_components::with_balance_weights;
 use crate::estimate::jumps::DetectedJump;
 use crate::estimate::measurements::Measurements;
 use crate::estimate::model::balance_tolerance::with_exact_balance;
+use crate::estimate::model::evidence::Evidence;
+use crate::estimate::model::sensor_memory::samples_per_error_by;
 use crate::estimate::motion::LONGEST_STEP;
 use crate::estimate::motion::{common_rotation, moved};
 use crate::estimate::solver::gauss_newton::{Estimate, Fit, Smoother, StoppingCriteria};
@@ -137,12 +139,15 @@ pub(crate) fn compare_evidence(
         return Compared::default();
     }
     let of_fit = Smoother::new(measurements, fit.order, fit.noise, fit.prior).strictly_convex();
-    // The log evidence, −2 ln of the prior of the jumps, and the optimum.
+    // The evidence, −2 ln of the prior of the jumps, and the optimum.
     let weigh = |smoother: &Smoother, estimate: Estimate| {
         let normal = smoother.linearise(&estimate.coefficients, &estimate.psi);
         let factor = smoother.factor(&normal)?;
-        let of_jumps = deviance(measurements, &estimate, smoother.noise.balance_m, &factor, &jumps(&estimate));
-        Some((log_evidence(smoother, &estimate, &normal, &factor), of_jumps, estimate))
+        let samples_per_error = samples_per_error_by(measurements, &estimate.coefficients, &estimate.psi);
+        let variance_of = variance_by(&factor, samples_per_error);
+        let of_jumps = deviance(measurements, &estimate, smoother.noise.balance_m, &variance_of, &jumps(&estimate));
+        let evidence = laplace_evidence(smoother, &estimate, &normal, &factor);
+        Some((Evidence { samples_per_error, ..evidence }, of_jumps, estimate))
     };
     let likelier = |estimate: Estimate| {
         // A loose balance may be the work of the present motion, so that each motion has the more likely of that and an exact one.
@@ -153,7 +158,7 @@ pub(crate) fn compare_evidence(
             weigh(&exact, there)
         });
         let loose = weigh(&of_fit, estimate);
-        [loose, exact].into_iter().flatten().max_by(|a, b| a.0.total_cmp(&b.0))
+        [loose, exact].into_iter().flatten().reduce(|a, b| if b.0.log_ratio(&a.0) > 0.0 { b } else { a })
     };
     let Estimate { coefficients, psi, .. } = fit.estimate.clone();
     let here = of_fit.run(coefficients, psi, STOPPING);
@@ -166,7 +171,7 @@ pub(crate) fn compare_evidence(
             let Some((evidence, jumps_there, there)) = likelier(there.clone()) else {
                 return (there, f64::INFINITY);
             };
-            let margin = 2.0 * (here_evidence - evidence) + alternative.cost(jumps_there - jumps_here);
+            let margin = 2.0 * here_evidence.log_ratio(&evidence) + alternative.cost(jumps_there - jumps_here);
             (there, if margin.is_nan() { f64::INFINITY } else { margin })
         })
         .collect();

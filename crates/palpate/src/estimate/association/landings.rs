@@ -7,7 +7,7 @@
 
 use crate::estimate::association::alternatives::{Alternative, Ambiguity};
 use crate::estimate::coverage::{NODES, felt_nodes};
-use crate::estimate::evidence::jump_prior::barrier_sds;
+use crate::estimate::evidence::jump_prior::{barrier_sds, variance_by};
 use crate::estimate::jumps::{BARRIER_ALLOWANCE, DetectedJump};
 use crate::estimate::measurements::Measurements;
 use crate::estimate::solver::gauss_newton::{Fit, Smoother};
@@ -16,6 +16,7 @@ use crate::mechanics::EnergyLandscape;
 use crate::mechanics::passage::{SAME_POSE_RAD, barrier_m, is_same_pose};
 use crate::palms::PalmPair;
 use crate::shape::SupportFunction;
+use nalgebra::{Cholesky, Dyn};
 use std::f64::consts::TAU;
 use std::ops::Range;
 
@@ -45,10 +46,13 @@ pub(crate) fn landings(
     let mut felt = vec![false; NODES];
     felt_nodes(measurements, &fit.estimate.psi).for_each(|node| felt[node] = true);
     let smoother = Smoother::new(measurements, fit.order, fit.noise, fit.prior);
-    let posterior = smoother.factor(&smoother.linearise(&fit.estimate.coefficients, &fit.estimate.psi));
+    let information = smoother.factor(&smoother.linearise(&fit.estimate.coefficients, &fit.estimate.psi));
     let is_over_barrier = |jump: &DetectedJump| {
-        let sds = |posterior| barrier_sds(measurements, &fit.estimate, fit.noise.balance_m, posterior, jump);
-        posterior.as_ref().is_some_and(|posterior| sds(posterior) > NO_BARRIER_SDS)
+        let sds = |information: &Cholesky<f64, Dyn>| {
+            let variance_of = variance_by(information, fit.evidence.samples_per_error);
+            barrier_sds(measurements, &fit.estimate, fit.noise.balance_m, &variance_of, jump)
+        };
+        information.as_ref().is_some_and(|information| sds(information) > NO_BARRIER_SDS)
     };
     let doubtful: Vec<(&DetectedJump, Vec<Landing>)> = jumps
         .iter()
@@ -141,6 +145,7 @@ fn are_copies(shape: &SupportFunction, palms: &PalmPair, one: f64, other: f64) -
 mod tests {
     use super::*;
     use crate::estimate::jumps::detect_jumps;
+    use crate::estimate::model::evidence::Evidence;
     use crate::estimate::model::noise::Noise;
     use crate::estimate::model::prior::Prior;
     use crate::estimate::motion::{same_motion, unwrap};
@@ -158,7 +163,7 @@ mod tests {
         let stopping = StoppingCriteria { iterations: 30, tolerance: 1e-7 };
         let mut estimate: Estimate = Smoother::new(measurements, order, NOISE, prior).run(coefficients, psi, stopping);
         unwrap(&mut estimate.psi);
-        Fit { estimate, order, noise: NOISE, prior, log_evidence: 0.0 }
+        Fit { estimate, order, noise: NOISE, prior, evidence: Evidence::NONE }
     }
 
     #[test]

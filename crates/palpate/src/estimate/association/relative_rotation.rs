@@ -9,7 +9,7 @@ use crate::estimate::association::motion_grid::first_distinct;
 use crate::estimate::association::part::Part;
 use crate::estimate::association::shared_boundary::groups;
 use crate::estimate::association::transitions::{is_same_pose, near};
-use crate::estimate::evidence::laplace::log_evidence;
+use crate::estimate::evidence::laplace::laplace_evidence;
 use crate::estimate::evidence::motion_prior::CERTAIN;
 use crate::estimate::measurements::Measurements;
 use crate::estimate::model::contact::residuals;
@@ -60,7 +60,7 @@ pub(crate) fn rival_rotations(measurements: &Measurements, fit: &Fit) -> Vec<Est
     let sharp = Smoother::new(measurements, order, noise, prior);
     let weighed = |estimate: Estimate| {
         let normal = sharp.linearise(&estimate.coefficients, &estimate.psi);
-        let evidence = log_evidence(&sharp, &estimate, &normal, &sharp.factor(&normal)?);
+        let evidence = laplace_evidence(&sharp, &estimate, &normal, &sharp.factor(&normal)?).log();
         evidence.is_finite().then_some((evidence, estimate))
     };
     let present = sharp.run(fit.estimate.coefficients.clone(), fit.estimate.psi.clone(), POLISHING);

@@ -2,6 +2,7 @@
 
 use crate::estimate::association::transitions::near;
 use crate::estimate::measurements::Measurements;
+use crate::estimate::model::evidence::Evidence;
 use crate::estimate::model::noise::Noise;
 use crate::estimate::model::prior::Prior;
 use crate::estimate::solver::gauss_newton::{Estimate, Fit, Smoother, StoppingCriteria};
@@ -49,5 +50,5 @@ pub(super) fn fitted(measurements: &Measurements, coefficients: Vec<f64>, psi: V
     let (order, prior) = (coefficients.len() / 2, Prior::new(SIZE_M, 0.5 * SIZE_M));
     let stopping = StoppingCriteria { iterations: 30, tolerance: 1e-7 };
     let estimate: Estimate = Smoother::new(measurements, order, NOISE, prior).run(coefficients, psi, stopping);
-    Fit { estimate, order, noise: NOISE, prior, log_evidence: 0.0 }
+    Fit { estimate, order, noise: NOISE, prior, evidence: Evidence::NONE }
 }

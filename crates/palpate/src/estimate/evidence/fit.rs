@@ -1,12 +1,13 @@
 //! The optimum for one number of harmonics, alternating with variance components: the smoother, updates of noise, prior and
 //! weights of the balance, and the smoother again.
 
-use crate::estimate::evidence::laplace::log_evidence;
+use crate::estimate::evidence::laplace::laplace_evidence;
 use crate::estimate::evidence::motion_prior::neg_log_prior;
 use crate::estimate::evidence::variance_components::{
     VarianceComponents, updated_noise, updated_scale, with_balance_weights,
 };
 use crate::estimate::measurements::Measurements;
+use crate::estimate::model::evidence::Evidence;
 use crate::estimate::model::noise::Noise;
 use crate::estimate::model::prior::Prior;
 use crate::estimate::solver::gauss_newton::{Estimate, Fit, Smoother, StoppingCriteria};
@@ -30,15 +31,14 @@ pub(crate) struct Fitted {
     pub weighted: Measurements,
 }
 
-/// ln of the evidence at an optimum, with the prior of its motion, and the Cholesky factor of the information on the shape there. `None` where that
+/// The evidence at an optimum, with the prior of its motion, and the Cholesky factor of the information on the shape there. `None` where that
 /// does not determine every unknown.
-pub(crate) fn evidence_at(smoother: &Smoother, estimate: &Estimate) -> Option<(f64, Cholesky<f64, Dyn>)> {
+pub(crate) fn evidence_at(smoother: &Smoother, estimate: &Estimate) -> Option<(Evidence, Cholesky<f64, Dyn>)> {
     let normal = smoother.linearise(&estimate.coefficients, &estimate.psi);
     let factor = smoother.factor(&normal)?;
     let period = smoother.prior.symmetry.period_rad();
-    let log_evidence = log_evidence(smoother, estimate, &normal, &factor)
-        - neg_log_prior(smoother.measurements, estimate, smoother.noise.balance_m, period);
-    Some((log_evidence, factor))
+    let of_motion = neg_log_prior(smoother.measurements, estimate, smoother.noise.balance_m, period);
+    Some((laplace_evidence(smoother, estimate, &normal, &factor).with(-of_motion), factor))
 }
 
 /// Runs the smoother, updates noise, prior and weights, and runs it again, at most `rounds` times. `None` where no optimum is
@@ -63,9 +63,9 @@ pub(crate) fn fit(
         if !estimate.cost.is_finite() {
             break;
         }
-        let (log_evidence, factor) = evidence_at(&smoother, &estimate)?;
+        let (evidence, factor) = evidence_at(&smoother, &estimate)?;
         let variance: Vec<f64> = factor.inverse().diagonal().iter().copied().collect();
-        best = Some(Fit { estimate: estimate.clone(), order, noise, prior, log_evidence });
+        best = Some(Fit { estimate: estimate.clone(), order, noise, prior, evidence });
         let next = updated_noise(&smoother, &estimate, &variance, variance_components);
         prior.scale_m = updated_scale(&estimate.coefficients, &variance, prior);
         let converged = (next.sensor_m / noise.sensor_m).ln().abs() < CONVERGED_SENSOR

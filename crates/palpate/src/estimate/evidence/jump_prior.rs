@@ -7,6 +7,7 @@ use crate::estimate::evidence::motion_prior::{EXCLUDED, PREDICTED_JUMP, UNPREDIC
 use crate::estimate::jumps::DetectedJump;
 use crate::estimate::measurements::{Instant, Measurements};
 use crate::estimate::model::contact::contacts;
+use crate::estimate::model::evidence::Evidence;
 use crate::estimate::model::layout::Layout;
 use crate::estimate::solver::gauss_newton::{Estimate, Fit, Smoother};
 use crate::mechanics::passage::top_of_barrier;
@@ -17,20 +18,27 @@ use nalgebra::{Cholesky, DVector, Dyn};
 /// 9 um known to 0.2 um.
 const LEAST_SD: f64 = 3e-5;
 
-/// −2 ln of the prior of the jumps of a motion; `posterior` is the Cholesky factor of the information on the shape, `balance_m` the standard deviation of
-/// the balance.
+/// The variance of a linear function of the coefficients of a shape, given by its row, as far as a log tells the shape.
+pub(crate) type VarianceOf<'a> = &'a dyn Fn(&DVector<f64>) -> f64;
+
+/// That variance by the Cholesky factor of the information which the samples would be if each had an error of its own.
+pub(crate) fn variance_by(information: &Cholesky<f64, Dyn>, samples_per_error: f64) -> impl Fn(&DVector<f64>) -> f64 {
+    move |row| samples_per_error * information.solve(row).dot(row)
+}
+
+/// −2 ln of the prior of the jumps of a motion; `balance_m` is the standard deviation of the balance.
 pub(crate) fn deviance(
     measurements: &Measurements,
     estimate: &Estimate,
     balance_m: f64,
-    posterior: &Cholesky<f64, Dyn>,
+    variance_of: VarianceOf,
     jumps: &[DetectedJump],
 ) -> f64 {
     let of_jump = |jump: &DetectedJump| {
         if jump.predicted {
             return PREDICTED_JUMP.deviance();
         }
-        let barrier = barrier_sds(measurements, estimate, balance_m, posterior, jump).powi(2);
+        let barrier = barrier_sds(measurements, estimate, balance_m, variance_of, jump).powi(2);
         (UNPREDICTED_JUMP.deviance() + barrier).min(EXCLUDED.deviance())
     };
     jumps.iter().map(of_jump).sum()
@@ -41,7 +49,7 @@ pub(crate) fn barrier_sds(
     measurements: &Measurements,
     Estimate { coefficients, .. }: &Estimate,
     balance_m: f64,
-    posterior: &Cholesky<f64, Dyn>,
+    variance_of: VarianceOf,
     jump: &DetectedJump,
 ) -> f64 {
     let instant = &measurements.instants[jump.sample];
@@ -50,7 +58,7 @@ pub(crate) fn barrier_sds(
     let row = height_row(instant, coefficients, top) - height_row(instant, coefficients, jump.psi_before);
     let lifted_m = balance_m * (top - jump.psi_before);
     let least_m = LEAST_SD * coefficients[0];
-    barrier_m / (posterior.solve(&row).dot(&row) + lifted_m * lifted_m + least_m * least_m).sqrt()
+    barrier_m / (variance_of(&row) + lifted_m * lifted_m + least_m * least_m).sqrt()
 }
 
 /// −ln of the same beyond what the evidence of a fit has for every jump ([`super::motion_prior::neg_log_prior`]).
@@ -58,19 +66,20 @@ pub(crate) fn excess(
     measurements: &Measurements,
     estimate: &Estimate,
     balance_m: f64,
-    posterior: &Cholesky<f64, Dyn>,
+    variance_of: VarianceOf,
     jumps: &[DetectedJump],
 ) -> f64 {
-    0.5 * deviance(measurements, estimate, balance_m, posterior, jumps) - PREDICTED_JUMP.0 * jumps.len() as f64
+    0.5 * deviance(measurements, estimate, balance_m, variance_of, jumps) - PREDICTED_JUMP.0 * jumps.len() as f64
 }
 
-/// Log evidence of a fit times the prior of its jumps; minus infinity where the log does not determine the shape.
-pub(crate) fn log_posterior(measurements: &Measurements, fit: &Fit, jumps: &[DetectedJump]) -> f64 {
-    let Fit { estimate, order, noise, prior, log_evidence } = fit;
+/// The evidence of a fit with the prior of its jumps; impossible where the log does not determine the shape.
+pub(crate) fn with_jumps(measurements: &Measurements, fit: &Fit, jumps: &[DetectedJump]) -> Evidence {
+    let Fit { estimate, order, noise, prior, evidence } = fit;
     let smoother = Smoother::new(measurements, *order, *noise, *prior).strictly_convex();
     let factor = smoother.factor(&smoother.linearise(&estimate.coefficients, &estimate.psi));
-    factor.map_or(f64::NEG_INFINITY, |factor| {
-        log_evidence - excess(measurements, estimate, noise.balance_m, &factor, jumps)
+    factor.map_or(Evidence::IMPOSSIBLE, |factor| {
+        let variance_of = variance_by(&factor, evidence.samples_per_error);
+        evidence.with(-excess(measurements, estimate, noise.balance_m, &variance_of, jumps))
     })
 }
 
@@ -92,7 +101,7 @@ mod tests {
     use crate::shape::{SupportFunction, ellipse};
     use nalgebra::DMatrix;
 
-    type OfJumps = fn(&Measurements, &Estimate, f64, &Cholesky<f64, Dyn>, &[DetectedJump]) -> f64;
+    type OfJumps = fn(&Measurements, &Estimate, f64, VarianceOf, &[DetectedJump]) -> f64;
 
     /// The prior of a jump of an ellipse over the barrier between its two poses, with an information of (1/`sd_m`)² on each coefficient; and
     /// that barrier, metres.
@@ -117,8 +126,9 @@ mod tests {
         let information = DMatrix::identity(unknowns, unknowns) / (sd_m * sd_m);
         let (_, barrier_m) = top_of_barrier(|psi| landscape.height_m(psi), first, second);
         let estimate = Estimate { coefficients, psi: vec![first], cost: 0.0 };
-        let posterior = information.cholesky().expect("definite");
-        (prior(&measurements, &estimate, balance_m, &posterior, &[jump]), barrier_m)
+        let information = information.cholesky().expect("definite");
+        let variance_of = variance_by(&information, 1.0);
+        (prior(&measurements, &estimate, balance_m, &variance_of, &[jump]), barrier_m)
     }
 
     fn of_known_to(sd_m: f64, predicted: bool) -> (f64, f64) {
@@ -150,5 +160,13 @@ mod tests {
         let deviance = |share: f64| with_jump(1e-6, false, share * barrier_m, deviance).0;
         assert!(deviance(2.0) < UNPREDICTED_JUMP.deviance() + 1.0);
         assert_eq!(deviance(1e-3), EXCLUDED.deviance());
+    }
+
+    #[test]
+    fn samples_that_share_their_errors_tell_a_shape_as_few_of_them_would() {
+        let information = DMatrix::from_diagonal(&DVector::from_vec(vec![4.0, 100.0])).cholesky().expect("definite");
+        let variance =
+            |samples_per_error: f64| variance_by(&information, samples_per_error)(&DVector::from_vec(vec![1.0, 10.0]));
+        assert!((variance(1.0) - 1.25).abs() < 1e-12 && (variance(5.0) - 6.25).abs() < 1e-12);
     }
 }

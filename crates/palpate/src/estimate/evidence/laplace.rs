@@ -2,22 +2,23 @@
 //! *Bayesian interpolation*, Neural Computation 4, 1992; `docs/theory.md`, what the log says of itself).
 
 use crate::estimate::model::contact::residuals;
+use crate::estimate::model::evidence::Evidence;
 use crate::estimate::solver::gauss_newton::{Estimate, Smoother};
 use crate::estimate::solver::normal_equations::Normal;
 use nalgebra::{Cholesky, Dyn};
 
-/// ln of the probability of the log, shape and motion integrated out. An object at rest has the orientation that balances it,
+/// The probability of the log, shape and motion integrated out. An object at rest has the orientation that balances it,
 /// to within σ_b/g': the balance is a prior on ψ, with the density |g'|/σ_b at its peak, and not a
 /// measurement. (A measurement would favour round shapes, which do not determine ψ.) `factor` is that of `normal`.
-pub(crate) fn log_evidence(
+pub(crate) fn laplace_evidence(
     smoother: &Smoother,
     estimate: &Estimate,
     normal: &Normal,
     factor: &Cholesky<f64, Dyn>,
-) -> f64 {
+) -> Evidence {
     let half_log_determinant: f64 = factor.l_dirty().diagonal().iter().map(|value| value.ln()).sum();
-    let mut sum = -0.5 * estimate.cost - half_log_determinant;
-    sum -= smoother.prior.standard_deviations(smoother.order).iter().map(|sd| sd.ln()).sum::<f64>();
+    let of_shape = smoother.shape_cost(&estimate.coefficients);
+    let mut sum = -0.5 * (estimate.cost - of_shape);
     for (index, (instant, &psi)) in smoother.measurements.instants.iter().zip(&estimate.psi).enumerate() {
         let seen = f64::from(instant.weight1 > 0.0) + f64::from(instant.weight2 > 0.0);
         sum -= seen * smoother.noise.sensor_m.ln();
@@ -25,5 +26,7 @@ pub(crate) fn log_evidence(
         let density = stiffness * smoother.noise.weights(instant)[2];
         sum += 0.5 * (density * density).ln_1p() - 0.5 * normal.psi_information(index).ln_1p();
     }
-    sum
+    let prior_sds = smoother.prior.standard_deviations(smoother.order);
+    let besides = -0.5 * of_shape - half_log_determinant - prior_sds.iter().map(|sd| sd.ln()).sum::<f64>();
+    Evidence { of_samples: sum, besides, samples_per_error: 1.0 }
 }

@@ -13,7 +13,7 @@ pub(crate) const ORDERS: [usize; 12] = [3, 4, 6, 8, 10, 12, 16, 20, 24, 32, 40, 
 
 /// Consecutive numbers of harmonics without a gain in evidence after which a climb ends: more cost
 /// fits, fewer may end it at a local maximum.
-const PATIENCE: usize = 2;
+pub(crate) const PATIENCE: usize = 2;
 
 /// The number of harmonics with the largest evidence: up from the number of the start while the evidence grows, then down
 /// from it. Every fit begins at the optimum of its neighbour, never at a shape with too few harmonics for the motion.
@@ -41,7 +41,7 @@ pub(crate) fn choose_order(
         for order in climb {
             let Some(next) = again(&weighted, order, &from) else { break };
             (from, weighted) = (next.fit, next.weighted);
-            if from.log_evidence > best.log_evidence {
+            if from.evidence.log() > best.evidence.log() {
                 best = from.clone();
                 worse = 0;
             } else {

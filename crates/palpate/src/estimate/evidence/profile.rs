@@ -44,19 +44,19 @@ pub(crate) fn profile(measurements: &Measurements, answer: &Fit) -> Option<Profi
         let Estimate { coefficients, mut psi, .. } = smoother.run(start.coefficients, start.psi, STOPPING);
         let cost = free.project_orientations(&coefficients, &mut psi, PROJECTIONS);
         let estimate = Estimate { coefficients, psi, cost };
-        let (log_evidence, _) = evidence_at(&smoother, &estimate)?;
-        log_evidence.is_finite().then_some(Fit { estimate, log_evidence, ..answer.clone() })
+        let (evidence, _) = evidence_at(&smoother, &estimate)?;
+        evidence.log().is_finite().then_some(Fit { estimate, evidence, ..answer.clone() })
     };
     let center = held(0.0, answer.estimate.clone())?;
-    let mut places = vec![(center.log_evidence + width(0).ln(), center.clone())];
+    let mut places = vec![(center.evidence.log() + width(0).ln(), center.clone())];
     for side in [-1.0, 1.0] {
         let (mut at, mut here) = (center.estimate.clone(), 0.0);
         for (index, place) in PLACES_SD.into_iter().enumerate() {
             let start = free.moved(&at, &(&direction.step * (side * (place - here))));
             let Some(fit) = held(side * place, start) else { break };
-            let fell = center.log_evidence - fit.log_evidence;
+            let fell = center.evidence.log() - fit.evidence.log();
             (at, here) = (fit.estimate.clone(), place);
-            places.push((fit.log_evidence + width(index + 1).ln(), fit));
+            places.push((fit.evidence.log() + width(index + 1).ln(), fit));
             if fell > ENDS_BELOW {
                 break;
             }

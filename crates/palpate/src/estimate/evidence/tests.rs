@@ -155,8 +155,8 @@ fn orientations_do_not_take_up_noise_where_balance_is_exact() {
         let mut coefficients = shape.coefficients();
         coefficients_to_order(&mut coefficients, 4);
         let estimate = smoother.run(coefficients, psi.clone(), StoppingCriteria { iterations: 200, tolerance: 1e-8 });
-        let (log_evidence, _) = evidence_at(&smoother, &estimate).expect("determined");
-        ((turn(&estimate.psi) - turn(&psi)).abs(), log_evidence)
+        let (evidence, _) = evidence_at(&smoother, &estimate).expect("determined");
+        ((turn(&estimate.psi) - turn(&psi)).abs(), evidence.log())
     };
     let (loose, tight) = (optimum(1e-5), optimum(LEAST_BALANCE_SHARE * 1e-4));
     assert!(tight.0 < 0.6 * loose.0 && tight.1 > loose.1 + 10.0, "{tight:?} {loose:?}");

@@ -220,14 +220,14 @@ impl<'a> Problem<'a> {
 
     pub fn squares(&self, at: &Unknowns, corrected: &Corrected) -> Squares {
         let contacts = self.contact_residuals_m(at, corrected).iter().flatten().map(|value| value * value).sum();
-        let moments = self.moments(at, corrected);
-        let forces = self
-            .collocations
-            .iter()
-            .zip(&moments)
-            .map(|((.., weight), moment)| (weight * moment.value_m).powi(2))
-            .sum();
+        let forces = self.weighted_moments_m(at, corrected).iter().map(|value| value * value).sum();
         Squares { contacts, forces }
+    }
+
+    /// The moment of the forces at every place, with its weight: metres.
+    pub(super) fn weighted_moments_m(&self, at: &Unknowns, corrected: &Corrected) -> Vec<f64> {
+        let moments = self.moments(at, corrected);
+        self.collocations.iter().zip(&moments).map(|((.., weight), moment)| weight * moment.value_m).collect()
     }
 
     /// Half the cost of the prior: −ln of its density, up to a constant.
@@ -240,6 +240,11 @@ impl<'a> Problem<'a> {
             ((at.ln_gyration_m2 - inertia.ln_gyration_m2) / ln_sd).powi(2) + (at.damping_per_s / damping_sd).powi(2);
         let (off, _) = constants_off(&at.calibration, self.rig);
         0.5 * (of_shape + of_convexity + of_inertia + off.norm_squared())
+    }
+
+    /// The sum of ln of the prior standard deviations of the shape, by which numbers of harmonics differ.
+    pub(super) fn ln_prior_sds(&self) -> f64 {
+        self.prior.standard_deviations(self.order).iter().map(|sd| sd.ln()).sum()
     }
 
     /// Adds the normal equations of the prior.

@@ -7,6 +7,7 @@
 use super::problem::{BESIDES_SHAPE, Corrected, InertiaPrior, Linearised, Problem, Squares, Unknowns};
 use crate::estimate::solver::arrow::{Arrow, Eliminated};
 use crate::math::spline::SplineRow;
+use crate::math::statistics::correlation_time;
 use nalgebra::DVector;
 
 /// Standard deviations of a contact position and of the moment of the forces, metres.
@@ -35,7 +36,7 @@ pub(crate) struct Optimum<'a> {
     pub settled: bool,
     /// ln of the evidence, up to what all optima of a log have in common.
     pub log_evidence: f64,
-    /// The normal equations there: what error bars need.
+    /// The normal equations there, of forces that share their errors: what error bars need.
     pub eliminated: Eliminated,
 }
 
@@ -151,14 +152,21 @@ impl<'a> Problem<'a> {
             }
         }
         let (unknowns, corrected, _, cost) = self.minimise(at, noise, inertia, AT_THE_END)?;
-        let eliminated =
-            self.arrow(&unknowns, &self.linearise(&unknowns, &corrected), noise, inertia).eliminated(0.0)?;
-        let readings = self.readings(&corrected);
+        let linearised = self.linearise(&unknowns, &corrected);
+        let with = |noise: InertialNoise| self.arrow(&unknowns, &linearised, noise, inertia).eliminated(0.0);
         let log_evidence = -cost
-            - readings * noise.sensor_m.ln()
+            - self.readings(&corrected) * noise.sensor_m.ln()
             - self.collocations() as f64 * noise.forces_m.ln()
-            - 0.5 * eliminated.ln_determinant();
+            - 0.5 * with(noise)?.ln_determinant()
+            - self.ln_prior_sds();
+        let places_per_error = self.places_per_error(&unknowns, &corrected);
+        let eliminated = with(InertialNoise { forces_m: places_per_error.sqrt() * noise.forces_m, ..noise })?;
         Some(Optimum { unknowns, corrected, noise, settled, log_evidence, eliminated })
+    }
+
+    /// Places that share an error of the forces: what the spline does not follow lasts as long as one of its pieces.
+    fn places_per_error(&self, at: &Unknowns, corrected: &Corrected) -> f64 {
+        correlation_time(&self.weighted_moments_m(at, corrected))
     }
 
     fn readings(&self, corrected: &Corrected) -> f64 {

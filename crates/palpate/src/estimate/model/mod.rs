@@ -4,6 +4,7 @@ pub(crate) mod balance_tolerance;
 pub(crate) mod boundary;
 pub(crate) mod contact;
 pub(crate) mod contact_lanes;
+pub(crate) mod evidence;
 pub(crate) mod layout;
 pub(crate) mod noise;
 pub(crate) mod noise_from_log;

@@ -60,6 +60,11 @@ impl ErrorBars {
         self.normal.matrix.clone().cholesky()
     }
 
+    /// What multiplies every variance.
+    pub fn inflation(&self) -> f64 {
+        self.inflation
+    }
+
     /// The covariance of the coefficients in this gauge, not inflated.
     pub fn into_covariance(self) -> DMatrix<f64> {
         self.covariance
@@ -147,6 +152,7 @@ fn angle_sensitivity(instant: &Instant, fit: &Fit, psi: f64) -> (f64, f64) {
 mod tests {
     use super::*;
     use crate::estimate::model::contact::{residuals, support};
+    use crate::estimate::model::evidence::Evidence;
     use crate::estimate::model::noise::Noise;
     use crate::estimate::model::prior::Prior;
     use crate::estimate::solver::gauss_newton::Estimate;
@@ -175,7 +181,7 @@ mod tests {
             order: 3,
             noise: NOISE,
             prior: Prior::new(SIZE_M, SIZE_M),
-            log_evidence: 0.0,
+            evidence: Evidence::NONE,
         };
         (measurements, fit, felt)
     }

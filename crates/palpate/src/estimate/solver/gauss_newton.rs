@@ -12,6 +12,7 @@
 
 use crate::estimate::measurements::{Instant, Measurements};
 use crate::estimate::model::contact_lanes::Block;
+use crate::estimate::model::evidence::Evidence;
 use crate::estimate::model::layout::{Layout, coefficients_to_order};
 use crate::estimate::model::noise::Noise;
 use crate::estimate::model::prior::{Convexity, Prior};
@@ -44,7 +45,8 @@ pub(crate) struct Fit {
     pub order: usize,
     pub noise: Noise,
     pub prior: Prior,
-    pub log_evidence: f64,
+    /// Of this number of harmonics, noise and prior.
+    pub evidence: Evidence,
 }
 
 /// Effort of a fit that is repeated without some of its samples: to a small part of what the posterior leaves open.

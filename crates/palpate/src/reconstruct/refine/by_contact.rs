@@ -118,7 +118,7 @@ impl Job<'_> {
         fine.prior.origin_sd_m = ORIGIN_SD * self.prior.size_m;
         let refined = Refined {
             coarse,
-            log_posterior: fine.log_evidence,
+            posterior: fine.evidence,
             fine,
             measurements: fitted.weighted,
             ambiguity_rad: vec![0.0; self.measurements.len()],

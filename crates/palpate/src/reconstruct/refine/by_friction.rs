@@ -23,6 +23,7 @@ use crate::estimate::friction::strips::{center_and_friction, runs};
 use crate::estimate::jumps::{DetectedJump, detect_jumps};
 use crate::estimate::measurements::Measurements;
 use crate::estimate::model::contact::{contacts, psi_sd_by_contacts};
+use crate::estimate::model::evidence::Evidence;
 use crate::estimate::model::layout::coefficients_to_order;
 use crate::estimate::model::noise::{Noise, STUDENT};
 use crate::estimate::model::prior::Prior;
@@ -458,7 +459,7 @@ impl OfFriction<'_> {
             order,
             noise: Noise { sensor_m: noise.sensor_m, balance_m: noise.forces_m },
             prior,
-            log_evidence: -self.settled.missed(),
+            evidence: Evidence::of_samples(-self.settled.missed()),
         };
         let ambiguity_rad = self.settled.ambiguity_rad();
         let expected = job.expected();

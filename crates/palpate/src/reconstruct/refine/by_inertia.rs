@@ -9,12 +9,14 @@ mod worth;
 use self::plausible::least_share_left;
 use self::worth::{OfInertia, is_believed};
 use super::job::{Job, Refined};
+use crate::estimate::evidence::order::{ORDERS, PATIENCE};
 use crate::estimate::inertia::palm_path::PalmPath;
 use crate::estimate::inertia::problem::{BESIDES_SHAPE, InertiaPrior, Problem, Unknowns};
 use crate::estimate::inertia::smoother::{Bounds, InertialNoise, Optimum};
 use crate::estimate::measurements::{Instant, Measurements};
 use crate::estimate::model::balance_tolerance::INEXACT_BALANCE;
 use crate::estimate::model::contact::{Residuals, contacts, residuals};
+use crate::estimate::model::layout::{Layout, coefficients_to_order};
 use crate::estimate::model::noise::{Noise, STUDENT};
 use crate::estimate::model::prior::Prior;
 use crate::mechanics::STANDARD_GRAVITY_M_PER_S2;
@@ -74,8 +76,8 @@ const MOST_LEFT: f64 = 0.1;
 /// Times that samples are taken back or knots halved, at most.
 const ROUNDS: usize = 16;
 
-/// What the fits of one arrangement with inertia are worth, as a share of what a search is: of logs that they explain they take a third of that at most.
-const WORTH: f64 = 0.1;
+/// What the fits of one arrangement with inertia are worth, as a share of what a search is: with half of it some that more harmonics explain came to no end.
+const WORTH: f64 = 0.2;
 
 /// The contacts may be missed by so many times what the motion of each sample by itself leaves.
 const CONTACTS_ALLOWANCE: f64 = 1.3;
@@ -145,7 +147,7 @@ impl Job<'_> {
             noise.forces_m < promising_share * missed_m && is_believed(gyration_share, unknowns.damping_per_s)
         };
         let first = Some(fitting.first(coefficients)?).filter(is_promising)?;
-        let grown = fitting.grown(first)?;
+        let grown = fitting.with_order_by_evidence(fitting.grown(first)?)?;
         let robust = grown.optimum.noise.forces_m > AT_FLOOR * floor_m;
         let Stage { problem, weights, optimum, .. } = fitting.last(grown, robust.then_some(STUDENT))?;
         OfInertia { job: self, problem, optimum, static_balance_m, robust }.candidate(refined, &weights)
@@ -205,13 +207,20 @@ struct Stage<'a> {
     optimum: Optimum<'a>,
 }
 
+impl Stage<'_> {
+    /// Number of harmonics.
+    fn order(&self) -> usize {
+        Layout::of_coefficients(&self.optimum.unknowns.coefficients).order
+    }
+}
+
 impl<'a> Fitting<'a> {
     fn inertia(&self, held: bool) -> InertiaPrior {
         InertiaPrior { ln_gyration_m2: 2.0 * self.gyration_m.ln(), held }
     }
 
-    fn problem(&self, weights: &Measurements, pieces: usize) -> Problem<'a> {
-        let (job, order) = (self.job, self.refined.fine.order);
+    fn problem(&self, weights: &Measurements, pieces: usize, order: usize) -> Problem<'a> {
+        let job = self.job;
         let readings = (job.raw, &job.options.rig, self.path.clone());
         Problem::new(readings, weights, (order, self.prior), &job.knots(pieces))
     }
@@ -232,8 +241,8 @@ impl<'a> Fitting<'a> {
     }
 
     /// Whether so many pieces cost no more than is allowed.
-    fn can_be_done(&self, pieces: usize) -> bool {
-        let unknowns = 2 * self.refined.fine.order + 1 + BESIDES_SHAPE;
+    fn can_be_done(pieces: usize, order: usize) -> bool {
+        let unknowns = 2 * order + 1 + BESIDES_SHAPE;
         pieces as f64 * (unknowns * unknowns) as f64 <= MOST_WORK
     }
 
@@ -242,10 +251,11 @@ impl<'a> Fitting<'a> {
         let Self { job, placed, .. } = self;
         let psi = job.motion(&self.refined.fine);
         let pieces = job.pieces(job.fastest_swing(&coefficients, &psi, self.gyration_m)?)?;
-        if !self.can_be_done(pieces) {
+        let order = Layout::of_coefficients(&coefficients).order;
+        if !Self::can_be_done(pieces, order) {
             return None;
         }
-        let mut problem = self.problem(placed, pieces);
+        let mut problem = self.problem(placed, pieces, order);
         let is_placed = |index: &usize| placed.instants[*index].both_seen();
         let (times_s, known_rad): (Vec<f64>, Vec<f64>) =
             (0..psi.len()).filter(is_placed).map(|index| (job.raw.samples[index].time_s, psi[index])).unzip();
@@ -276,10 +286,10 @@ impl<'a> Fitting<'a> {
                 stage = self.with(weights, stage, None)?;
                 continue;
             }
-            if halvings == HALVINGS || idle == IDLE_HALVINGS || !self.can_be_done(2 * stage.pieces) {
+            if halvings == HALVINGS || idle == IDLE_HALVINGS || !Self::can_be_done(2 * stage.pieces, stage.order()) {
                 break;
             }
-            let mut finer = self.problem(&stage.weights, 2 * stage.pieces);
+            let mut finer = self.problem(&stage.weights, 2 * stage.pieces, stage.order());
             let Optimum { unknowns, noise, .. } = &stage.optimum;
             let spline = finer.basis.resampled(&stage.problem.basis, &unknowns.spline)?;
             let start = Unknowns { spline, ..unknowns.clone() };
@@ -300,6 +310,38 @@ impl<'a> Fitting<'a> {
         Some(stage)
     }
 
+    /// The same with the number of harmonics that the evidence asks for, where that is larger: contacts alone, of a motion that is free, ask for fewer. What
+    /// more harmonics explain may need shorter pieces, which then are.
+    fn with_order_by_evidence(&self, stage: Stage<'a>) -> Option<Stage<'a>> {
+        if self.job.options.harmonics.is_some() {
+            return Some(stage);
+        }
+        let order = stage.order();
+        let mut best = stage;
+        let mut from = best.optimum.unknowns.clone();
+        let mut worse = 0;
+        for more in ORDERS.into_iter().filter(|more| *more > order) {
+            if !Self::can_be_done(best.pieces, more) {
+                break;
+            }
+            coefficients_to_order(&mut from.coefficients, more);
+            let mut problem = self.problem(&best.weights, best.pieces, more);
+            let noise = best.optimum.noise;
+            let Some(there) = problem.optimum(from, noise, self.inertia(false), self.bounds, None) else { break };
+            from = there.unknowns.clone();
+            if there.log_evidence > best.optimum.log_evidence {
+                best = Stage { problem, optimum: there, ..best };
+                worse = 0;
+            } else {
+                worse += 1;
+                if worse == PATIENCE {
+                    break;
+                }
+            }
+        }
+        if best.order() > order { self.grown(best) } else { Some(best) }
+    }
+
     /// The same with forces that may be others here and there under Student's t, and without samples that do not fit.
     fn last(&self, mut stage: Stage<'a>, freedom: Option<f64>) -> Option<Stage<'a>> {
         if freedom.is_some() {
@@ -311,7 +353,7 @@ impl<'a> Fitting<'a> {
 
     /// A stage with other samples.
     fn with(&self, weights: Measurements, from: Stage<'a>, freedom: Option<f64>) -> Option<Stage<'a>> {
-        let mut problem = self.problem(&weights, from.pieces);
+        let mut problem = self.problem(&weights, from.pieces, from.order());
         let Optimum { unknowns, noise, .. } = from.optimum;
         let optimum = problem.optimum(unknowns, noise, self.inertia(false), self.bounds, freedom)?;
         Some(Stage { problem, pieces: from.pieces, weights, optimum })
@@ -364,6 +406,7 @@ fn placed(measurements: &Measurements, ambiguity_rad: &[f64]) -> Measurements {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::estimate::model::evidence::Evidence;
     use crate::estimate::solver::gauss_newton::{Estimate, Fit};
     use crate::palms::PalmMotion;
     use crate::reconstruct::ReconstructOptions;
@@ -387,7 +430,7 @@ mod tests {
         let coefficients = shape.translated(1e-3, -5e-4).coefficients();
         let estimate = Estimate { coefficients, psi, cost: 0.0 };
         let noise = Noise { sensor_m: 5e-5, balance_m: 1e-3 };
-        let fit = Fit { estimate, order: 3, noise, prior: job.prior, log_evidence: 0.0 };
+        let fit = Fit { estimate, order: 3, noise, prior: job.prior, evidence: Evidence::NONE };
         Refined {
             coarse: fit.clone(),
             fine: fit,
@@ -395,7 +438,7 @@ mod tests {
             ambiguity_rad: vec![0.0; job.measurements.len()],
             symmetry: FoundSymmetry::default(),
             settled: true,
-            log_posterior: 0.0,
+            posterior: Evidence::NONE,
             rivals: Vec::new(),
             as_likely: Vec::new(),
         }
@@ -427,6 +470,25 @@ mod tests {
         let left_m = found.balance_sd_m;
         assert!(job.explained_by_inertia(&refined, start.clone(), 0.99 * left_m / worth::EXPLAINED_SHARE).is_none());
         assert!(job.explained_by_inertia(&refined, start, 1.01 * left_m / worth::EXPLAINED_SHARE).is_some());
+    }
+
+    #[test]
+    fn forces_tell_harmonics_that_contacts_of_a_free_motion_do_not_ask_for() {
+        let (_, run) = swinging();
+        let harmonics = |of: Option<usize>, order: usize| {
+            let options = ReconstructOptions { harmonics: of, ..ReconstructOptions::default() };
+            let job = Job::new(&run.log, &options);
+            let shape = SupportFunction::new(0.03, vec![[2e-3, -1e-3], [1.8e-3, 6e-4], [-5e-4, 7e-4]]);
+            let mut refined = by_contact(&job, &shape, &run);
+            coefficients_to_order(&mut refined.fine.estimate.coefficients, order);
+            refined.fine.order = order;
+            let start = refined.fine.estimate.coefficients.clone();
+            let found = job.explained_by_inertia(&refined, start, 1e-3);
+            found.map(|found| found.result.shape.harmonics_m().len())
+        };
+        // Of its three harmonics the last is left to the forces.
+        assert!(harmonics(None, 2).is_some_and(|found| found >= 3), "{:?}", harmonics(None, 2));
+        assert_eq!(harmonics(Some(3), 3), Some(3));
     }
 
     #[test]

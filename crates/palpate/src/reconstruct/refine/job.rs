@@ -15,7 +15,7 @@ use crate::estimate::association::relative_rotation::rival_rotations;
 use crate::estimate::association::rival_pieces::rival_motions;
 use crate::estimate::association::short_segments::{open_out_of_balance, reassociated};
 use crate::estimate::evidence::fit::{Fitted, ROUNDS, fit};
-use crate::estimate::evidence::jump_prior::log_posterior;
+use crate::estimate::evidence::jump_prior::with_jumps;
 use crate::estimate::evidence::motion_prior::CERTAIN;
 use crate::estimate::evidence::order::choose_order;
 use crate::estimate::evidence::variance_components::{
@@ -26,6 +26,7 @@ use crate::estimate::measurements::Measurements;
 use crate::estimate::model::balance_tolerance::{
     EXACT_BALANCE, balance_is_missed, balance_limit_m, with_exact_balance,
 };
+use crate::estimate::model::evidence::Evidence;
 use crate::estimate::model::layout::Layout;
 use crate::estimate::model::noise::Noise;
 use crate::estimate::model::noise_from_log::{
@@ -34,6 +35,7 @@ use crate::estimate::model::noise_from_log::{
 use crate::estimate::model::outliers::set_outliers_aside;
 use crate::estimate::model::prior::Prior;
 use crate::estimate::model::sensor_memory::hidden_from_neighbours_by;
+use crate::estimate::model::sensor_memory::samples_per_error_by;
 use crate::estimate::motion::{moved, piece_starts, unwrap};
 use crate::estimate::solver::gauss_newton::{Estimate, Fit};
 use crate::estimate::work::Work;
@@ -163,8 +165,8 @@ pub(crate) struct Refined {
     pub symmetry: FoundSymmetry,
     /// Whether decoding leaves the motion as it is, but for a few samples. Else it is wrong, or that of a symmetric object.
     pub settled: bool,
-    /// Log evidence of `fine` times the prior of its jumps.
-    pub log_posterior: f64,
+    /// Evidence of `fine` with the prior of its jumps.
+    pub posterior: Evidence,
     /// Motions that deserve a fit of their own: with one short piece as all others predict it, or nearly as likely.
     pub rivals: Vec<Vec<f64>>,
     /// Optima with a part of the log at another rotation that are about as likely.
@@ -173,16 +175,16 @@ pub(crate) struct Refined {
 
 impl Refined {
     fn new(optimum: Optimum, weighed: Weighed) -> Self {
-        let Optimum { coarse, fine, measurements, log_posterior, .. } = optimum;
+        let Optimum { coarse, fine, measurements, posterior, .. } = optimum;
         let Weighed { ambiguity_rad, settled, rivals, .. } = weighed;
         let symmetry = FoundSymmetry::default();
         let as_likely = Vec::new();
-        Self { coarse, fine, measurements, ambiguity_rad, symmetry, settled, log_posterior, rivals, as_likely }
+        Self { coarse, fine, measurements, ambiguity_rad, symmetry, settled, posterior, rivals, as_likely }
     }
 
     /// This optimum, or the other where that is more likely.
     pub(super) fn or_likelier(self, other: Result<Self, ReconstructError>) -> Self {
-        other.ok().filter(|other| other.log_posterior > self.log_posterior).unwrap_or(self)
+        other.ok().filter(|other| other.posterior.log_ratio(&self.posterior) > 0.0).unwrap_or(self)
     }
 }
 
@@ -193,8 +195,8 @@ struct Optimum {
     fine: Fit,
     measurements: Measurements,
     jumps: Vec<DetectedJump>,
-    /// Log evidence times the prior of the jumps.
-    log_posterior: f64,
+    /// Evidence with the prior of the jumps.
+    posterior: Evidence,
 }
 
 /// What comparing it with other motions told.
@@ -209,7 +211,7 @@ struct Weighed {
 
 impl Optimum {
     fn is_likelier_than(&self, other: &Self) -> bool {
-        self.log_posterior > other.log_posterior + PROMISING
+        self.posterior.log_ratio(&other.posterior) > PROMISING
     }
 }
 
@@ -359,15 +361,15 @@ impl<'a> Job<'a> {
             for rival in rivals.into_iter().take(MOST_ROTATIONS) {
                 let Some(fitted) = self.fit_with_exact_balance(medium, rival, &best.coarse) else { continue };
                 let Ok(rival) = self.to_fixed_point(medium, ranges, fitted, None) else { continue };
-                if rival.log_posterior > best.log_posterior + PROMISING {
+                if rival.posterior.log_ratio(&best.posterior) > PROMISING {
                     likelier = Some(rival);
                     break;
                 }
-                best.as_likely.extend((rival.log_posterior > best.log_posterior - CERTAIN.0).then_some(rival));
+                best.as_likely.extend((best.posterior.log_ratio(&rival.posterior) < CERTAIN.0).then_some(rival));
             }
             let Some(likelier) = likelier else { break };
             let before = std::mem::replace(&mut best, likelier);
-            best.as_likely.extend((before.log_posterior > best.log_posterior - CERTAIN.0).then_some(before));
+            best.as_likely.extend((best.posterior.log_ratio(&before.posterior) < CERTAIN.0).then_some(before));
         }
         best
     }
@@ -381,7 +383,7 @@ impl<'a> Job<'a> {
             }
             let Some(there) = self
                 .fit_with_exact_balance(medium, start, &best.coarse)
-                .filter(|there| there.log_evidence > best.coarse.log_evidence + PROMISING)
+                .filter(|there| there.evidence.log() > best.coarse.evidence.log() + PROMISING)
             else {
                 continue;
             };
@@ -449,7 +451,7 @@ impl<'a> Job<'a> {
             let fitted = fit(medium, order, start.clone(), noise, self.prior, self.variance_components(), ROUNDS);
             fitted.map(|fitted| fitted.fit)
         };
-        BALANCE_SHARES.into_iter().filter_map(with_share).max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence))
+        BALANCE_SHARES.into_iter().filter_map(with_share).max_by(|a, b| a.evidence.log().total_cmp(&b.evidence.log()))
     }
 
     /// Chooses the number of harmonics, fits all samples and decodes the motion, until the decoding relocates no sample. `rough`
@@ -578,20 +580,23 @@ impl<'a> Job<'a> {
         Weighed { ambiguity_rad: ambiguity.ambiguity_rad(), settled, rivals, likelier }
     }
 
-    fn optimum(&self, coarse: Fit, Fitted { fit: fine, weighted: measurements }: Fitted) -> Optimum {
+    fn optimum(&self, coarse: Fit, Fitted { fit: mut fine, weighted: measurements }: Fitted) -> Optimum {
+        let Estimate { coefficients, psi, .. } = &fine.estimate;
+        fine.evidence.samples_per_error =
+            samples_per_error_by(&measurements, coefficients, psi).max(self.samples_per_error);
         let jumps = self.jumps(&fine.estimate, fine.prior.symmetry.period_rad());
-        let log_posterior = log_posterior(&measurements, &fine, &jumps);
-        Optimum { coarse, fine, measurements, jumps, log_posterior }
+        let posterior = with_jumps(&measurements, &fine, &jumps);
+        Optimum { coarse, fine, measurements, jumps, posterior }
     }
 
     /// An optimum fitted again, with readings that are a little better.
     pub(super) fn refitted(&self, of: &Refined) -> Option<Refined> {
         let Fit { estimate, order, noise, prior, .. } = of.fine.clone();
         let fitted = fit(&self.measurements, order, estimate, noise, prior, self.variance_components_of_all(), ROUNDS)?;
-        let Optimum { coarse, fine, measurements, log_posterior, .. } = self.optimum(of.coarse.clone(), fitted);
+        let Optimum { coarse, fine, measurements, posterior, .. } = self.optimum(of.coarse.clone(), fitted);
         let (ambiguity_rad, symmetry, settled) = (of.ambiguity_rad.clone(), of.symmetry, of.settled);
         let (rivals, as_likely) = (Vec::new(), Vec::new());
-        Some(Refined { coarse, fine, measurements, ambiguity_rad, symmetry, settled, log_posterior, rivals, as_likely })
+        Some(Refined { coarse, fine, measurements, ambiguity_rad, symmetry, settled, posterior, rivals, as_likely })
     }
 
     /// The optimum with twice as many harmonics.
@@ -621,7 +626,7 @@ impl<'a> Job<'a> {
         let Some(exact) = with_exact_balance(loose.fit.noise) else { return Some(loose) };
         let likelier = |Fitted { fit: exact, .. }: &Fitted| {
             exact.noise.balance_m < STAYS_EXACT * loose.fit.noise.balance_m
-                && exact.log_evidence > loose.fit.log_evidence
+                && exact.evidence.log() > loose.fit.evidence.log()
         };
         Some(fit_from(loose.fit.estimate.clone(), exact).filter(likelier).unwrap_or(loose))
     }
@@ -779,7 +784,7 @@ mod tests {
             let estimate = Estimate { coefficients: shape.coefficients(), psi: psi.clone(), cost: 0.0 };
             let noise = Noise { sensor_m: sensor_sds * job.scatter_m, balance_m: 5e-5 };
             let order = shape.harmonics_m().len();
-            let fit = Fit { estimate, order, noise, prior: job.prior, log_evidence: 0.0 };
+            let fit = Fit { estimate, order, noise, prior: job.prior, evidence: Evidence::NONE };
             let refined = Refined {
                 coarse: fit.clone(),
                 fine: fit,
@@ -787,7 +792,7 @@ mod tests {
                 ambiguity_rad: vec![ambiguity_share * options.limits.ambiguity_rad; psi.len()],
                 symmetry: FoundSymmetry::default(),
                 settled: true,
-                log_posterior: 0.0,
+                posterior: Evidence::NONE,
                 rivals: Vec::new(),
                 as_likely: Vec::new(),
             };
@@ -819,7 +824,7 @@ mod tests {
             let estimate = Estimate { coefficients: shape.coefficients(), psi: psi.clone(), cost: 0.0 };
             let noise = Noise { sensor_m: 1.1 * CONTRADICTED * job.scatter_m, balance_m: 5e-5 };
             let order = shape.harmonics_m().len();
-            job.is_contradicted(&Fit { estimate, order, noise, prior: job.prior, log_evidence: 0.0 }, &[])
+            job.is_contradicted(&Fit { estimate, order, noise, prior: job.prior, evidence: Evidence::NONE }, &[])
         };
         assert!(is_contradicted(1.0) && !is_contradicted(5.0));
     }

@@ -9,6 +9,7 @@ use crate::estimate::calibration::CalibrationPosterior;
 use crate::estimate::evidence::fit::fit;
 use crate::estimate::evidence::order::choose_order;
 use crate::estimate::measurements::Measurements;
+use crate::estimate::model::evidence::Evidence;
 use crate::estimate::model::layout::Layout;
 use crate::estimate::model::noise::Noise;
 use crate::estimate::solver::gauss_newton::{Estimate, Fit, Smoother, StoppingCriteria};
@@ -67,7 +68,7 @@ impl Job<'_> {
             let noise = Noise { sensor_m: noise_m, balance_m: noise_m };
             let smoother = Smoother::new(&job.measurements, order, noise, self.prior);
             estimate = smoother.run(estimate.coefficients, estimate.psi, EFFORT);
-            let fit = Fit { estimate: estimate.clone(), order, noise, prior: self.prior, log_evidence: 0.0 };
+            let fit = Fit { estimate: estimate.clone(), order, noise, prior: self.prior, evidence: Evidence::NONE };
             let posterior = job.posterior_of(&job.measurements, &fit)?;
             let has_settled = noise_m <= least_m && posterior.distance_sds() < SETTLED_SDS;
             job = self.recalibrated(&raw, job.improved(&posterior).calibration);

@@ -14,7 +14,7 @@
 use crate::estimate::association::motion_grid::{first_distinct, likely_motions};
 use crate::estimate::association::predictive::PredictiveShape;
 use crate::estimate::closed_form::{integrate, relative_height};
-use crate::estimate::evidence::laplace::log_evidence;
+use crate::estimate::evidence::laplace::laplace_evidence;
 use crate::estimate::friction::rolling::rolling_motion;
 use crate::estimate::measurements::{Instant, Measurements};
 use crate::estimate::model::contact::{contacts, residuals};
@@ -454,7 +454,7 @@ impl<'a> BeamSearch<'a> {
                 let estimate = sharp.run(estimate.coefficients, estimate.psi, RANKING);
                 let normal = sharp.linearise(&estimate.coefficients, &estimate.psi);
                 let factor = sharp.factor(&normal)?;
-                let score = -2.0 * log_evidence(&sharp, &estimate, &normal, &factor);
+                let score = -2.0 * laplace_evidence(&sharp, &estimate, &normal, &factor).log();
                 score.is_finite().then_some(Hypothesis { estimate, score })
             })
             .collect();

@@ -7,6 +7,7 @@ use crate::estimate::coverage::{MOSTLY_FELT_AGAIN, NODES, completed, contact_pat
 use crate::estimate::jumps::{DetectedJump, jump_reversals};
 use crate::estimate::measurements::{Instant, Measurements};
 use crate::estimate::model::balance_tolerance::unstable_samples;
+use crate::estimate::model::evidence::Evidence;
 use crate::estimate::model::layout::{Layout, rotate};
 use crate::estimate::model::noise_from_log::angle_residual_m;
 use crate::estimate::model::sensor_memory::{contact_residuals_m, hidden_from_neighbours};
@@ -42,7 +43,7 @@ const MOST_AMBIGUOUS: f64 = 0.5;
 pub(crate) struct Candidate {
     pub result: Reconstruction,
     /// ln of the evidence of the fit behind it and of the prior of its motion.
-    pub log_posterior: f64,
+    pub posterior: Evidence,
 }
 
 /// Assembles the result. `None` when the information matrix cannot be factored (the log does not determine the shape).
@@ -95,8 +96,8 @@ pub(crate) fn assemble(
         ..*jump
     };
     let in_own: Vec<DetectedJump> = jumps.iter().map(own_frame).collect();
-    let log_posterior =
-        fit.log_evidence + of_rig.as_ref().map_or(0.0, |rig| rig.log_evidence) - error_bars.deviance_of(&in_own)?;
+    let besides = of_rig.as_ref().map_or(0.0, |rig| rig.log_evidence) - error_bars.deviance_of(&in_own)?;
+    let posterior = Evidence { samples_per_error: inflation, ..fit.evidence.with(besides) };
 
     let largest_felt = |sd_m: &dyn Fn(f64) -> f64| felt_there.iter().map(|theta| sd_m(*theta)).fold(0.0, f64::max);
     let largest_r_sd_m = largest_felt(&|theta| error_bars.r_sd_m(theta));
@@ -205,7 +206,7 @@ pub(crate) fn assemble(
         friction,
         inertia,
     };
-    Some(Candidate { result, log_posterior })
+    Some(Candidate { result, posterior })
 }
 
 fn shortest_turn_rad(jumps: &[DetectedJump]) -> f64 {

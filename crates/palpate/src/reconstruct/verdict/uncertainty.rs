@@ -1,7 +1,7 @@
 //! What an optimum leaves open: error bars of boundary and poses, and of the constants of the rig.
 
 use crate::estimate::calibration::{CONSTANTS, CalibrationPosterior, Matrix, constants, prior_sd};
-use crate::estimate::evidence::jump_prior::excess;
+use crate::estimate::evidence::jump_prior::{excess, variance_by};
 use crate::estimate::jumps::{DetectedJump, detect_jumps};
 use crate::estimate::measurements::{Instant, Measurements};
 use crate::estimate::model::noise_from_log::angle_scatter_rad;
@@ -160,6 +160,8 @@ impl PoseErrorBars for BalanceErrorBars<'_> {
 
     fn deviance_of(&self, jumps: &[DetectedJump]) -> Option<f64> {
         let Fit { estimate, noise, .. } = &self.of.fit;
-        Some(excess(self.of.measurements, estimate, noise.balance_m, &self.bars.factor()?, jumps))
+        let factor = self.bars.factor()?;
+        let variance_of = variance_by(&factor, self.bars.inflation());
+        Some(excess(self.of.measurements, estimate, noise.balance_m, &variance_of, jumps))
     }
 }

@@ -1,6 +1,7 @@
 use super::*;
 use crate::estimate::association::transitions::PALMS_AT_REST_RAD;
 use crate::estimate::evidence::motion_prior::{EXCLUDED, PER_HALF_TURN, PREDICTED_JUMP, UNPREDICTED_JUMP};
+use crate::estimate::model::evidence::Evidence;
 use crate::estimate::model::noise::Noise;
 use crate::estimate::model::prior::Prior;
 use crate::estimate::motion::LONGEST_STEP;
@@ -75,7 +76,7 @@ impl Scene {
             order,
             noise,
             prior,
-            log_evidence: 0.0,
+            evidence: Evidence::NONE,
         }
     }
 

@@ -1,4 +1,5 @@
 use super::*;
+use crate::estimate::model::evidence::Evidence;
 use crate::estimate::model::prior::Prior;
 use crate::estimate::solver::gauss_newton::{Estimate, StoppingCriteria};
 use crate::estimate::solver::posterior::Posterior;
@@ -184,7 +185,7 @@ fn the_predictive_shape_is_the_posterior_of_the_samples() {
     let measurements = Measurements::new(&Log { samples: (0..12).map(sample).collect() }, None);
     let estimate = Estimate { coefficients: COEFFICIENTS.to_vec(), psi: vec![0.7; 12], cost: 0.0 };
     let prior = Prior::new(SIZE_M, 0.5 * SIZE_M);
-    let mut fit = Fit { estimate, order: 2, noise: NOISE, prior, log_evidence: 0.0 };
+    let mut fit = Fit { estimate, order: 2, noise: NOISE, prior, evidence: Evidence::NONE };
     let predictive = PredictiveShape::from(&measurements, &fit).expect("a shape");
     let information = Smoother::new(&measurements, 2, NOISE, prior).belief(&fit.estimate).expect("finite").information;
     let inverse = information.try_inverse().expect("definite");

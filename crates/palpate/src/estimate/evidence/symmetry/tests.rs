@@ -1,4 +1,5 @@
 use super::*;
+use crate::estimate::model::evidence::Evidence;
 use crate::estimate::model::noise::Noise;
 use crate::estimate::model::sensor_memory::with_memory;
 use crate::estimate::solver::gauss_newton::Estimate;
@@ -29,7 +30,7 @@ fn fitted_with_memory(shape: &SupportFunction, seed: u64, memory: f64) -> (Measu
     let psi = run.truth.motion.iter().map(|pose| pose.psi_rad).collect();
     let (noise, prior) = (Noise { sensor_m: NOISE_M, balance_m: 0.3 * NOISE_M }, Prior::new(SIZE_M, 0.5 * SIZE_M));
     let estimate = Smoother::new(&measurements, ORDER, noise, prior).strictly_convex().run(coefficients, psi, STOPPING);
-    (measurements, Fit { estimate, order: ORDER, noise, prior, log_evidence: 0.0 })
+    (measurements, Fit { estimate, order: ORDER, noise, prior, evidence: Evidence::NONE })
 }
 
 fn triangle() -> SupportFunction {

@@ -1,6 +1,7 @@
 use super::growth::Strided;
 use super::stretch::Stretch;
 use super::*;
+use crate::estimate::model::evidence::Evidence;
 use crate::math::angle::wrapped;
 use crate::palms::PalmPair;
 use crate::reconstruct::ReconstructOptions;
@@ -43,7 +44,7 @@ fn fit(job: &Job, shape: &SupportFunction, run: &Simulation) -> Fit {
     let psi = run.truth.motion.iter().map(|pose| pose.psi_rad).collect();
     let estimate = Estimate { coefficients: shape.coefficients(), psi, cost: 0.0 };
     let noise = Noise { sensor_m: 1e-5, balance_m: 1e-3 };
-    Fit { estimate, order: 3, noise, prior: job.prior, log_evidence: 0.0 }
+    Fit { estimate, order: 3, noise, prior: job.prior, evidence: Evidence::NONE }
 }
 
 /// Shape and motion as they are, with these coefficients of friction.
@@ -137,7 +138,7 @@ impl Thrown {
         let (log, measurements) = strided.part(&(0..psi.len()));
         let estimate = Estimate { coefficients: self.trefoil.coefficients(), psi, cost: 0.0 };
         let noise = Noise { sensor_m: NOISE_SD_M, balance_m: 1e-3 };
-        let fit = Fit { estimate, order: 3, noise, prior: job.prior, log_evidence: 0.0 };
+        let fit = Fit { estimate, order: 3, noise, prior: job.prior, evidence: Evidence::NONE };
         let setting = Setting::new(job, &log, &measurements, &fit, &[]);
         let start = unknowns(&fit, [friction; 2]);
         let regimes = setting.modes_of(&start, CLOSE);

@@ -4,6 +4,8 @@ use super::{CONTACTS_ALLOWANCE, FORCES_FLOOR};
 use crate::estimate::inertia::problem::{BESIDES_SHAPE, Problem, Unknowns, off_prior_sds};
 use crate::estimate::inertia::smoother::Optimum;
 use crate::estimate::measurements::{Instant, Measurements};
+use crate::estimate::model::evidence::Evidence;
+use crate::estimate::model::layout::Layout;
 use crate::estimate::model::noise::Noise;
 use crate::estimate::solver::gauss_newton::{Estimate, Fit};
 use crate::reconstruct::refine::job::{Job, Refined};
@@ -70,10 +72,10 @@ impl OfInertia<'_> {
         let psi = problem.motion(unknowns);
         let fit = Fit {
             estimate: Estimate { coefficients: unknowns.coefficients.clone(), psi, cost: 0.0 },
-            order: refined.fine.order,
+            order: Layout::of_coefficients(&unknowns.coefficients).order,
             noise: Noise { sensor_m: noise.sensor_m, balance_m: noise.forces_m },
             prior: problem.prior,
-            log_evidence: optimum.log_evidence,
+            evidence: Evidence::of_samples(optimum.log_evidence),
         };
         // Where the contacts contradict the motion it may be another; where nothing was felt, the forces say what it was.
         let instants = weights.instants.iter().zip(&refined.measurements.instants);

@@ -1,5 +1,6 @@
 use super::*;
 use crate::estimate::model::contact::residuals;
+use crate::estimate::model::evidence::Evidence;
 use crate::estimate::model::noise::Noise;
 use crate::estimate::model::prior::Prior;
 use crate::plan::{PalmLimits, plan_turn};
@@ -27,7 +28,7 @@ fn optimum(samples: usize) -> (Measurements, Fit) {
     let noise = Noise { sensor_m: 1e-4, balance_m: 2e-5 };
     let prior = Prior::new(SIZE_M, 0.5 * SIZE_M);
     let estimate = Estimate { coefficients: shape.coefficients(), psi, cost: 0.0 };
-    (measurements, Fit { estimate, order: 3, noise, prior, log_evidence: 0.0 })
+    (measurements, Fit { estimate, order: 3, noise, prior, evidence: Evidence::NONE })
 }
 
 #[test]
