@@ -13,7 +13,7 @@ use super::result::reconstruction::Reconstruction;
 use super::search::schedule::{self, Found, Readings, Stage};
 use super::search::segments::segments;
 use super::selection::Explored;
-use super::selection::stray_readings::{with_left_out, without_stray_readings};
+use super::selection::stray_readings::{are_doubted, with_left_out, without_stray_readings};
 use super::start::{Start, starting_coefficients, way_of};
 use super::verdict::assemble::Candidate;
 use crate::estimate::friction::normal_forces::look_exchanged;
@@ -290,8 +290,8 @@ impl<'a> Reconstructor<'a> {
                 match job.judge(&found, &mut explored) {
                     Ok(candidate) => {
                         let limits = &self.options.limits;
-                        let Reconstruction { shape, motion, verdict, .. } = &candidate.result;
-                        let is_doubted = clears && verdict.doubts_stray_readings();
+                        let Reconstruction { shape, motion, .. } = &candidate.result;
+                        let is_doubted = clears && are_doubted(&candidate.result);
                         let cleared = || without_stray_readings(log, shape, motion, limits);
                         strays = is_doubted.then(cleared).flatten();
                         if strays.is_some() {

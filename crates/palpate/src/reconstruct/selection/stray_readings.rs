@@ -2,14 +2,18 @@
 //! contact, while it fits all others. Held against its neighbours ([`crate::estimate::model::outliers`]) such a reading may be that of a contact on its
 //! way, where the object slides fast for the rate of the samples.
 
+use crate::estimate::motion::LONGEST_STEP;
 use crate::log::{Log, Sample};
+use crate::math::angle::wrapped;
 use crate::math::statistics::{root_mean_square, typical_sd};
+use crate::mechanics::Jump;
 use crate::palms::PalmPair;
 use crate::reconstruct::options::limits::CertificateLimits;
 use crate::reconstruct::result::reconstruction::{Pose, Reconstruction};
 use crate::reconstruct::verdict::certificate::doubt_of_outliers;
 use crate::reconstruct::verdict::doubt::{Doubt, Verdict};
 use crate::shape::SupportFunction;
+use std::ops::Range;
 
 /// A reading is a stray one when it is farther from where its contact should be than so many standard deviations of most readings (noise that grows with
 /// the tilt of a palm has several times theirs) and than this share of the mean radius: gross, as those that neighbours show.
@@ -35,7 +39,8 @@ pub(in crate::reconstruct) fn without_stray_readings(
     let all: Vec<f64> = motion.iter().flat_map(left).flatten().collect();
     let typical_m = typical_sd(all.iter());
     let limit_m = (STRAY_SDS * typical_m).max(LEAST_SHARE * shape.mean_radius_m());
-    let of_sample = |sample: usize| are_strays(&log.samples[sample].palms, shape, motion, sample, limit_m);
+    let steady = without_excursions(motion);
+    let of_sample = |sample: usize| are_strays(&log.samples[sample].palms, shape, [motion, &steady], sample, limit_m);
     let mut strays: Vec<[bool; 2]> = (0..motion.len()).map(of_sample).collect();
     let is_any = |strays: &[bool; 2]| strays[0] || strays[1];
     for run in strays.chunk_by_mut(|a, b| is_any(a) == is_any(b)) {
@@ -60,9 +65,16 @@ pub(in crate::reconstruct) fn without_stray_readings(
 
 /// Which readings of a sample are farther than this from where their contacts should be, whatever the orientation between those of the samples beside it:
 /// its own is bent to a reading that is wrong. None beside a jump, where the contacts may be anywhere.
-fn are_strays(palms: &PalmPair, shape: &SupportFunction, motion: &[Pose], sample: usize, limit_m: f64) -> [bool; 2] {
-    let Some(around) = motion.get(sample.wrapping_sub(BESIDE)..=sample + BESIDE) else { return [false; 2] };
-    if around.iter().any(|pose| pose.piece != motion[sample].piece) {
+/// `steady` is the motion without excursions.
+fn are_strays(
+    palms: &PalmPair,
+    shape: &SupportFunction,
+    [motion, steady]: [&[Pose]; 2],
+    sample: usize,
+    limit_m: f64,
+) -> [bool; 2] {
+    let Some(around) = steady.get(sample.wrapping_sub(BESIDE)..=sample + BESIDE) else { return [false; 2] };
+    if around.iter().any(|pose| pose.piece != steady[sample].piece) {
         return [false; 2];
     }
     let mut psi: Vec<f64> = around.iter().map(|pose| pose.psi_rad).collect();
@@ -81,6 +93,51 @@ fn are_strays(palms: &PalmPair, shape: &SupportFunction, motion: &[Pose], sample
             off_m().all(|off_m| off_m > limit_m) || off_m().all(|off_m| off_m < -limit_m)
         })
     })
+}
+
+/// Runs of a few samples at other poses than the one that the object comes from and goes on from. No object does that: they were put where a stray
+/// reading has them.
+fn excursions(motion: &[Pose]) -> Vec<Range<usize>> {
+    let mut found = Vec::new();
+    let mut sample = 1;
+    while sample < motion.len() {
+        let before = &motion[sample - 1];
+        let is_there = |pose: &Pose| wrapped(pose.psi_rad - before.psi_rad).abs() < LONGEST_STEP;
+        let leaves = motion[sample].piece != before.piece && !is_there(&motion[sample]);
+        let returns = |to: &usize| motion.get(*to).is_some_and(is_there);
+        let end = leaves.then(|| (sample + 1..=sample + LONGEST_RUN).find(returns)).flatten();
+        found.extend(end.map(|end| sample..end));
+        sample = end.unwrap_or(sample + 1);
+    }
+    found
+}
+
+/// The motion without its excursions: there it stays as it was before.
+fn without_excursions(motion: &[Pose]) -> Vec<Pose> {
+    let mut steady = motion.to_vec();
+    for excursion in excursions(motion) {
+        let before = steady[excursion.start - 1];
+        steady[excursion.clone()]
+            .iter_mut()
+            .for_each(|pose| (pose.psi_rad, pose.piece) = (before.psi_rad, before.piece));
+        let (apart, piece) = (motion[excursion.end].psi_rad - before.psi_rad, motion[excursion.end].piece);
+        let turns = apart - wrapped(apart);
+        for (pose, was) in steady[excursion.end..].iter_mut().zip(&motion[excursion.end..]) {
+            pose.psi_rad = was.psi_rad - turns;
+            pose.piece = if was.piece == piece { before.piece } else { was.piece };
+        }
+    }
+    steady
+}
+
+/// Whether single readings are all that contradicts a result: its jumps and poses are those that statics makes, but for excursions.
+pub(in crate::reconstruct) fn are_doubted(result: &Reconstruction) -> bool {
+    let (verdict, motion) = (&result.verdict, &result.motion);
+    let ends: Vec<f64> =
+        excursions(motion).iter().flat_map(|at| [motion[at.start].time_s, motion[at.end].time_s]).collect();
+    let is_of_excursion = |jump: &Jump| ends.contains(&jump.time_s);
+    let strays = result.jumps.iter().filter(|jump| !jump.physical).all(is_of_excursion);
+    verdict.doubts_stray_readings(strays)
 }
 
 /// A result of a log of which so many readings were left out.
@@ -186,6 +243,43 @@ mod tests {
             jumped[first..].iter_mut().for_each(|pose| pose.piece = 1);
             assert_eq!(is_none(&jumped), first > 38);
         });
+    }
+
+    /// A motion at rest but for samples that are `off_rad` away, in pieces of their own, and a jump by `jump_rad` after them.
+    fn with_excursion(samples: Range<usize>, off_rad: f64, jump_rad: f64) -> Vec<Pose> {
+        let (_, mut motion) = felt(100, &[]);
+        for (sample, pose) in motion.iter_mut().enumerate() {
+            let after = sample >= samples.end;
+            pose.psi_rad = if samples.contains(&sample) { off_rad } else { f64::from(u8::from(after)) * jump_rad };
+            pose.piece = u32::from(samples.contains(&sample)) + 2 * u32::from(after);
+        }
+        motion
+    }
+
+    #[test]
+    fn a_few_samples_there_and_back_again_are_an_excursion() {
+        let found = |samples: Range<usize>, jump_rad: f64| excursions(&with_excursion(samples, -1.0, jump_rad));
+        assert_eq!(found(40..41, 0.0), [40..41]);
+        assert_eq!(found(40..40 + LONGEST_RUN, 0.9 * LONGEST_STEP), [40..40 + LONGEST_RUN]);
+        assert_eq!(found(40..41 + LONGEST_RUN, 0.0), []);
+        assert_eq!(found(40..41, 1.1 * LONGEST_STEP), []);
+        // A whole turn on is where it was.
+        let motion = with_excursion(40..42, 3.0, std::f64::consts::TAU + 0.01);
+        let steady = without_excursions(&motion);
+        assert!(steady.iter().all(|pose| pose.piece == 0 && pose.psi_rad.abs() < 0.011), "{:?}", steady[60]);
+    }
+
+    #[test]
+    fn a_reading_that_sends_a_sample_elsewhere_is_left_out() {
+        let shape = crate::shape::ellipse(0.03, 0.024).expect("possible");
+        let (log, _) = felt(100, &[]);
+        let mut motion = with_excursion(40..41, 0.8, 0.0);
+        let at = |psi: f64| <[f64; 2]>::from(log.samples[40].palms.contact_positions_m(&shape, psi));
+        // Contact 1 was read where it should be, and nothing is left where the sample was put.
+        (motion[40].residual1_m, motion[40].residual2_m) = (Some(at(0.0)[0] - at(0.8)[0]), Some(1e-4));
+        let limits = CertificateLimits::default();
+        let (without, count) = without_stray_readings(&log, &shape, &motion, &limits).expect("one stray reading");
+        assert!(count == 1 && without.samples[40].s1_m.is_some() && without.samples[40].s2_m.is_none());
     }
 
     #[test]

@@ -466,14 +466,17 @@ impl Verdict {
         self.doubts.iter().map(Doubt::to_string).collect::<Vec<_>>().join("; ")
     }
 
-    /// Whether single readings are all that contradicts the answer: jumps and poses are those that statics makes.
-    pub(crate) fn doubts_stray_readings(&self) -> bool {
-        let is_of_readings = |doubt: &Doubt| {
-            matches!(doubt, Doubt::StrayReadings { .. } | Doubt::Outliers { .. } | Doubt::Misfit { .. })
+    /// Whether single readings are all that contradicts the answer: jumps and poses are those that statics makes, but for `jumps_of_readings`: where all
+    /// that are not there and back again, as single readings have it.
+    pub(crate) fn doubts_stray_readings(&self, jumps_of_readings: bool) -> bool {
+        let is_stray = |doubt: &Doubt| match doubt {
+            Doubt::StrayReadings { .. } => true,
+            Doubt::UnphysicalJumps { .. } => jumps_of_readings,
+            _ => false,
         };
-        let is_stray = |doubt: &Doubt| matches!(doubt, Doubt::StrayReadings { .. });
+        let is_of_readings = |doubt: &Doubt| matches!(doubt, Doubt::Outliers { .. } | Doubt::Misfit { .. });
         self.doubts.iter().any(is_stray)
-            && self.doubts.iter().all(|doubt| is_of_readings(doubt) || !doubt.is_contradiction())
+            && self.doubts.iter().all(|doubt| is_stray(doubt) || is_of_readings(doubt) || !doubt.is_contradiction())
     }
 
     /// Whether friction may explain the log and does not quite.
@@ -502,12 +505,14 @@ mod tests {
         let stray = Doubt::StrayReadings { typical_m: 1e-4, all_m: 3e-4 };
         let misfit = Doubt::Misfit { left_m: 3e-4, expected_m: 1e-4, stated: false };
         let ambiguous = Doubt::AmbiguousPoses { samples: 1, ambiguity_rad: 0.1 };
-        let doubts = |doubts: &[Doubt]| Verdict::new(doubts.to_vec()).doubts_stray_readings();
+        let doubts = |doubts: &[Doubt]| Verdict::new(doubts.to_vec()).doubts_stray_readings(false);
         assert!(doubts(std::slice::from_ref(&stray)) && doubts(&[stray.clone(), misfit.clone(), ambiguous]));
         assert!(!doubts(&[]) && !doubts(&[misfit]));
         let unstable = Doubt::UnstablePoses { samples: 5, of: 100 };
         let jumps = Doubt::UnphysicalJumps { time_s: 1.0, turn_rad: 1.0, jumps: 1 };
-        assert!(!doubts(&[stray.clone(), unstable]) && !doubts(&[stray, jumps]));
+        assert!(!doubts(&[stray.clone(), unstable]) && !doubts(&[stray.clone(), jumps.clone()]));
+        assert!(Verdict::new(vec![stray, jumps.clone()]).doubts_stray_readings(true));
+        assert!(Verdict::new(vec![jumps]).doubts_stray_readings(true));
     }
 
     #[test]
