@@ -258,11 +258,14 @@ mod tests {
 
     #[test]
     fn a_few_samples_there_and_back_again_are_an_excursion() {
-        let found = |samples: Range<usize>, jump_rad: f64| excursions(&with_excursion(samples, -1.0, jump_rad));
-        assert_eq!(found(40..41, 0.0), [40..41]);
-        assert_eq!(found(40..40 + LONGEST_RUN, 0.9 * LONGEST_STEP), [40..40 + LONGEST_RUN]);
-        assert_eq!(found(40..41 + LONGEST_RUN, 0.0), []);
-        assert_eq!(found(40..41, 1.1 * LONGEST_STEP), []);
+        let found = |samples: Range<usize>, jump_rad: f64| -> Vec<(usize, usize)> {
+            let found = excursions(&with_excursion(samples, -1.0, jump_rad));
+            found.into_iter().map(|excursion| (excursion.start, excursion.end)).collect()
+        };
+        assert_eq!(found(40..41, 0.0), vec![(40, 41)]);
+        assert_eq!(found(40..40 + LONGEST_RUN, 0.9 * LONGEST_STEP), vec![(40, 40 + LONGEST_RUN)]);
+        assert_eq!(found(40..41 + LONGEST_RUN, 0.0), vec![]);
+        assert_eq!(found(40..41, 1.1 * LONGEST_STEP), vec![]);
         // A whole turn on is where it was.
         let motion = with_excursion(40..42, 3.0, std::f64::consts::TAU + 0.01);
         let steady = without_excursions(&motion);
