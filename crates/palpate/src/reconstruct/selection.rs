@@ -16,7 +16,7 @@ use crate::reconstruct::options::error::ReconstructError;
 use crate::reconstruct::refine::calibrated::Solved;
 use crate::reconstruct::refine::job::Job;
 use crate::reconstruct::refine::resample::thinned_in_ranges;
-use crate::reconstruct::result::reconstruction::{OutlinePoint, Reconstruction};
+use crate::reconstruct::result::reconstruction::Reconstruction;
 use crate::reconstruct::verdict::assemble::{Candidate, assemble, is_mostly_felt_again};
 use crate::reconstruct::verdict::doubt::{Doubt, Verdict};
 use crate::reconstruct::verdict::left_out::is_held_convex;
@@ -268,17 +268,10 @@ impl Job<'_> {
 }
 
 /// Whether the log checks itself what it tells; else shape and motion are told by the balance and what is known of shapes beforehand. A contact that
-/// goes to and fro over little boundary checks nothing, nor do poses that differ by little more than their noise.
+/// goes to and fro over little boundary checks nothing.
 fn is_checked(result: &Reconstruction) -> bool {
-    let known_m = LEAST_KNOWN * result.shape.mean_radius_m();
-    let is_known = |point: &OutlinePoint| point.touches == 0 || point.r_sd_m <= known_m;
-    result.coverage >= LITTLE_FELT && is_mostly_felt_again(&result.outline) && result.outline.iter().all(is_known)
+    result.coverage >= LITTLE_FELT && is_mostly_felt_again(&result.outline)
 }
-
-/// Largest standard deviation of the felt boundary, as a share of the mean radius, at which the curvature at the optimum tells how far the valley is that it
-/// lies in. The farther the centre of mass is from the middle, the stiffer the balance: an object round to a per cent had 1 % of it at an optimum where the
-/// centre of mass was 14 % of the radius off.
-const LEAST_KNOWN: f64 = 0.005;
 
 /// Share of the boundary below which hardly any can have been felt on both palms, a third of a turn apart: of short logs that were explained wrongly
 /// at most 0.25 was.

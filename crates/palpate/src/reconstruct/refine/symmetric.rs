@@ -77,7 +77,7 @@ impl Job<'_> {
             }
             let limits = &self.options.limits;
             let is_guess = deviation_sd_m > limits.symmetry_deviation * radius_m
-                || probability(weight.log_ratio(&general.fine.evidence)) < limits.symmetry_probability;
+                || probability(weight.log() - general.fine.evidence.log()) < limits.symmetry_probability;
             // The pieces of an object that is not known to be symmetric may lie as the symmetric model has them.
             if is_guess && !is_same(&general) {
                 general = general.or_likelier(self.without_symmetry(medium, ranges, &refined));
@@ -89,13 +89,13 @@ impl Job<'_> {
             refined.symmetry =
                 FoundSymmetry { symmetry: model.symmetry, probability: None, deviation_sd_m: Some(deviation_sd_m) };
             weights.push(weight);
-            if best.as_ref().is_none_or(|(most, _)| weight.log_ratio(most) > 0.0) {
+            if best.as_ref().is_none_or(|(most, _)| weight.log() > most.log()) {
                 // The search compares arrangements by the general model.
                 best = Some((weight, Refined { coarse: general.coarse.clone(), ..refined }));
             }
         }
         // ln of the posterior odds against the general model.
-        let odds_of = |weight: Evidence| weight.log_ratio(&general.fine.evidence);
+        let odds_of = |weight: Evidence| weight.log() - general.fine.evidence.log();
         let log_odds: Vec<f64> = weights.into_iter().map(odds_of).collect();
         let best = best.map(|(weight, refined)| (odds_of(weight), refined));
         let largest = log_odds.iter().copied().fold(0.0, f64::max);

@@ -185,25 +185,3 @@ fn of_two_results_with_friction_the_certified_then_the_explained_then_the_likeli
     with_inertia.result.friction = None;
     assert!(!with_inertia.explains_forces_better_than(&explained(0.0)));
 }
-
-#[test]
-fn a_log_checks_what_it_tells_where_enough_was_felt_again_and_is_known() {
-    let is_checked = |coverage: f64, touches: u32, sd_share: f64| {
-        let mut result = candidate(true, 0.0, 1.0, &[]).result;
-        let known = |node: usize, r_sd_m: f64, touches: u32| OutlinePoint {
-            theta_rad: TAU * node as f64 / 10.0,
-            r_m: RADIUS_M,
-            r_sd_m,
-            x_m: 0.0,
-            y_m: 0.0,
-            curvature_radius_m: RADIUS_M,
-            touches,
-        };
-        // What was never felt is not known.
-        result.outline = (0..9).map(|node| known(node, sd_share * RADIUS_M, touches)).collect();
-        result.outline.push(known(9, RADIUS_M, 0));
-        super::is_checked(&Reconstruction { coverage, ..result })
-    };
-    assert!(is_checked(LITTLE_FELT, 2, 0.0) && !is_checked(0.99 * LITTLE_FELT, 2, 0.0) && !is_checked(1.0, 1, 0.0));
-    assert!(is_checked(1.0, 2, 0.99 * LEAST_KNOWN) && !is_checked(1.0, 2, 1.01 * LEAST_KNOWN));
-}
