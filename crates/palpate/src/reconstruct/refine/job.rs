@@ -34,8 +34,7 @@ use crate::estimate::model::noise_from_log::{
 };
 use crate::estimate::model::outliers::set_outliers_aside;
 use crate::estimate::model::prior::Prior;
-use crate::estimate::model::sensor_memory::hidden_from_neighbours_by;
-use crate::estimate::model::sensor_memory::samples_per_error_by;
+use crate::estimate::model::sensor_memory::{hidden_from_neighbours_by, samples_per_error_by};
 use crate::estimate::motion::{moved, piece_starts, unwrap};
 use crate::estimate::solver::gauss_newton::{Estimate, Fit};
 use crate::estimate::work::Work;

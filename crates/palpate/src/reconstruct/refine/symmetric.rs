@@ -3,7 +3,6 @@
 use crate::estimate::coverage::{MOSTLY_FELT_AGAIN, completed, contact_paths, felt_again, overlap, touches};
 use crate::estimate::evidence::symmetry::{SymmetricModel, against_general, log_prior_odds, symmetric_models};
 use crate::estimate::measurements::Measurements;
-use crate::estimate::model::evidence::Evidence;
 use crate::estimate::model::prior::Prior;
 use crate::estimate::motion::{outlying_steps, same_motion, unwrap_to};
 use crate::estimate::solver::gauss_newton::{Estimate, Fit};
@@ -55,9 +54,9 @@ impl Job<'_> {
         }
         let mut models = symmetric_models(&general.measurements, &general.fine);
         models.retain(|model| model.log_ratio > -NOT_EXCLUDED);
-        // The evidence of each model that was fitted, times its prior odds against the general one.
-        let mut weights: Vec<Evidence> = Vec::new();
-        let mut best: Option<(Evidence, Refined)> = None;
+        // ln of the evidence of each model that was fitted, times its prior odds against the general one.
+        let mut weights: Vec<f64> = Vec::new();
+        let mut best: Option<(f64, Refined)> = None;
         let likeliest = models.first().map_or(0.0, |model| model.log_ratio);
         for model in models.into_iter().take(MOST_MODELS) {
             if best.is_some() && model.log_ratio < likeliest - FAR_BEHIND {
@@ -68,7 +67,7 @@ impl Job<'_> {
             let is_same = |general: &Refined| same_motion(&general.fine.estimate.psi, &refined.fine.estimate.psi, TAU);
             let against_general = against_general(&refined.measurements, &refined.fine);
             let Some(held) = against_general.filter(|held| !held.model.is_contradicted()) else { continue };
-            let weight = refined.fine.evidence.with(log_prior_odds());
+            let weight = refined.fine.evidence.log() + log_prior_odds();
             let radius_m = refined.fine.estimate.coefficients[0].abs();
             let compared = self.is_compared(&refined.fine);
             let deviation_sd_m = if compared { held.deviation_sd_m } else { radius_m };
@@ -77,7 +76,7 @@ impl Job<'_> {
             }
             let limits = &self.options.limits;
             let is_guess = deviation_sd_m > limits.symmetry_deviation * radius_m
-                || probability(weight.log() - general.fine.evidence.log()) < limits.symmetry_probability;
+                || probability(weight - general.fine.evidence.log()) < limits.symmetry_probability;
             // The pieces of an object that is not known to be symmetric may lie as the symmetric model has them.
             if is_guess && !is_same(&general) {
                 general = general.or_likelier(self.without_symmetry(medium, ranges, &refined));
@@ -89,13 +88,13 @@ impl Job<'_> {
             refined.symmetry =
                 FoundSymmetry { symmetry: model.symmetry, probability: None, deviation_sd_m: Some(deviation_sd_m) };
             weights.push(weight);
-            if best.as_ref().is_none_or(|(most, _)| weight.log() > most.log()) {
+            if best.as_ref().is_none_or(|(most, _)| weight > *most) {
                 // The search compares arrangements by the general model.
                 best = Some((weight, Refined { coarse: general.coarse.clone(), ..refined }));
             }
         }
         // ln of the posterior odds against the general model.
-        let odds_of = |weight: Evidence| weight.log() - general.fine.evidence.log();
+        let odds_of = |weight: f64| weight - general.fine.evidence.log();
         let log_odds: Vec<f64> = weights.into_iter().map(odds_of).collect();
         let best = best.map(|(weight, refined)| (odds_of(weight), refined));
         let largest = log_odds.iter().copied().fold(0.0, f64::max);
