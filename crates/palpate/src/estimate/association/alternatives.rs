@@ -141,12 +141,12 @@ pub(crate) fn compare_evidence(
     let of_fit = Smoother::new(measurements, fit.order, fit.noise, fit.prior).strictly_convex();
     // The evidence, −2 ln of the prior of the jumps, and the optimum.
     let weigh = |smoother: &Smoother, estimate: Estimate| {
-        let normal = smoother.linearise(&estimate.coefficients, &estimate.psi);
-        let factor = smoother.factor(&normal)?;
+        let normal = smoother.linearise_without_convexity(&estimate.coefficients, &estimate.psi);
+        let evidence = laplace_evidence(smoother, &estimate, &normal)?;
+        let factor = smoother.factor(&smoother.held_convex(normal, &estimate.coefficients))?;
         let samples_per_error = samples_per_error_by(measurements, &estimate.coefficients, &estimate.psi);
         let variance_of = variance_by(&factor, samples_per_error);
         let of_jumps = deviance(measurements, &estimate, smoother.noise.balance_m, &variance_of, &jumps(&estimate));
-        let evidence = laplace_evidence(smoother, &estimate, &normal, &factor);
         Some((Evidence { samples_per_error, ..evidence }, of_jumps, estimate))
     };
     let likelier = |estimate: Estimate| {

@@ -59,8 +59,8 @@ pub(crate) fn rival_rotations(measurements: &Measurements, fit: &Fit) -> Vec<Est
     let period = prior.symmetry.period_rad();
     let sharp = Smoother::new(measurements, order, noise, prior);
     let weighed = |estimate: Estimate| {
-        let normal = sharp.linearise(&estimate.coefficients, &estimate.psi);
-        let evidence = laplace_evidence(&sharp, &estimate, &normal, &sharp.factor(&normal)?).log();
+        let normal = sharp.linearise_without_convexity(&estimate.coefficients, &estimate.psi);
+        let evidence = laplace_evidence(&sharp, &estimate, &normal)?.log();
         evidence.is_finite().then_some((evidence, estimate))
     };
     let present = sharp.run(fit.estimate.coefficients.clone(), fit.estimate.psi.clone(), POLISHING);

@@ -34,11 +34,12 @@ pub(crate) struct Fitted {
 /// The evidence at an optimum, with the prior of its motion, and the Cholesky factor of the information on the shape there. `None` where that
 /// does not determine every unknown.
 pub(crate) fn evidence_at(smoother: &Smoother, estimate: &Estimate) -> Option<(Evidence, Cholesky<f64, Dyn>)> {
-    let normal = smoother.linearise(&estimate.coefficients, &estimate.psi);
-    let factor = smoother.factor(&normal)?;
+    let normal = smoother.linearise_without_convexity(&estimate.coefficients, &estimate.psi);
+    let evidence = laplace_evidence(smoother, estimate, &normal)?;
+    let factor = smoother.factor(&smoother.held_convex(normal, &estimate.coefficients))?;
     let period = smoother.prior.symmetry.period_rad();
     let of_motion = neg_log_prior(smoother.measurements, estimate, smoother.noise.balance_m, period);
-    Some((laplace_evidence(smoother, estimate, &normal, &factor).with(-of_motion), factor))
+    Some((evidence.with(-of_motion), factor))
 }
 
 /// Runs the smoother, updates noise, prior and weights, and runs it again, at most `rounds` times. `None` where no optimum is

@@ -5,17 +5,16 @@ use crate::estimate::model::contact::residuals;
 use crate::estimate::model::evidence::Evidence;
 use crate::estimate::solver::gauss_newton::{Estimate, Smoother};
 use crate::estimate::solver::normal_equations::Normal;
-use nalgebra::{Cholesky, Dyn};
 
 /// The probability of the log, shape and motion integrated out. An object at rest has the orientation that balances it,
 /// to within σ_b/g': the balance is a prior on ψ, with the density |g'|/σ_b at its peak, and not a
-/// measurement. (A measurement would favour round shapes, which do not determine ψ.) `factor` is that of `normal`.
-pub(crate) fn laplace_evidence(
-    smoother: &Smoother,
-    estimate: &Estimate,
-    normal: &Normal,
-    factor: &Cholesky<f64, Dyn>,
-) -> Evidence {
+/// measurement. (A measurement would favour round shapes, which do not determine ψ.)
+///
+/// `normal` is that of samples and prior alone: that the object is convex cuts the posterior off and measures nothing. The nodes that hold the
+/// shape convex would each count as a sharp measurement, of seven nats for every one more that a motion happens to press on.
+/// `None` where samples and prior do not determine the shape.
+pub(crate) fn laplace_evidence(smoother: &Smoother, estimate: &Estimate, normal: &Normal) -> Option<Evidence> {
+    let factor = smoother.factor(normal)?;
     let half_log_determinant: f64 = factor.l_dirty().diagonal().iter().map(|value| value.ln()).sum();
     let of_shape = smoother.shape_cost(&estimate.coefficients);
     let mut sum = -0.5 * (estimate.cost - of_shape);
@@ -28,5 +27,5 @@ pub(crate) fn laplace_evidence(
     }
     let prior_sds = smoother.prior.standard_deviations(smoother.order);
     let besides = -0.5 * of_shape - half_log_determinant - prior_sds.iter().map(|sd| sd.ln()).sum::<f64>();
-    Evidence { of_samples: sum, besides, samples_per_error: 1.0 }
+    Some(Evidence { of_samples: sum, besides, samples_per_error: 1.0 })
 }

@@ -1,6 +1,7 @@
 //! Noise, prior and number of harmonics on simulated logs.
 
 use crate::estimate::evidence::fit::{ROUNDS, evidence_at, fit};
+use crate::estimate::evidence::laplace::laplace_evidence;
 use crate::estimate::evidence::motion_prior::{PREDICTED_JUMP, UNSTABLE_POSE, neg_log_prior};
 use crate::estimate::evidence::order::choose_order;
 use crate::estimate::evidence::variance_components::{LEAST_BALANCE_SHARE, VarianceComponents, with_balance_weights};
@@ -160,4 +161,27 @@ fn orientations_do_not_take_up_noise_where_balance_is_exact() {
     };
     let (loose, tight) = (optimum(1e-5), optimum(LEAST_BALANCE_SHARE * 1e-4));
     assert!(tight.0 < 0.6 * loose.0 && tight.1 > loose.1 + 10.0, "{tight:?} {loose:?}");
+}
+
+#[test]
+fn that_the_object_is_convex_is_no_measurement() {
+    // A triangle whose sides bend inwards, between nodes of which there may be more or fewer.
+    let (measurements, Estimate { mut coefficients, psi, .. }) = setting(&pebble(), 100, NOISE_M);
+    coefficients[1..].fill(0.0);
+    coefficients[3] = 0.13 * SIZE_M;
+    let noise = Noise { sensor_m: NOISE_M, balance_m: NOISE_M };
+    let at_nodes = |strictly: bool| {
+        let smoother = Smoother::new(&measurements, 8, noise, PRIOR);
+        let smoother = if strictly { smoother.strictly_convex() } else { smoother };
+        let stopping = StoppingCriteria { iterations: 0, tolerance: 0.0 };
+        let estimate = smoother.run(coefficients.clone(), psi.clone(), stopping);
+        let pressed = smoother.convexity.violations(&coefficients).count();
+        let normal = smoother.linearise_without_convexity(&estimate.coefficients, &estimate.psi);
+        let evidence = laplace_evidence(&smoother, &estimate, &normal).expect("determined");
+        (pressed, evidence.log() + 0.5 * smoother.shape_cost(&coefficients))
+    };
+    let [(few, loosely), (many, strictly)] = [false, true].map(at_nodes);
+    assert!(few > 0 && many > few, "{few} {many}");
+    // They cost what they miss, and nothing for their number.
+    assert!((loosely - strictly).abs() < 1e-9 * loosely.abs(), "{loosely} {strictly}");
 }

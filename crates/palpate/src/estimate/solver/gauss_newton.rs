@@ -223,7 +223,11 @@ impl<'a, F: ForceModel> Smoother<'a, F> {
 
     /// The normal equations at an estimate, with every ψ eliminated.
     pub fn linearise(&self, coefficients: &[f64], psi: &[f64]) -> Normal {
-        let mut normal = self.linearise_without_convexity(coefficients, psi);
+        self.held_convex(self.linearise_without_convexity(coefficients, psi), coefficients)
+    }
+
+    /// Those of samples and prior with the nodes that hold the shape convex.
+    pub fn held_convex(&self, mut normal: Normal, coefficients: &[f64]) -> Normal {
         let mut row = DVector::zeros(normal.gradient.len());
         for (node, residual) in self.convexity.violations(coefficients) {
             self.convexity.row(node, row.as_mut_slice());
