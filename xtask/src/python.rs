@@ -155,7 +155,9 @@ impl Environment {
         let settings = ["--config-settings", "build-args=--profile dev --auditwheel skip", "--wheel-dir"];
         let mut command = self.module(&build);
         command.args(settings).arg(self.folder.join("from-source")).arg(archive);
-        // It is to be built, not to be fast; what it stands on has been compiled for the tests before.
-        workspace::run(command.env("CARGO_PROFILE_DEV_OPT_LEVEL", "0").env("CARGO_PROFILE_DEV_DEBUG", "0"))
+        // It is to be built, not to be fast; what it stands on has been compiled for the tests before, with the same options.
+        workspace::run(
+            command.env("CARGO_PROFILE_DEV_PACKAGE_PALPATE_OPT_LEVEL", "0").env("CARGO_PROFILE_DEV_DEBUG", "0"),
+        )
     }
 }

@@ -10,7 +10,7 @@ use crate::estimate::solver::normal_equations::Normal;
 /// to within σ_b/g': the balance is a prior on ψ, with the density |g'|/σ_b at its peak, and not a
 /// measurement. (A measurement would favour round shapes, which do not determine ψ.)
 ///
-/// `normal` is that of samples and prior alone: that the object is convex cuts the posterior off and measures nothing. The nodes that hold the
+/// `normal` is that of samples and prior alone where motions are compared: that the object is convex cuts the posterior off and measures nothing. The nodes that hold the
 /// shape convex would each count as a sharp measurement, of seven nats for every one more that a motion happens to press on.
 /// `None` where samples and prior do not determine the shape.
 pub(crate) fn laplace_evidence(smoother: &Smoother, estimate: &Estimate, normal: &Normal) -> Option<Evidence> {

@@ -452,7 +452,8 @@ impl<'a> BeamSearch<'a> {
             .into_par_iter()
             .filter_map(|estimate| {
                 let estimate = sharp.run(estimate.coefficients, estimate.psi, RANKING);
-                let normal = sharp.linearise_without_convexity(&estimate.coefficients, &estimate.psi);
+                // Of few windows, a wrong hypothesis is the one that presses hard on the nodes that hold the shape convex: here they count as measured.
+                let normal = sharp.linearise(&estimate.coefficients, &estimate.psi);
                 let score = -2.0 * laplace_evidence(&sharp, &estimate, &normal)?.log();
                 score.is_finite().then_some(Hypothesis { estimate, score })
             })
