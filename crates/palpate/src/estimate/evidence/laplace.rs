@@ -10,9 +10,9 @@ use crate::estimate::solver::normal_equations::Normal;
 /// to within σ_b/g': the balance is a prior on ψ, with the density |g'|/σ_b at its peak, and not a
 /// measurement. (A measurement would favour round shapes, which do not determine ψ.)
 ///
-/// `normal` is that of samples and prior alone where motions are compared: that the object is convex cuts the posterior off and measures nothing. The nodes that hold the
-/// shape convex would each count as a sharp measurement, of seven nats for every one more that a motion happens to press on.
-/// `None` where samples and prior do not determine the shape.
+/// Where motions are compared, `normal` is that of samples and prior alone: that the object is convex cuts the posterior off and measures
+/// nothing. The nodes that hold the shape convex would each count as a sharp measurement, of seven nats for every one more that a motion happens
+/// to press on. `None` where `normal` does not determine the shape.
 pub(crate) fn laplace_evidence(smoother: &Smoother, estimate: &Estimate, normal: &Normal) -> Option<Evidence> {
     let factor = smoother.factor(normal)?;
     let half_log_determinant: f64 = factor.l_dirty().diagonal().iter().map(|value| value.ln()).sum();

@@ -2,7 +2,7 @@ use super::*;
 use crate::estimate::model::evidence::Evidence;
 use crate::mechanics::Jump;
 use crate::reconstruct::result::friction::FrictionEstimate;
-use crate::reconstruct::result::reconstruction::Pose;
+use crate::reconstruct::result::reconstruction::{OutlinePoint, Pose};
 use crate::shape::SupportFunction;
 
 const RADIUS_M: f64 = 0.03;
@@ -184,4 +184,25 @@ fn of_two_results_with_friction_the_certified_then_the_explained_then_the_likeli
     let mut with_inertia = explained(1.0);
     with_inertia.result.friction = None;
     assert!(!with_inertia.explains_forces_better_than(&explained(0.0)));
+}
+
+#[test]
+fn a_log_checks_what_it_tells_where_enough_was_felt_again() {
+    let is_checked = |coverage: f64, touches: u32| {
+        let mut result = candidate(true, 0.0, 1.0, &[]).result;
+        let point = |theta_rad: f64, touches: u32| OutlinePoint {
+            theta_rad,
+            r_m: RADIUS_M,
+            r_sd_m: 0.0,
+            x_m: 0.0,
+            y_m: 0.0,
+            curvature_radius_m: RADIUS_M,
+            touches,
+        };
+        // What was never felt need not be felt again.
+        result.outline = (1..10).map(|node| point(f64::from(node), touches)).collect();
+        result.outline.push(point(0.0, 0));
+        super::is_checked(&Reconstruction { coverage, ..result })
+    };
+    assert!(is_checked(LITTLE_FELT, 2) && !is_checked(0.99 * LITTLE_FELT, 2) && !is_checked(1.0, 1));
 }
