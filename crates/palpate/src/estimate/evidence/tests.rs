@@ -1,7 +1,6 @@
 //! Noise, prior and number of harmonics on simulated logs.
 
 use crate::estimate::evidence::fit::{ROUNDS, evidence_at, fit};
-use crate::estimate::evidence::laplace::laplace_evidence;
 use crate::estimate::evidence::motion_prior::{PREDICTED_JUMP, UNSTABLE_POSE, neg_log_prior};
 use crate::estimate::evidence::order::choose_order;
 use crate::estimate::evidence::variance_components::{LEAST_BALANCE_SHARE, VarianceComponents, with_balance_weights};
@@ -176,8 +175,7 @@ fn that_the_object_is_convex_is_no_measurement() {
         let stopping = StoppingCriteria { iterations: 0, tolerance: 0.0 };
         let estimate = smoother.run(coefficients.clone(), psi.clone(), stopping);
         let pressed = smoother.convexity.violations(&coefficients).count();
-        let normal = smoother.linearise_without_convexity(&estimate.coefficients, &estimate.psi);
-        let evidence = laplace_evidence(&smoother, &estimate, &normal).expect("determined");
+        let (evidence, _) = evidence_at(&smoother, &estimate).expect("determined");
         (pressed, evidence.log() + 0.5 * smoother.shape_cost(&coefficients))
     };
     let [(few, loosely), (many, strictly)] = [false, true].map(at_nodes);
