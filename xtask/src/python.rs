@@ -14,6 +14,8 @@ use crate::{guide, workspace};
 pub const PACKAGE: &str = "crates/palpate-py";
 /// What it is tested with, from the folder of the package.
 const REQUIREMENTS: &str = "requirements-dev.txt";
+/// The packages of the workspace that are in its source distribution.
+const OURS: [&str; 6] = ["palpate", "palpate-io", "palpate-live", "palpate-py", "palpate-report", "palpate-sweep"];
 /// The notebook that is executed.
 const NOTEBOOK: &str = "docs/python-tutorial.ipynb";
 
@@ -152,12 +154,12 @@ impl Environment {
         workspace::run(self.module(&build).arg(&folder).env("SOURCE_DATE_EPOCH", now.to_string()))?;
         let archive = workspace::only_file(&folder)?;
         let build = ["pip", "--quiet", "--disable-pip-version-check", "wheel", "--no-deps", "--no-build-isolation"];
-        let settings = ["--config-settings", "build-args=--profile dev --auditwheel skip", "--wheel-dir"];
+        // It is to be built, not to be fast; what it stands on has been compiled for the tests before, with the same options. Our own
+        // packages must differ from the workspace's in some option, each of them: cargo would write them over those that are being tested.
+        let ours = OURS.map(|package| format!("--config profile.dev.package.{package}.opt-level=0")).join(" ");
+        let settings = format!("build-args=--profile dev --auditwheel skip {ours}");
         let mut command = self.module(&build);
-        command.args(settings).arg(self.folder.join("from-source")).arg(archive);
-        // It is to be built, not to be fast; what it stands on has been compiled for the tests before, with the same options.
-        workspace::run(
-            command.env("CARGO_PROFILE_DEV_PACKAGE_PALPATE_OPT_LEVEL", "0").env("CARGO_PROFILE_DEV_DEBUG", "0"),
-        )
+        command.args(["--config-settings", &settings, "--wheel-dir"]).arg(self.folder.join("from-source")).arg(archive);
+        workspace::run(command.env("CARGO_PROFILE_DEV_DEBUG", "0"))
     }
 }
