@@ -15,11 +15,13 @@ use palpate_live::{RecordError, SceneWriter, read_mcap_log};
 
 /// Samples of each second.
 const RATE_HZ: f64 = 100.0;
+/// Of the stream.
+const DURATION_S: u32 = 3;
 
 #[test]
 fn a_scene_holds_what_was_estimated_and_is_a_log() {
     let shape = NamedShape::Egg.shape(0.03).expect("a positive size");
-    let plan = plan_turn(&shape, &PalmLimits::default(), 6.0).expect("a motion without a jump");
+    let plan = plan_turn(&shape, &PalmLimits::default(), f64::from(DURATION_S)).expect("a motion without a jump");
     let touchpad = Touchpad { noise_sd_m: 1e-4, ..Touchpad::ideal() };
     let options = SimulateOptions { touchpad, start_psi_rad: plan.start_psi_rad, ..SimulateOptions::default() };
     let run = simulate(&shape, &plan.motion.sample(RATE_HZ).expect("possible"), &options).expect("possible");
@@ -46,8 +48,8 @@ fn a_scene_holds_what_was_estimated_and_is_a_log() {
     let of = |topic: &str| messages.get(topic).unwrap_or_else(|| panic!("{topic}: nothing"));
     assert_eq!(of("/palpate/sample").len(), run.log.samples.len());
     // 25 pictures a second at most.
-    let pictures = of("/palpate/estimate").len();
-    assert!((6 * 24..=6 * 25 + 1).contains(&pictures), "{pictures}");
+    let pictures = of("/palpate/estimate").len() as u32;
+    assert!((24 * DURATION_S..=25 * DURATION_S + 1).contains(&pictures), "{pictures}");
 
     let newest = live.estimate().pose.expect("a pose");
     let last = of("/palpate/pose").last().expect("a pose");

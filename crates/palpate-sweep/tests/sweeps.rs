@@ -195,7 +195,7 @@ fn logs_are_taken_by_the_rig_of_the_plan_or_their_own() {
     let exact = [("rig".to_owned(), "exact".to_owned())];
     palpate_io::write_log(&dir.path().join("said.csv"), &simulation.log, &exact).expect("a log");
     palpate_io::write_log(&dir.path().join("unsaid.csv"), &simulation.log, &[]).expect("a log");
-    fs::write(dir.path().join("rig.toml"), "[palm1]\ndirection = \"to_base\"\nlength_m = 0.2\n").expect("a file");
+    fs::write(dir.path().join("rig.toml"), "[palm1]\nzero_m = 0.0004\n").expect("a file");
     let samples = |rig: &str| {
         let swept = sweep(&format!("kind = \"reconstruct\"\nlogs = \"*said.csv\"\n{rig}"), dir.path());
         let rows = [0, 1].map(|job| swept.jobs[job].run(job as u64, dir.path()).row);
@@ -204,9 +204,9 @@ fn logs_are_taken_by_the_rig_of_the_plan_or_their_own() {
     let [said, unsaid] = samples("");
     assert_eq!(samples("rig = \"exact\""), [said, said]);
     assert!(said != unsaid && unsaid.0 == Status::Reconstructed, "the default tolerances");
-    // Read from the tip: another log.
-    let [from_tip, also] = samples("rig = \"rig.toml\"");
-    assert!(from_tip == also && from_tip != said && from_tip != unsaid);
+    // Another zero, of which the tolerance is the default.
+    let [shifted, also] = samples("rig = \"rig.toml\"");
+    assert!(shifted == also && shifted != said && shifted != unsaid);
 }
 
 #[test]

@@ -101,19 +101,6 @@ fn the_stone_that_jumps() {
 }
 
 #[test]
-fn the_ellipse_that_friction_holds_is_certified_with_its_centre_of_mass() {
-    // Friction of 0.1: it hardly moves, and balance without friction does not hold.
-    let (log, truth) = example("ellipse_friction_0.10_mujoco");
-    let found = solve(&log).expect("an answer");
-    assert!(found.is_com_certified(), "{}", found.verdict);
-    let errors = errors(&found, &truth);
-    assert!(errors.rms_form_m < 1e-4 && errors.rms_com_m < 1e-4, "{errors:?}");
-    assert!(errors.rms_psi_rad < 1e-3, "{errors:?}");
-    let friction = found.friction.expect("friction");
-    assert!(friction.coefficients.iter().all(|coefficient| (coefficient - 0.1).abs() < 1e-3), "{friction:?}");
-}
-
-#[test]
 fn two_fingers() {
     // Base points apart. The pose depends on the palm angles alone, so a motion planned for a hinge does.
     let egg = NamedShape::Egg.shape(SIZE_M).expect("a positive size");

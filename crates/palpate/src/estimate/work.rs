@@ -30,23 +30,25 @@ pub(crate) struct Work {
     most: u64,
     /// What the log is worth.
     of_log: u64,
+    /// Whether that is a limit from outside, such as the time there is, which nothing that is found moves.
+    is_limited: bool,
 }
 
 impl Work {
     /// None yet, for a log of so many samples that is searched with so many trusts in the calibration of the rig.
     pub fn for_log(samples: usize, trusts: usize) -> Self {
         let of_log = trusts as u64 * (OF_SEARCH + OF_SAMPLE * samples as u64);
-        Self { done: Arc::default(), most: of_log, of_log }
+        Self { done: Arc::default(), most: of_log, of_log, is_limited: false }
     }
 
     /// The same for a log that is worth no more than this.
     pub fn at_most(self, most: u64) -> Self {
-        Self { most: self.most.min(most), of_log: self.of_log.min(most), ..self }
+        Self { most: self.most.min(most), of_log: self.of_log.min(most), is_limited: true, ..self }
     }
 
     /// None yet, of what is worth such a share of what the log is.
     pub fn afresh(&self, share: f64) -> Self {
-        Self { done: Arc::default(), most: (self.of_log as f64 * share) as u64, of_log: self.of_log }
+        Self { done: Arc::default(), most: (self.of_log as f64 * share) as u64, ..*self }
     }
 
     /// Counts a Gauss-Newton step: the matrix from every sample, and its factor.
@@ -76,7 +78,12 @@ impl Work {
     /// Whether no more is worth doing for the log. Asked between steps that other threads have no part in, it says the same
     /// on every machine.
     pub fn is_spent(&self) -> bool {
-        self.done() > self.most
+        self.is_spent_by(1.0)
+    }
+
+    /// The same for a log that has become worth so many times as much by what was found, unless it is limited.
+    pub fn is_spent_by(&self, times: f64) -> bool {
+        self.done() as f64 > if self.is_limited { 1.0 } else { times } * self.most as f64
     }
 
     fn done(&self) -> u64 {
@@ -122,6 +129,18 @@ mod tests {
         assert!(afresh.is_spent() && !once_more.is_spent());
         (0..=steps / 4).for_each(|_| once_more.add_step(1200, 97));
         assert!(once_more.is_spent());
+    }
+
+    #[test]
+    fn what_was_found_makes_a_log_worth_more_but_gives_no_time() {
+        let spent_by = |work: Work, times: f64| {
+            while !work.is_spent() {
+                work.add_passages(1);
+            }
+            work.is_spent_by(times)
+        };
+        assert!(!spent_by(Work::for_log(0, 1), 1.1));
+        assert!(spent_by(Work::for_log(0, 1).at_most(1_000_000), 1.1));
     }
 
     #[test]

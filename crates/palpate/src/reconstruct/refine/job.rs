@@ -75,6 +75,10 @@ const LOST: usize = 20;
 /// these, above which the log contradicts such a motion.
 const CONTRADICTED: f64 = 2.0;
 
+/// What a log is worth once an arrangement explains its contacts, over what it is worth before: to find the poses of all pieces takes as long as the
+/// search did.
+const WORTH_OF_A_FIT: f64 = 2.0;
+
 /// Standard deviations of the balance that a fit begins with, as shares of that of the contacts: spoilt by friction or pace, and
 /// as exact as statics has it.
 const BALANCE_SHARES: [f64; 2] = [1.0, EXACT_BALANCE];
@@ -324,23 +328,32 @@ impl<'a> Job<'a> {
 
     /// Whether contacts or statics contradict an optimum with these jumps.
     fn is_contradicted(&self, fine: &Fit, jumps: &[DetectedJump]) -> bool {
+        self.is_contradicted_by_contacts(fine) || jumps.iter().any(|jump| !jump.physical)
+    }
+
+    fn is_contradicted_by_contacts(&self, fine: &Fit) -> bool {
         let limit_m = CONTRADICTED * self.typical_m;
         let Estimate { coefficients, psi, .. } = &fine.estimate;
-        let is_noisy = fine.noise.sensor_m >= limit_m
-            && fine.noise.sensor_m >= limit_m * hidden_from_neighbours_by(&self.measurements, coefficients, psi);
-        is_noisy || jumps.iter().any(|jump| !jump.physical)
+        fine.noise.sensor_m >= limit_m
+            && fine.noise.sensor_m >= limit_m * hidden_from_neighbours_by(&self.measurements, coefficients, psi)
     }
 
     /// Whether no more is done for it: nothing that the log contradicts is worth more than it has cost.
     fn is_given_up(&self, fine: &Fit, jumps: &[DetectedJump]) -> bool {
-        self.is_spent() && self.is_contradicted(fine, jumps)
+        self.is_spent_on(fine) && self.is_contradicted(fine, jumps)
     }
 
     /// The same of an optimum that cannot be certified, since what is ambiguous of it may be anywhere: what would decide that has not been found so far.
     fn is_worth_no_more(&self, refined: &Refined) -> bool {
         let is_ambiguous = || root_mean_square(&refined.ambiguity_rad) > self.options.limits.ambiguity_rad;
         let is_contradicted = || self.is_contradicted(&refined.fine, &self.jumps(&refined.fine.estimate, TAU));
-        self.is_spent() && (is_ambiguous() || is_contradicted())
+        self.is_spent_on(&refined.fine) && (is_ambiguous() || is_contradicted())
+    }
+
+    /// Whether nothing more is worth doing for an optimum. A search that took all that the log is worth was not in vain where the contacts are explained.
+    fn is_spent_on(&self, fine: &Fit) -> bool {
+        let worth = || if self.is_contradicted_by_contacts(fine) { 1.0 } else { WORTH_OF_A_FIT };
+        self.is_spent() && self.measurements.work.is_spent_by(worth())
     }
 
     /// Whether nothing more is worth doing for the log.
@@ -779,7 +792,7 @@ mod tests {
         let options = ReconstructOptions::default();
         let job = Job::new(&run.log, &options);
         let psi: Vec<f64> = run.truth.motion.iter().map(|pose| pose.psi_rad).collect();
-        let is_worth_no_more = |spent: bool, sensor_sds: f64, ambiguity_share: f64| {
+        let is_worth_no_more = |spent: f64, sensor_sds: f64, ambiguity_share: f64| {
             let estimate = Estimate { coefficients: shape.coefficients(), psi: psi.clone(), cost: 0.0 };
             let noise = Noise { sensor_m: sensor_sds * job.scatter_m, balance_m: 5e-5 };
             let order = shape.harmonics_m().len();
@@ -796,13 +809,17 @@ mod tests {
                 as_likely: Vec::new(),
             };
             let mut job = job.clone();
-            job.measurements.work = job.measurements.work.afresh(if spent { 0.0 } else { 1.0 });
-            job.measurements.work.add_decoding(1);
+            job.measurements.work = job.measurements.work.afresh(1.0);
+            while !job.measurements.work.is_spent_by(spent) {
+                job.measurements.work.add_passages(100);
+            }
             job.is_worth_no_more(&refined)
         };
-        assert!(is_worth_no_more(true, 1.0, 1.01) && !is_worth_no_more(true, 1.0, 0.99));
-        assert!(is_worth_no_more(true, 1.01 * CONTRADICTED, 0.0) && !is_worth_no_more(true, 0.99 * CONTRADICTED, 0.0));
-        assert!(!is_worth_no_more(false, 2.0 * CONTRADICTED, 2.0));
+        let most = WORTH_OF_A_FIT;
+        assert!(is_worth_no_more(most, 1.0, 1.01) && !is_worth_no_more(most, 1.0, 0.99));
+        assert!(!is_worth_no_more(0.99 * most, 1.0, 1.01), "its contacts are explained");
+        assert!(is_worth_no_more(1.0, 1.01 * CONTRADICTED, 0.0) && !is_worth_no_more(1.0, 0.99 * CONTRADICTED, 1.01));
+        assert!(!is_worth_no_more(0.99, 2.0 * CONTRADICTED, 2.0));
     }
 
     #[test]
