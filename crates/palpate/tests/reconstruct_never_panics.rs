@@ -44,7 +44,7 @@ fn smooth() -> impl Strategy<Value = Log> {
     let wave = || (-1.0..1.0_f64, -1.0..1.0_f64, 0.1..3.0_f64);
     let missing = prop::collection::vec(prop::bool::weighted(0.1), 120);
     let base = prop::array::uniform4(-1.0..1.0_f64);
-    (12..30_usize, [wave(), wave(), wave(), wave()], -6.0..3.0_f64, missing, base, prop::bool::ANY).prop_map(
+    (12..60_usize, [wave(), wave(), wave(), wave()], -6.0..3.0_f64, missing, base, prop::bool::ANY).prop_map(
         |(count, waves, exponent, missing, base, apart)| {
             let scale = 10f64.powf(exponent);
             let at =
@@ -86,7 +86,7 @@ fn survives_by(log: &Log, method: Method) -> Result<(), TestCaseError> {
 }
 
 proptest! {
-    #![proptest_config(cases(6))]
+    #![proptest_config(cases(10))]
 
     #[test]
     fn on_wild_logs(log in wild(12..60)) {
@@ -97,7 +97,7 @@ proptest! {
 
 proptest! {
     // Each is searched until its worth is spent.
-    #![proptest_config(cases(2))]
+    #![proptest_config(cases(4))]
 
     #[test]
     fn on_smooth_logs_of_nothing(log in smooth()) {

@@ -352,8 +352,8 @@ impl<'a> Job<'a> {
 
     /// Whether nothing more is worth doing for an optimum. A search that took all that the log is worth was not in vain where the contacts are explained.
     fn is_spent_on(&self, fine: &Fit) -> bool {
-        let worth = || if self.is_contradicted_by_contacts(fine) { 1.0 } else { WORTH_OF_A_FIT };
-        self.is_spent() && self.measurements.work.is_spent_by(worth())
+        self.is_spent()
+            && (self.measurements.work.is_spent_by(WORTH_OF_A_FIT) || self.is_contradicted_by_contacts(fine))
     }
 
     /// Whether nothing more is worth doing for the log.
