@@ -7,7 +7,7 @@
 
 use crate::estimate::association::alternatives::{Alternative, Ambiguity};
 use crate::estimate::coverage::{NODES, felt_nodes};
-use crate::estimate::evidence::jump_prior::{barrier_sds, variance_by};
+use crate::estimate::evidence::jump_prior::{is_over_barrier, variance_by};
 use crate::estimate::jumps::{BARRIER_ALLOWANCE, DetectedJump};
 use crate::estimate::measurements::Measurements;
 use crate::estimate::solver::gauss_newton::{Fit, Smoother};
@@ -16,7 +16,6 @@ use crate::mechanics::EnergyLandscape;
 use crate::mechanics::passage::{SAME_POSE_RAD, barrier_m, is_same_pose};
 use crate::palms::PalmPair;
 use crate::shape::SupportFunction;
-use nalgebra::{Cholesky, Dyn};
 use std::f64::consts::TAU;
 use std::ops::Range;
 
@@ -48,11 +47,10 @@ pub(crate) fn landings(
     let smoother = Smoother::new(measurements, fit.order, fit.noise, fit.prior);
     let information = smoother.factor(&smoother.linearise(&fit.estimate.coefficients, &fit.estimate.psi));
     let is_over_barrier = |jump: &DetectedJump| {
-        let sds = |information: &Cholesky<f64, Dyn>| {
+        information.as_ref().is_some_and(|information| {
             let variance_of = variance_by(information, fit.evidence.samples_per_error);
-            barrier_sds(measurements, &fit.estimate, fit.noise.balance_m, &variance_of, jump)
-        };
-        information.as_ref().is_some_and(|information| sds(information) > NO_BARRIER_SDS)
+            is_over_barrier(measurements, &fit.estimate, fit.noise.balance_m, &variance_of, jump)
+        })
     };
     let doubtful: Vec<(&DetectedJump, Vec<Landing>)> = jumps
         .iter()
@@ -82,9 +80,6 @@ pub(crate) fn landings(
     alternatives.iter().for_each(|alternative| ambiguity.doubt(&alternative.samples));
     alternatives
 }
-
-/// Standard deviations up to which a barrier may be none.
-const NO_BARRIER_SDS: f64 = 2.0;
 
 /// A pose at which a jump may end.
 struct Landing {

@@ -18,6 +18,9 @@ use nalgebra::{Cholesky, DVector, Dyn};
 /// 9 um known to 0.2 um.
 const LEAST_SD: f64 = 3e-5;
 
+/// Standard deviations up to which a barrier may be none.
+const NO_BARRIER_SDS: f64 = 2.0;
+
 /// The variance of a linear function of the coefficients of a shape, given by its row, as far as a log tells the shape.
 pub(crate) type VarianceOf<'a> = &'a dyn Fn(&DVector<f64>) -> f64;
 
@@ -44,8 +47,19 @@ pub(crate) fn deviance(
     jumps.iter().map(of_jump).sum()
 }
 
+/// Whether the barrier on the way of a jump is none of the shape's errors: known well enough to forbid it.
+pub(crate) fn is_over_barrier(
+    measurements: &Measurements,
+    estimate: &Estimate,
+    balance_m: f64,
+    variance_of: VarianceOf,
+    jump: &DetectedJump,
+) -> bool {
+    barrier_sds(measurements, estimate, balance_m, variance_of, jump) > NO_BARRIER_SDS
+}
+
 /// Height of the barrier on the way of a jump in standard deviations.
-pub(crate) fn barrier_sds(
+fn barrier_sds(
     measurements: &Measurements,
     Estimate { coefficients, .. }: &Estimate,
     balance_m: f64,
@@ -101,11 +115,11 @@ mod tests {
     use crate::shape::{SupportFunction, ellipse};
     use nalgebra::DMatrix;
 
-    type OfJumps = fn(&Measurements, &Estimate, f64, VarianceOf, &[DetectedJump]) -> f64;
+    type OfJumps<T> = fn(&Measurements, &Estimate, f64, VarianceOf, &[DetectedJump]) -> T;
 
     /// The prior of a jump of an ellipse over the barrier between its two poses, with an information of (1/`sd_m`)² on each coefficient; and
     /// that barrier, metres.
-    fn with_jump(sd_m: f64, predicted: bool, balance_m: f64, prior: OfJumps) -> (f64, f64) {
+    fn with_jump<T>(sd_m: f64, predicted: bool, balance_m: f64, prior: OfJumps<T>) -> (T, f64) {
         let shape = ellipse(0.03, 0.024).expect("possible");
         let palms = PalmPair::hinged(0.6, 1.7);
         let landscape = EnergyLandscape::new(&shape, &palms);
@@ -151,6 +165,21 @@ mod tests {
         assert_eq!(with_jump(1e-6, true, 0.0, excess).0, 0.0);
         let beyond = with_jump(0.02 * barrier_m, false, 0.0, excess).0;
         assert!((beyond - (0.5 * between - PREDICTED_JUMP.0)).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_barrier_of_more_than_two_standard_deviations_is_none_of_the_errors_of_the_shape() {
+        let sds = |sd_m: f64| with_jump(sd_m, false, 0.0, |a, b, c, d, jumps| barrier_sds(a, b, c, d, &jumps[0])).0;
+        // The least standard deviation of a barrier is nothing beside these.
+        let of_two_m = 1e-4 * sds(1e-4) / NO_BARRIER_SDS;
+        let over =
+            |sd_m: f64| with_jump(sd_m, false, 0.0, |a, b, c, d, jumps| is_over_barrier(a, b, c, d, &jumps[0])).0;
+        assert!(
+            over(0.99 * of_two_m) && !over(1.01 * of_two_m),
+            "{} and {}",
+            sds(0.99 * of_two_m),
+            sds(1.01 * of_two_m)
+        );
     }
 
     #[test]

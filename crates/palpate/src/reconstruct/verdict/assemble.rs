@@ -65,7 +65,7 @@ pub(crate) fn assemble(
     let (coefficients, psi) = (&fit.estimate.coefficients, &fit.estimate.psi);
     let shape = SupportFunction::from_coefficients(coefficients);
     let palms: Vec<PalmPair> = log.samples.iter().map(|sample| sample.palms).collect();
-    let jumps = uncertainty.jumps(&shape, &palms, psi);
+    let mut jumps = uncertainty.jumps(&shape, &palms, psi);
     let starts: Vec<usize> = jumps.iter().map(|jump| jump.sample).collect();
     let piece_of = |index: usize| starts.iter().filter(|&&start| start <= index).count() as u32;
 
@@ -97,6 +97,9 @@ pub(crate) fn assemble(
     };
     let in_own: Vec<DetectedJump> = jumps.iter().map(own_frame).collect();
     let besides = of_rig.as_ref().map_or(0.0, |rig| rig.log_evidence) - error_bars.deviance_of(&in_own)?;
+    for (jump, in_own) in jumps.iter_mut().zip(&in_own) {
+        jump.physical |= !jump.physical && error_bars.may_be_without_barrier(in_own);
+    }
     let posterior = Evidence { samples_per_error: inflation, ..fit.evidence.with(besides) };
 
     let largest_felt = |sd_m: &dyn Fn(f64) -> f64| felt_there.iter().map(|theta| sd_m(*theta)).fold(0.0, f64::max);

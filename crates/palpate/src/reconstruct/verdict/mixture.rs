@@ -138,6 +138,10 @@ impl PoseErrorBars for MixedErrorBars<'_> {
     fn deviance_of(&self, jumps: &[DetectedJump]) -> Option<f64> {
         self.answer.deviance_of(jumps)
     }
+
+    fn may_be_without_barrier(&self, jump: &DetectedJump) -> bool {
+        self.answer.may_be_without_barrier(jump)
+    }
 }
 
 #[cfg(test)]

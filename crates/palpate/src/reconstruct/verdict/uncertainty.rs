@@ -1,7 +1,7 @@
 //! What an optimum leaves open: error bars of boundary and poses, and of the constants of the rig.
 
 use crate::estimate::calibration::{CONSTANTS, CalibrationPosterior, Matrix, constants, prior_sd};
-use crate::estimate::evidence::jump_prior::{excess, variance_by};
+use crate::estimate::evidence::jump_prior::{excess, is_over_barrier, variance_by};
 use crate::estimate::jumps::{DetectedJump, detect_jumps};
 use crate::estimate::measurements::{Instant, Measurements};
 use crate::estimate::model::noise_from_log::angle_scatter_rad;
@@ -57,6 +57,11 @@ pub(crate) trait PoseErrorBars {
 
     /// Half of what the jumps add to the cost: −ln of their prior. `None` where the log does not determine the shape.
     fn deviance_of(&self, jumps: &[DetectedJump]) -> Option<f64>;
+
+    /// Whether the barrier on the way of a jump may be an error of the shape: without one the forces do not forbid it.
+    fn may_be_without_barrier(&self, _jump: &DetectedJump) -> bool {
+        false
+    }
 }
 
 /// What a log told of the rig.
@@ -163,5 +168,13 @@ impl PoseErrorBars for BalanceErrorBars<'_> {
         let factor = self.bars.factor()?;
         let variance_of = variance_by(&factor, self.bars.inflation());
         Some(excess(self.of.measurements, estimate, noise.balance_m, &variance_of, jumps))
+    }
+
+    fn may_be_without_barrier(&self, jump: &DetectedJump) -> bool {
+        let Fit { estimate, noise, .. } = &self.of.fit;
+        self.bars.factor().is_some_and(|factor| {
+            let variance_of = variance_by(&factor, self.bars.inflation());
+            !is_over_barrier(self.of.measurements, estimate, noise.balance_m, &variance_of, jump)
+        })
     }
 }
