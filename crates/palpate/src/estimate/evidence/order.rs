@@ -3,6 +3,7 @@
 use crate::estimate::evidence::fit::{Fitted, ROUNDS, fit};
 use crate::estimate::evidence::variance_components::VarianceComponents;
 use crate::estimate::measurements::Measurements;
+use crate::estimate::model::evidence::Evidence;
 use crate::estimate::model::layout::Layout;
 use crate::estimate::model::noise::Noise;
 use crate::estimate::model::prior::Prior;
@@ -16,13 +17,15 @@ pub(crate) const ORDERS: [usize; 12] = [3, 4, 6, 8, 10, 12, 16, 20, 24, 32, 40, 
 pub(crate) const PATIENCE: usize = 2;
 
 /// The number of harmonics with the largest evidence: up from the number of the start while the evidence grows, then down
-/// from it. Every fit begins at the optimum of its neighbour, never at a shape with too few harmonics for the motion.
+/// from it. Every fit begins at the optimum of its neighbour, never at a shape with too few harmonics for the motion. So many samples share
+/// an error: more harmonics would explain each shared one.
 pub(crate) fn choose_order(
     measurements: &Measurements,
     start: Estimate,
     noise: Noise,
     prior: Prior,
     variance_components: VarianceComponents,
+    samples_per_error: f64,
 ) -> Option<Fitted> {
     let here = Layout::of_coefficients(&start.coefficients).order;
     let orders = orders(prior.symmetry.order);
@@ -32,6 +35,7 @@ pub(crate) fn choose_order(
     let again = |weighted: &Measurements, order: usize, from: &Fit| {
         fit(weighted, order, from.estimate.clone(), from.noise, from.prior, variance_components, ROUNDS)
     };
+    let sharing = |fit: &Fit| Evidence { samples_per_error, ..fit.evidence };
     let mut best = first.clone();
     let climbs: [&mut dyn Iterator<Item = usize>; 2] =
         [&mut orders[middle + 1..].iter().copied(), &mut orders[..middle].iter().rev().copied()];
@@ -41,7 +45,7 @@ pub(crate) fn choose_order(
         for order in climb {
             let Some(next) = again(&weighted, order, &from) else { break };
             (from, weighted) = (next.fit, next.weighted);
-            if from.evidence.log() > best.evidence.log() {
+            if sharing(&from).log_ratio(&sharing(&best)) > 0.0 {
                 best = from.clone();
                 worse = 0;
             } else {

@@ -81,12 +81,27 @@ fn flat_sided() -> SupportFunction {
 fn the_evidence_chooses_the_harmonics_of_the_object_and_more_for_flat_sides() {
     let noise = Noise { sensor_m: NOISE_M, balance_m: NOISE_M };
     let (measurements, start) = setting(&pebble(), 400, NOISE_M);
-    let smooth = choose_order(&measurements, start, noise, PRIOR, free()).expect("solvable").fit.order;
+    let smooth = choose_order(&measurements, start, noise, PRIOR, free(), 1.0).expect("solvable").fit.order;
     // Six, and one step more.
     assert!((6..=8).contains(&smooth), "{smooth}");
     let (measurements, start) = setting(&flat_sided(), 400, NOISE_M);
-    let flat = choose_order(&measurements, start, noise, PRIOR, free()).expect("solvable").fit.order;
+    let flat = choose_order(&measurements, start, noise, PRIOR, free(), 1.0).expect("solvable").fit.order;
     assert!(flat >= 12, "{flat}");
+}
+
+#[test]
+fn readings_that_are_repeated_ask_for_no_more_harmonics() {
+    let noise = Noise { sensor_m: NOISE_M, balance_m: NOISE_M };
+    let (once, Estimate { coefficients, psi, cost }) = setting(&pebble(), 100, NOISE_M);
+    // Palms that go in stairs, and readings that are rounded: each error is there twenty times.
+    let stairs = once.of(once.instants.iter().flat_map(|instant| [*instant; 20]).collect());
+    let start =
+        || Estimate { coefficients: coefficients.clone(), psi: psi.iter().flat_map(|psi| [*psi; 20]).collect(), cost };
+    let order = |samples_per_error: f64| {
+        choose_order(&stairs, start(), noise, PRIOR, free(), samples_per_error).expect("solvable").fit.order
+    };
+    let (known, unknown) = (order(20.0), order(1.0));
+    assert!((6..=8).contains(&known) && unknown > 8, "{known} {unknown}");
 }
 
 #[test]

@@ -105,7 +105,9 @@ impl Job<'_> {
         let components = self.variance_components();
         let order = Layout::of_coefficients(&start.coefficients).order;
         let rough = fit(&medium, order, start, noise, self.prior, components, ROUNDS)?.fit;
-        let coarse = choose_order(&medium, rough.estimate, rough.noise, rough.prior, components)?.fit;
+        let samples_per_error = self.means_per_error(&medium);
+        let coarse =
+            choose_order(&medium, rough.estimate, rough.noise, rough.prior, components, samples_per_error)?.fit;
         let all: &Measurements = &self.measurements;
         let coefficients = coarse.estimate.coefficients.clone();
         let psi = carry_over(&medium, &coarse.estimate.psi, &coefficients, all, &found.ranges);

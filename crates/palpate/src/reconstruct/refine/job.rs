@@ -441,6 +441,11 @@ impl<'a> Job<'a> {
         (self.measurements.len() as f64 / medium.len() as f64).sqrt()
     }
 
+    /// Means of the thinned log for each error of its own.
+    pub(super) fn means_per_error(&self, medium: &Measurements) -> f64 {
+        (self.samples_per_error * medium.len() as f64 / self.measurements.len() as f64).max(1.0)
+    }
+
     /// A fit to the thinned log with the balance as exact as statics has it: its residuals show on which side the centre of mass is.
     fn fit_with_exact_balance(&self, medium: &Measurements, start: Estimate, like: &Fit) -> Option<Fit> {
         let noise = Noise { balance_m: EXACT_BALANCE * like.noise.sensor_m, ..like.noise };
@@ -485,7 +490,10 @@ impl<'a> Job<'a> {
         loop {
             let fitted = match self.options.harmonics {
                 Some(order) => fit(&medium, order, start, noise, prior, self.variance_components(), ROUNDS),
-                None => choose_order(&medium, start, noise, prior, self.variance_components()),
+                None => {
+                    let samples_per_error = self.means_per_error(&medium);
+                    choose_order(&medium, start, noise, prior, self.variance_components(), samples_per_error)
+                }
             }
             .ok_or(ReconstructError::NotSolvable)?;
             let coarse = fitted.fit;
@@ -553,7 +561,8 @@ impl<'a> Job<'a> {
         let start = self.on_medium(&medium, &pieces, coefficients, psi);
         let averaged = self.averaged(&medium);
         let noise = Noise { sensor_m: noise.sensor_m / averaged, balance_m: noise.balance_m / averaged };
-        let fitted = choose_order(&medium, start, noise, prior, self.variance_components())?;
+        let samples_per_error = self.means_per_error(&medium);
+        let fitted = choose_order(&medium, start, noise, prior, self.variance_components(), samples_per_error)?;
         Some(fitted.fit.estimate.coefficients)
     }
 

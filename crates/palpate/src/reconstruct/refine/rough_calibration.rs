@@ -113,7 +113,9 @@ impl Job<'_> {
     fn with_order(&self, rough: &RoughCalibration) -> Option<Fit> {
         let noise_m = self.typical_m / rough.averaged;
         let noise = Noise { sensor_m: noise_m, balance_m: noise_m };
-        choose_order(&rough.corrected, rough.estimate.clone(), noise, self.prior, self.variance_components())
+        let start = rough.estimate.clone();
+        let samples_per_error = self.means_per_error(&rough.corrected);
+        choose_order(&rough.corrected, start, noise, self.prior, self.variance_components(), samples_per_error)
             .map(|fitted| fitted.fit)
     }
 }
