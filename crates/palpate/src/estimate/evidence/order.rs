@@ -17,8 +17,8 @@ pub(crate) const ORDERS: [usize; 12] = [3, 4, 6, 8, 10, 12, 16, 20, 24, 32, 40, 
 pub(crate) const PATIENCE: usize = 2;
 
 /// The number of harmonics with the largest evidence: up from the number of the start while the evidence grows, then down
-/// from it. Every fit begins at the optimum of its neighbour, never at a shape with too few harmonics for the motion. So many samples share
-/// an error: more harmonics would explain each shared one.
+/// from it. Every fit begins at the optimum of its neighbour, never at a shape with too few harmonics for the motion. Of `samples_per_error`
+/// samples that share an error more harmonics would explain every one: they count once.
 pub(crate) fn choose_order(
     measurements: &Measurements,
     start: Estimate,

@@ -5,7 +5,6 @@ use super::calibrated::LEFT;
 use super::job::{Job, LEAST_FIRST_SD, ORDER_SAMPLES, Refined};
 use super::resample::{carry_over, thinned_in_ranges};
 use crate::estimate::evidence::fit::{ROUNDS, fit};
-use crate::estimate::evidence::order::choose_order;
 use crate::estimate::measurements::Measurements;
 use crate::estimate::model::contact::residuals;
 use crate::estimate::model::layout::Layout;
@@ -105,9 +104,7 @@ impl Job<'_> {
         let components = self.variance_components();
         let order = Layout::of_coefficients(&start.coefficients).order;
         let rough = fit(&medium, order, start, noise, self.prior, components, ROUNDS)?.fit;
-        let samples_per_error = self.means_per_error(&medium);
-        let coarse =
-            choose_order(&medium, rough.estimate, rough.noise, rough.prior, components, samples_per_error)?.fit;
+        let coarse = self.with_best_order(&medium, rough.estimate, rough.noise, rough.prior)?.fit;
         let all: &Measurements = &self.measurements;
         let coefficients = coarse.estimate.coefficients.clone();
         let psi = carry_over(&medium, &coarse.estimate.psi, &coefficients, all, &found.ranges);

@@ -441,9 +441,16 @@ impl<'a> Job<'a> {
         (self.measurements.len() as f64 / medium.len() as f64).sqrt()
     }
 
-    /// Means of the thinned log for each error of its own.
-    pub(super) fn means_per_error(&self, medium: &Measurements) -> f64 {
-        (self.samples_per_error * medium.len() as f64 / self.measurements.len() as f64).max(1.0)
+    /// A fit to the thinned log with the number of harmonics that the evidence prefers, of means as far as they have errors of their own.
+    pub(super) fn with_best_order(
+        &self,
+        medium: &Measurements,
+        start: Estimate,
+        noise: Noise,
+        prior: Prior,
+    ) -> Option<Fitted> {
+        let means_per_error = (self.samples_per_error * medium.len() as f64 / self.measurements.len() as f64).max(1.0);
+        choose_order(medium, start, noise, prior, self.variance_components(), means_per_error)
     }
 
     /// A fit to the thinned log with the balance as exact as statics has it: its residuals show on which side the centre of mass is.
@@ -490,10 +497,7 @@ impl<'a> Job<'a> {
         loop {
             let fitted = match self.options.harmonics {
                 Some(order) => fit(&medium, order, start, noise, prior, self.variance_components(), ROUNDS),
-                None => {
-                    let samples_per_error = self.means_per_error(&medium);
-                    choose_order(&medium, start, noise, prior, self.variance_components(), samples_per_error)
-                }
+                None => self.with_best_order(&medium, start, noise, prior),
             }
             .ok_or(ReconstructError::NotSolvable)?;
             let coarse = fitted.fit;
@@ -561,8 +565,7 @@ impl<'a> Job<'a> {
         let start = self.on_medium(&medium, &pieces, coefficients, psi);
         let averaged = self.averaged(&medium);
         let noise = Noise { sensor_m: noise.sensor_m / averaged, balance_m: noise.balance_m / averaged };
-        let samples_per_error = self.means_per_error(&medium);
-        let fitted = choose_order(&medium, start, noise, prior, self.variance_components(), samples_per_error)?;
+        let fitted = self.with_best_order(&medium, start, noise, prior)?;
         Some(fitted.fit.estimate.coefficients)
     }
 

@@ -7,7 +7,6 @@ use super::job::{Job, ORDER_SAMPLES};
 use super::resample::carry_over;
 use crate::estimate::calibration::CalibrationPosterior;
 use crate::estimate::evidence::fit::fit;
-use crate::estimate::evidence::order::choose_order;
 use crate::estimate::measurements::Measurements;
 use crate::estimate::model::evidence::Evidence;
 use crate::estimate::model::layout::Layout;
@@ -113,9 +112,6 @@ impl Job<'_> {
     fn with_order(&self, rough: &RoughCalibration) -> Option<Fit> {
         let noise_m = self.typical_m / rough.averaged;
         let noise = Noise { sensor_m: noise_m, balance_m: noise_m };
-        let start = rough.estimate.clone();
-        let samples_per_error = self.means_per_error(&rough.corrected);
-        choose_order(&rough.corrected, start, noise, self.prior, self.variance_components(), samples_per_error)
-            .map(|fitted| fitted.fit)
+        self.with_best_order(&rough.corrected, rough.estimate.clone(), noise, self.prior).map(|fitted| fitted.fit)
     }
 }

@@ -98,7 +98,7 @@ pub(crate) fn assemble(
     let in_own: Vec<DetectedJump> = jumps.iter().map(own_frame).collect();
     let besides = of_rig.as_ref().map_or(0.0, |rig| rig.log_evidence) - error_bars.deviance_of(&in_own)?;
     for (jump, in_own) in jumps.iter_mut().zip(&in_own) {
-        jump.physical |= !jump.physical && error_bars.may_be_without_barrier(in_own);
+        jump.physical = jump.physical || error_bars.may_be_without_barrier(in_own);
     }
     let posterior = Evidence { samples_per_error: inflation, ..fit.evidence.with(besides) };
 
