@@ -85,7 +85,7 @@ pub(crate) fn detect_jumps(shape: &SupportFunction, palms: &[PalmPair], psi: &[f
         // The jump is the longest step of the ringing.
         let step = |i: usize| (psi[i] - psi[i - 1]).abs();
         let longest = (rest_before + 1..=rest_after).max_by(|a, b| step(*a).total_cmp(&step(*b))).unwrap_or(sample);
-        if whole.physical && whole.jump.rings_with(step(longest)) {
+        if whole.physical && whole.contains(step(longest)) {
             jumps.extend(whole.jumped.then_some(DetectedJump { sample: longest, ..whole.jump }));
             settled = rest_after;
         } else {
@@ -117,6 +117,14 @@ struct Passage {
     jumped: bool,
     /// Whether statics allows it, up to errors of the shape.
     physical: bool,
+}
+
+impl Passage {
+    /// Whether a step from one sample to the next, by so many radians, may be part of this: of the ringing about a jump, or of a slide along one
+    /// branch, about which nothing rings, so that it is no longer than all of the slide.
+    fn contains(&self, step: f64) -> bool {
+        if self.jumped { self.jump.rings_with(step) } else { step < self.jump.turn().abs() + SMALLEST_STEP }
+    }
 }
 
 /// Compares the step from the pose at sample `from` to that at sample `to` with what statics predicts.

@@ -131,6 +131,27 @@ fn a_step_much_longer_than_the_jump_is_not_explained_as_its_ringing() {
 }
 
 #[test]
+fn no_step_longer_than_a_slide_is_part_of_it() {
+    let slide = Passage { jump: jump(100, 1.0, 1.1, true), jumped: false, physical: true };
+    assert!(slide.contains(0.1 + 0.9 * SMALLEST_STEP) && !slide.contains(0.1 + 1.1 * SMALLEST_STEP));
+    let ringing = Passage { jumped: true, ..slide };
+    assert!(ringing.contains(0.1 + 1.1 * SMALLEST_STEP), "about a jump it may swing");
+}
+
+#[test]
+fn a_sample_that_is_elsewhere_during_a_slide_is_a_jump_that_statics_does_not_make() {
+    let (shape, palms, run, psi) = jumping();
+    let jump = first_after(&run);
+    let slide = |at: usize| (psi[at + 1] - psi[at - 1]).abs();
+    let apart_from_jump = (1..psi.len() - 1).filter(|at| at.abs_diff(jump) > LONGEST_RINGING);
+    let away = apart_from_jump.min_by(|a, b| slide(*a).total_cmp(&slide(*b))).expect("samples far from the jump");
+    let mut there_and_back = psi.clone();
+    there_and_back[away] += 0.3;
+    let found = detect_jumps(&shape, &palms, &there_and_back);
+    assert!(found.iter().any(|jump| jump.sample == away && !jump.physical), "{found:?}");
+}
+
+#[test]
 fn samples_that_are_half_a_turn_away_are_no_ringing_of_a_step_before_them() {
     let (shape, palms, run, psi) = jumping();
     let at = first_after(&run);
