@@ -22,7 +22,7 @@ const LONGEST_SWING: f64 = 0.5;
 const QUIET_STEPS: usize = 4;
 
 /// A jump is reversed when the next one comes back to within this share of its turn.
-const REVERSED: f64 = 0.5;
+pub(crate) const REVERSED: f64 = 0.5;
 
 /// The object went from one pose to another between two samples.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -38,7 +38,7 @@ const STARTS: [f64; 4] = [0.02, 0.1, 0.2, 0.4];
 const PRIOR: (f64, f64) = (0.2, 0.5);
 
 /// Least coefficient of friction of the fit: without any there are no cones.
-pub(super) const LEAST_FRICTION: f64 = 1e-4;
+pub(crate) const LEAST_FRICTION: f64 = 1e-4;
 
 /// The same of the centre of mass: from the origin of the form, as a share of its size.
 const CENTER_SD: f64 = 0.5;

@@ -113,9 +113,7 @@ const WORTH: f64 = 2.7;
 const ROTATIONS_WORTH: f64 = 16.0;
 const ROTATIONS_WORTH_UNTOLD: f64 = 0.4;
 
-/// Friction acts where a coefficient of it is so many standard deviations from 0, or where the object rolls for this share of the samples and never
-/// falls.
-const TOLD_SDS: f64 = 5.0;
+/// Friction acts where a coefficient of it is told, or where the object rolls for this share of the samples and never falls.
 const MOSTLY_STICKS: f64 = 0.5;
 
 /// What is to be explained.
@@ -476,14 +474,13 @@ impl OfFriction<'_> {
     }
 
     /// Whether friction is told, or holds the object.
-    fn acts(&self, FrictionEstimate { coefficients, coefficient_sds, .. }: &FrictionEstimate) -> bool {
+    fn acts(&self, estimate: &FrictionEstimate) -> bool {
         let Unknowns { coefficients: of_shape, psi, .. } = &self.settled.optimum.unknowns;
-        let told = |palm: usize| coefficients[palm] > TOLD_SDS * coefficient_sds[palm];
         let sticks = self.settled.regimes.iter().filter(|regime| regime.sticks().is_some()).count();
         // What falls slides before it falls: friction that holds it elsewhere without being told is none.
         let shape = SupportFunction::from_coefficients(of_shape);
         let falls = || !self.jumps(&shape, &self.job.palms(), psi).is_empty();
-        told(0) || told(1) || (sticks as f64 >= MOSTLY_STICKS * psi.len() as f64 && !falls())
+        estimate.is_told() || (sticks as f64 >= MOSTLY_STICKS * psi.len() as f64 && !falls())
     }
 
     fn estimate(&self) -> FrictionEstimate {

@@ -1,7 +1,7 @@
 //! Friction and centre of mass of a result: what the forces within the friction cones ask of its form and motion (`docs/theory.md`, friction).
 
 use crate::estimate::friction::regimes::{Place, Regime, regimes};
-use crate::estimate::friction::strips::center_and_friction;
+use crate::estimate::friction::strips::{LEAST_FRICTION, center_and_friction};
 use crate::estimate::measurements::Measurements;
 use crate::estimate::model::contact::psi_sd_by_contacts;
 use crate::log::Log;
@@ -31,14 +31,19 @@ pub struct FrictionEstimate {
 /// leave at most 1, and wrong ones that the contacts alone allow 1.8.
 const EXPLAINED: f64 = 1.5;
 
-/// Standard deviations from 0 at which a coefficient of friction is told by the log.
+/// Standard deviations from the least, which is that of a log that asks for none, at which a coefficient of friction is told by the log.
 const TOLD_SDS: f64 = 5.0;
 
 impl FrictionEstimate {
     /// Whether there is friction, and Coulomb's law holds.
     pub(crate) fn explains(&self) -> bool {
-        let told = |palm: usize| self.coefficients[palm] > TOLD_SDS * self.coefficient_sds[palm];
-        self.misfit < EXPLAINED && (told(0) || told(1))
+        self.misfit < EXPLAINED && self.is_told()
+    }
+
+    /// Whether the log tells friction on either palm.
+    pub(crate) fn is_told(&self) -> bool {
+        let sds = self.coefficients.iter().zip(self.coefficient_sds);
+        sds.into_iter().any(|(coefficient, sd)| coefficient - LEAST_FRICTION > TOLD_SDS * sd)
     }
 }
 
@@ -130,6 +135,9 @@ mod tests {
         assert!(!FrictionEstimate { coefficient_sds: [0.041, 0.01], ..estimate() }.explains());
         assert!(FrictionEstimate { misfit: 0.99 * EXPLAINED, ..estimate() }.explains());
         assert!(!FrictionEstimate { misfit: 1.01 * EXPLAINED, ..estimate() }.explains());
+        // The least there is, however well it is known, is none.
+        let least = FrictionEstimate { coefficients: [LEAST_FRICTION; 2], coefficient_sds: [1e-9; 2], ..estimate() };
+        assert!(!least.explains());
     }
 
     /// An object that is squeezed and turned for 40 s between palms with friction.

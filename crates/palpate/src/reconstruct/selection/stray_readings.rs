@@ -2,6 +2,7 @@
 //! contact, while it fits all others. Held against its neighbours ([`crate::estimate::model::outliers`]) such a reading may be that of a contact on its
 //! way, where the object slides fast for the rate of the samples.
 
+use crate::estimate::jumps::REVERSED;
 use crate::estimate::motion::LONGEST_STEP;
 use crate::log::{Log, Sample};
 use crate::math::angle::wrapped;
@@ -95,16 +96,17 @@ fn are_strays(
     })
 }
 
-/// Runs of a few samples at other poses than the one that the object comes from and goes on from. No object does that: they were put where a stray
-/// reading has them.
+/// Runs of a few samples at other poses than the one that the object comes from and goes on from, within the share [`REVERSED`] of how far it went,
+/// and within [`LONGEST_STEP`]. No object does that: they were put where a stray reading has them.
 fn excursions(motion: &[Pose]) -> Vec<Range<usize>> {
     let mut found = Vec::new();
     let mut sample = 1;
     while sample < motion.len() {
         let before = &motion[sample - 1];
-        let is_there = |pose: &Pose| wrapped(pose.psi_rad - before.psi_rad).abs() < LONGEST_STEP;
-        let leaves = motion[sample].piece != before.piece && !is_there(&motion[sample]);
-        let returns = |to: &usize| motion.get(*to).is_some_and(is_there);
+        let apart = |pose: &Pose| wrapped(pose.psi_rad - before.psi_rad).abs();
+        let leaves = motion[sample].piece != before.piece;
+        let there = (REVERSED * apart(&motion[sample])).min(LONGEST_STEP);
+        let returns = |to: &usize| motion.get(*to).is_some_and(|pose| apart(pose) < there);
         let end = leaves.then(|| (sample + 1..=sample + LONGEST_RUN).find(returns)).flatten();
         found.extend(end.map(|end| sample..end));
         sample = end.unwrap_or(sample + 1);
@@ -266,6 +268,9 @@ mod tests {
         assert_eq!(found(40..40 + LONGEST_RUN, 0.9 * LONGEST_STEP), vec![(40, 40 + LONGEST_RUN)]);
         assert_eq!(found(40..41 + LONGEST_RUN, 0.0), vec![]);
         assert_eq!(found(40..41, 1.1 * LONGEST_STEP), vec![]);
+        // One by less than the longest step is one, too.
+        let small = |jump_rad: f64| excursions(&with_excursion(40..41, 0.6 * LONGEST_STEP, jump_rad)).len();
+        assert_eq!((small(0.27 * LONGEST_STEP), small(0.33 * LONGEST_STEP)), (1, 0));
         // A whole turn on is where it was.
         let motion = with_excursion(40..42, 3.0, std::f64::consts::TAU + 0.01);
         let steady = without_excursions(&motion);
