@@ -1,7 +1,7 @@
 //! Detection of jumps in a motion, and whether statics predicts them (`docs/theory.md`, jumps): at a jump the potential energy
 //! falls, and the new pose is the minimum that the object descends to from the old one.
 
-use crate::estimate::motion::{SMALLEST_STEP, outlying_steps};
+use crate::estimate::motion::{LONGEST_STEP, SMALLEST_STEP, outlying_steps};
 use crate::math::angle::wrapped;
 use crate::mechanics::passage::{barrier_m, carried, is_same_pose};
 use crate::mechanics::{EnergyLandscape, Forces};
@@ -121,9 +121,9 @@ struct Passage {
 
 impl Passage {
     /// Whether a step from one sample to the next, by so many radians, may be part of this: of the ringing about a jump, or of a slide along one
-    /// branch, about which nothing rings, so that it is no longer than all of the slide.
+    /// branch, about which nothing rings, so that it is hardly longer than all of the slide: noise alone turns a pose that is not well known.
     fn contains(&self, step: f64) -> bool {
-        if self.jumped { self.jump.rings_with(step) } else { step < self.jump.turn().abs() + SMALLEST_STEP }
+        if self.jumped { self.jump.rings_with(step) } else { step < self.jump.turn().abs() + LONGEST_STEP }
     }
 }
 

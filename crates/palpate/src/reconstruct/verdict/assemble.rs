@@ -1,6 +1,7 @@
 //! From an optimum to the reported result: gauge (ψ = 0 at the first sample), outline, motion, error bars, χ² and verdict
 //! (`docs/theory.md`, error bars).
 
+use super::bent_poses::bent_poses;
 use super::certificate::Findings;
 use super::uncertainty::Uncertainty;
 use crate::estimate::coverage::{MOSTLY_FELT_AGAIN, NODES, completed, contact_paths, felt_again, touches};
@@ -82,6 +83,13 @@ pub(crate) fn assemble(
         .zip(psi)
         .map(|(instant, psi)| contact_residuals_m(instant, coefficients, *psi))
         .collect();
+    let at_rest = uncertainty.inertia().is_none() && uncertainty.friction().is_none();
+    let mut ambiguity_rad = ambiguity_rad.to_vec();
+    if expected.outliers > 0 && at_rest {
+        for (sample, bent_rad) in bent_poses(&shape, &palms, psi, &residuals_m, &jumps) {
+            ambiguity_rad[sample] = ambiguity_rad[sample].max(bent_rad);
+        }
+    }
     let of_sensor1: Vec<f64> = residuals_m.iter().filter_map(|both| both.0).collect();
     let of_sensor2: Vec<f64> = residuals_m.iter().filter_map(|both| both.1).collect();
     let inflation =
@@ -120,6 +128,7 @@ pub(crate) fn assemble(
             let (psi_sd, com_sd) = error_bars.pose_sd(index, instant);
             let pose = pose(sample, instant, &shape, coefficients, psi[index]);
             let psi_sd_rad = psi_sd.max(ambiguity_rad[index]);
+            let com_sd = com_sd.max(center_elsewhere_m(instant, &shape, psi[index], ambiguity_rad[index]));
             let modes = uncertainty.modes(index);
             Pose { psi_sd_rad, com_sd_m: com_sd, piece: piece_of(index), modes, ..pose }
         })
@@ -137,13 +146,12 @@ pub(crate) fn assemble(
     // Where hardly a sample could be placed, it is the orientation itself that is not known.
     let all = ambiguous as f64 > MOST_AMBIGUOUS * motion.len() as f64;
     let is_placed = |(_, ambiguity_rad): &(&Pose, &f64)| all || **ambiguity_rad == 0.0;
-    let unambiguous = || motion.iter().zip(ambiguity_rad).filter(is_placed).map(|(pose, _)| pose);
+    let unambiguous = || motion.iter().zip(&ambiguity_rad).filter(is_placed).map(|(pose, _)| pose);
     let squares = unambiguous().map(|pose| pose.psi_sd_rad.powi(2));
     let mean_square = squares.sum::<f64>() / unambiguous().count().max(1) as f64;
     let slack_m = limits.stability_slack * coefficients[0].abs();
     let inertia = uncertainty.inertia();
     let friction = uncertainty.friction();
-    let at_rest = inertia.is_none() && friction.is_none();
     // With inertia the object may be on its way at any sample.
     let unphysical = || jumps.iter().filter(|jump| inertia.is_none() && !jump.physical);
     let findings = Findings {
@@ -168,7 +176,7 @@ pub(crate) fn assemble(
         },
         coverage: felt.len() as f64 / NODES as f64,
         ambiguous,
-        ambiguity_rad: root_mean_square(ambiguity_rad),
+        ambiguity_rad: root_mean_square(&ambiguity_rad),
         psi_sd_rad: mean_square.sqrt(),
         largest_psi_sd_rad: unambiguous().map(|pose| pose.psi_sd_rad).fold(0.0, f64::max),
         largest_felt_r_sd_m: outline.iter().filter(|p| p.touches > 0).map(|p| p.r_sd_m).fold(0.0, f64::max),
@@ -210,6 +218,17 @@ pub(crate) fn assemble(
         inertia,
     };
     Some(Candidate { result, posterior })
+}
+
+/// How far the centre of mass of an object at another orientation, so far from this one either way, is from where it is here, metres.
+fn center_elsewhere_m(instant: &Instant, shape: &SupportFunction, psi_rad: f64, away_rad: f64) -> f64 {
+    let center_m = |psi_rad: f64| {
+        let (theta1, theta2) = instant.contact_angles(psi_rad);
+        instant.palms.center([shape.at(theta1).r, shape.at(theta2).r])
+    };
+    let [x, y] = center_m(psi_rad);
+    let elsewhere = [psi_rad - away_rad, psi_rad + away_rad].map(center_m);
+    elsewhere.into_iter().map(|[at_x, at_y]| (at_x - x).hypot(at_y - y)).fold(0.0, f64::max)
 }
 
 fn shortest_turn_rad(jumps: &[DetectedJump]) -> f64 {

@@ -81,3 +81,20 @@ fn a_contact_that_was_not_seen_feels_nothing_and_the_other_one_goes_on() {
     assert_eq!(paths.iter().map(Vec::len).collect::<Vec<_>>(), [9, 10]);
     assert!(!paths[0].contains(&sliding(10, 0.01)[4].0));
 }
+
+#[test]
+fn the_centre_of_mass_of_another_orientation_is_elsewhere() {
+    let instant = measurements(1).instants[0];
+    let disc = SupportFunction::new(0.03, Vec::new());
+    assert!(center_elsewhere_m(&instant, &disc, 0.3, 1.0) < 1e-12, "of a disc about its middle it stays");
+    let shape = crate::shape::ellipse(0.03, 0.024).expect("possible");
+    assert_eq!(center_elsewhere_m(&instant, &shape, 0.3, 0.0), 0.0);
+    let center_m = |psi: f64| {
+        let palms = PalmPair::hinged(0.5, 1.9);
+        let (theta1, theta2) = palms.contact_angles(psi);
+        palms.center_of_mass_m(shape.at(theta1), shape.at(theta2))
+    };
+    let apart = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]);
+    let expected = apart(center_m(0.3), center_m(-0.2)).max(apart(center_m(0.3), center_m(0.8)));
+    assert!((center_elsewhere_m(&instant, &shape, 0.3, 0.5) - expected).abs() < 1e-12);
+}
