@@ -83,15 +83,18 @@ pub(crate) fn assemble(
         .zip(psi)
         .map(|(instant, psi)| contact_residuals_m(instant, coefficients, *psi))
         .collect();
-    let at_rest = uncertainty.inertia().is_none() && uncertainty.friction().is_none();
+    let of_sensor1: Vec<f64> = residuals_m.iter().filter_map(|both| both.0).collect();
+    let of_sensor2: Vec<f64> = residuals_m.iter().filter_map(|both| both.1).collect();
+    let typical_sensor_m = typical_sd(of_sensor1.iter().chain(&of_sensor2));
+    let inertia = uncertainty.inertia();
+    let friction = uncertainty.friction();
+    let at_rest = inertia.is_none() && friction.is_none();
     let mut ambiguity_rad = ambiguity_rad.to_vec();
     if expected.outliers > 0 && at_rest {
-        for (sample, bent_rad) in bent_poses(&shape, &palms, psi, &residuals_m, &jumps) {
+        for (sample, bent_rad) in bent_poses(&shape, &palms, psi, (&residuals_m, typical_sensor_m), &jumps) {
             ambiguity_rad[sample] = ambiguity_rad[sample].max(bent_rad);
         }
     }
-    let of_sensor1: Vec<f64> = residuals_m.iter().filter_map(|both| both.0).collect();
-    let of_sensor2: Vec<f64> = residuals_m.iter().filter_map(|both| both.1).collect();
     let inflation =
         f64::max(0.5 * (correlation_time(&of_sensor1) + correlation_time(&of_sensor2)), expected.samples_per_error);
     let felt_there: Vec<f64> = felt.iter().map(|theta| theta - turned).collect();
@@ -128,7 +131,10 @@ pub(crate) fn assemble(
             let (psi_sd, com_sd) = error_bars.pose_sd(index, instant);
             let pose = pose(sample, instant, &shape, coefficients, psi[index]);
             let psi_sd_rad = psi_sd.max(ambiguity_rad[index]);
-            let com_sd = com_sd.max(center_elsewhere_m(instant, &shape, psi[index], ambiguity_rad[index]));
+            let com_sd = match ambiguity_rad[index] {
+                0.0 => com_sd,
+                away_rad => com_sd.max(center_elsewhere_m(instant, &shape, psi[index], away_rad)),
+            };
             let modes = uncertainty.modes(index);
             Pose { psi_sd_rad, com_sd_m: com_sd, piece: piece_of(index), modes, ..pose }
         })
@@ -150,8 +156,6 @@ pub(crate) fn assemble(
     let squares = unambiguous().map(|pose| pose.psi_sd_rad.powi(2));
     let mean_square = squares.sum::<f64>() / unambiguous().count().max(1) as f64;
     let slack_m = limits.stability_slack * coefficients[0].abs();
-    let inertia = uncertainty.inertia();
-    let friction = uncertainty.friction();
     // With inertia the object may be on its way at any sample.
     let unphysical = || jumps.iter().filter(|jump| inertia.is_none() && !jump.physical);
     let findings = Findings {
@@ -161,7 +165,7 @@ pub(crate) fn assemble(
         dof,
         noise_stated: expected.stated_m.is_some(),
         sensor_m: chi2_per_dof.sqrt() * expected_m,
-        typical_sensor_m: typical_sd(of_sensor1.iter().chain(&of_sensor2)),
+        typical_sensor_m,
         expected_sensor_m: expected_m,
         balance_m: fit.noise.balance_m,
         samples: log.samples.len(),

@@ -3,7 +3,6 @@
 
 use crate::estimate::jumps::DetectedJump;
 use crate::math::angle::wrapped;
-use crate::math::statistics::typical_sd;
 use crate::mechanics::EnergyLandscape;
 use crate::mechanics::passage::is_same_pose;
 use crate::palms::PalmPair;
@@ -13,16 +12,15 @@ use crate::shape::SupportFunction;
 const AGREES_SDS: f64 = 10.0;
 
 /// The samples on either side of the jumps that are not at rest where their neighbours are, and how far from there, radians, where one of their readings
-/// agrees with that as well. `left_m` is what the fit leaves of the readings of both palms, metres.
+/// agrees with that as well. `left_m` is what the fit leaves of the readings of both palms, and `typical_m` the standard deviation of most of them, metres.
 pub(crate) fn bent_poses(
     shape: &SupportFunction,
     palms: &[PalmPair],
     psi: &[f64],
-    left_m: &[(Option<f64>, Option<f64>)],
+    (left_m, typical_m): (&[(Option<f64>, Option<f64>)], f64),
     jumps: &[DetectedJump],
 ) -> Vec<(usize, f64)> {
-    let readings: Vec<f64> = left_m.iter().flat_map(|left| [left.0, left.1]).flatten().collect();
-    let limit_m = AGREES_SDS * typical_sd(readings.iter());
+    let limit_m = AGREES_SDS * typical_m;
     let bent_rad = |sample: usize| {
         let landscape = EnergyLandscape::new(shape, &palms[sample]);
         let neighbours = [sample.checked_sub(1), Some(sample + 1)].into_iter().flatten();
@@ -72,13 +70,12 @@ mod tests {
             physical: true,
             predicted: true,
         };
-        bent_poses(&shape, &palms, &psi, &left_m, &[jump])
+        bent_poses(&shape, &palms, &psi, (&left_m, NOISE_M), &[jump])
     }
 
     #[test]
     fn a_pose_beside_a_jump_may_be_bent_where_one_reading_agrees_with_rest() {
-        // The standard deviation of most readings is 1.48 of what they have.
-        let limit_m = AGREES_SDS * 1.4826 * NOISE_M;
+        let limit_m = AGREES_SDS * NOISE_M;
         for jump in [4, 5] {
             let [(sample, away_rad)] = found(0.5, 0.99 * limit_m, jump)[..] else { panic!("one pose") };
             assert!(sample == 4 && (away_rad - 0.5).abs() < 1e-9, "{away_rad}");
