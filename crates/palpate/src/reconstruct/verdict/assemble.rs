@@ -91,7 +91,7 @@ pub(crate) fn assemble(
     let at_rest = inertia.is_none() && friction.is_none();
     let mut ambiguity_rad = ambiguity_rad.to_vec();
     if expected.outliers > 0 && at_rest {
-        for (sample, bent_rad) in bent_poses(&shape, &palms, psi, (&residuals_m, typical_sensor_m), &jumps) {
+        for (sample, bent_rad) in bent_poses(&shape, &palms, psi, &residuals_m, typical_sensor_m, &jumps) {
             ambiguity_rad[sample] = ambiguity_rad[sample].max(bent_rad);
         }
     }

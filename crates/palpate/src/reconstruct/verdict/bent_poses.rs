@@ -17,7 +17,8 @@ pub(crate) fn bent_poses(
     shape: &SupportFunction,
     palms: &[PalmPair],
     psi: &[f64],
-    (left_m, typical_m): (&[(Option<f64>, Option<f64>)], f64),
+    left_m: &[(Option<f64>, Option<f64>)],
+    typical_m: f64,
     jumps: &[DetectedJump],
 ) -> Vec<(usize, f64)> {
     let limit_m = AGREES_SDS * typical_m;
@@ -70,7 +71,7 @@ mod tests {
             physical: true,
             predicted: true,
         };
-        bent_poses(&shape, &palms, &psi, (&left_m, NOISE_M), &[jump])
+        bent_poses(&shape, &palms, &psi, &left_m, NOISE_M, &[jump])
     }
 
     #[test]
