@@ -1,6 +1,7 @@
 use super::motion::MotionShape;
 use super::sensor::NoiseShape;
 use super::*;
+use palpate::reconstruct::Pose;
 
 fn drawn(seeds: std::ops::Range<u64>) -> Vec<Conditions> {
     seeds.map(|seed| VariedJob { seed }.conditions()).collect()
@@ -63,18 +64,20 @@ fn noise_is_as_large_as_it_is_said_to_be() {
     }
 }
 
-/// Such a log is certified, and its motion right.
-fn is_reconstructed(seed: u64) {
+/// Such a log is certified, and its motion right. Gives each pose, and by how much its orientation is wrong, radians.
+fn is_reconstructed(seed: u64) -> Vec<(Pose, f64)> {
     let Simulated { object, simulation, .. } = VariedJob { seed }.simulate().expect("a log");
     let found = palpate::reconstruct::Reconstructor::new().run(&simulation.log).expect("an answer");
     assert!(found.is_certified(), "{object}: {}", found.verdict);
     let turned = simulation.truth.motion[0].psi_rad;
     let errors = found.motion.iter().zip(&simulation.truth.motion).map(|(found, truth)| {
         let error = found.psi_rad - (truth.psi_rad - turned);
-        f64::atan2(error.sin(), error.cos()).powi(2)
+        (*found, f64::atan2(error.sin(), error.cos()))
     });
-    let rms = (errors.sum::<f64>() / found.motion.len() as f64).sqrt();
+    let errors: Vec<(Pose, f64)> = errors.collect();
+    let rms = (errors.iter().map(|(_, error)| error * error).sum::<f64>() / errors.len() as f64).sqrt();
     assert!(rms < 0.02, "{object}: {rms} rad");
+    errors
 }
 
 /// At 4 readings a second, whose seeds take 48 harmonics and explain a part of the log only.
@@ -107,5 +110,17 @@ fn a_nearly_symmetric_object_is_reconstructed() {
 fn objects_with_flat_sides_are_reconstructed() {
     for seed in [6_700_027, 6_800_169] {
         is_reconstructed(seed);
+    }
+}
+
+/// Single readings beside jumps that are wrong by centimetres bend two of its poses.
+#[test]
+fn poses_that_outliers_bend_say_so() {
+    let poses = is_reconstructed(6_101_233);
+    let bent: Vec<&(Pose, f64)> = poses.iter().filter(|(_, error_rad)| error_rad.abs() > 0.1).collect();
+    assert!(!bent.is_empty());
+    for (pose, error_rad) in bent {
+        assert!(pose.psi_sd_rad > 0.9 * error_rad.abs(), "{error_rad} rad at {} s: {}", pose.time_s, pose.psi_sd_rad);
+        assert!(pose.com_sd_m > 1e-3, "{} m at {} s", pose.com_sd_m, pose.time_s);
     }
 }

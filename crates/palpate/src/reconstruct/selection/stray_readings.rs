@@ -11,6 +11,7 @@ use crate::mechanics::Jump;
 use crate::palms::PalmPair;
 use crate::reconstruct::options::limits::CertificateLimits;
 use crate::reconstruct::result::reconstruction::{Pose, Reconstruction};
+use crate::reconstruct::verdict::bent_poses::off_elsewhere_m;
 use crate::reconstruct::verdict::certificate::doubt_of_outliers;
 use crate::reconstruct::verdict::doubt::{Doubt, Verdict};
 use crate::shape::SupportFunction;
@@ -84,15 +85,15 @@ fn are_strays(
     // One of them on each side may be bent too.
     let (from, to) = (psi[1], psi[psi.len() - 2]);
     let steps = ((to - from) / STEP_RAD).ceil().max(1.0);
-    let at = |psi: f64| <[f64; 2]>::from(palms.contact_positions_m(shape, psi));
-    let here = at(motion[sample].psi_rad);
-    let there: Vec<[f64; 2]> = (0..=steps as usize).map(|step| at(from + (to - from) * step as f64 / steps)).collect();
-    let left = [motion[sample].residual1_m, motion[sample].residual2_m];
+    let Pose { psi_rad, residual1_m, residual2_m, .. } = motion[sample];
+    let off_m = |step: usize| {
+        let elsewhere_rad = from + (to - from) * step as f64 / steps;
+        off_elsewhere_m(palms, shape, (psi_rad, [residual1_m, residual2_m]), elsewhere_rad)
+    };
+    let off_m: Vec<[Option<f64>; 2]> = (0..=steps as usize).map(off_m).collect();
     [0, 1].map(|palm| {
-        left[palm].is_some_and(|left_m| {
-            let off_m = || there.iter().map(|there| left_m + here[palm] - there[palm]);
-            off_m().all(|off_m| off_m > limit_m) || off_m().all(|off_m| off_m < -limit_m)
-        })
+        let is_beyond = |sign: f64| off_m.iter().all(|off_m| off_m[palm].is_some_and(|off_m| sign * off_m > limit_m));
+        is_beyond(1.0) || is_beyond(-1.0)
     })
 }
 

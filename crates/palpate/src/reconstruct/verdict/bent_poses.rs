@@ -29,13 +29,10 @@ pub(crate) fn bent_poses(
         if rests.iter().any(|rest| is_same_pose(*rest, psi[sample])) {
             return None;
         }
-        let at = |psi: f64| <[f64; 2]>::from(palms[sample].contact_positions_m(shape, psi));
-        let (here, (left1, left2)) = (at(psi[sample]), left_m[sample]);
+        let here = (psi[sample], left_m[sample].into());
         let agrees = |rest: f64| {
-            let there = at(rest);
-            let off_m =
-                |palm: usize, left_m: Option<f64>| left_m.map(|left_m| (left_m + here[palm] - there[palm]).abs());
-            [off_m(0, left1), off_m(1, left2)].into_iter().flatten().any(|off_m| off_m <= limit_m)
+            let off_m = off_elsewhere_m(&palms[sample], shape, here, rest);
+            off_m.into_iter().flatten().any(|off_m| off_m.abs() <= limit_m)
         };
         let apart = |rest: f64| wrapped(rest - psi[sample]).abs();
         rests.into_iter().filter(|rest| agrees(*rest)).map(apart).max_by(f64::total_cmp)
@@ -43,6 +40,17 @@ pub(crate) fn bent_poses(
     let mut beside: Vec<usize> = jumps.iter().flat_map(|jump| [jump.sample - 1, jump.sample]).collect();
     beside.dedup();
     beside.into_iter().filter_map(|sample| Some((sample, bent_rad(sample)?))).collect()
+}
+
+/// By how much the readings of a sample are off where its contacts are at another orientation, metres: `left_m` at this one.
+pub(crate) fn off_elsewhere_m(
+    palms: &PalmPair,
+    shape: &SupportFunction,
+    (psi_rad, left_m): (f64, [Option<f64>; 2]),
+    elsewhere_rad: f64,
+) -> [Option<f64>; 2] {
+    let [here, there] = [psi_rad, elsewhere_rad].map(|psi| <[f64; 2]>::from(palms.contact_positions_m(shape, psi)));
+    [0, 1].map(|palm| left_m[palm].map(|left_m| left_m + here[palm] - there[palm]))
 }
 
 #[cfg(test)]
