@@ -47,19 +47,60 @@ fn rounding_sd_m(step_m: f64) -> f64 {
 }
 
 fn scatter_of_neighbours_m(measurements: &Measurements) -> f64 {
-    third_difference_scatter(&stillest_windows(measurements), [|i| i.s1, |i| i.s2])
+    third_difference_scatter(&stillest_windows(measurements, 1), CONTACTS)
 }
+
+const CONTACTS: [fn(&Instant) -> f64; 2] = [|instant| instant.s1, |instant| instant.s2];
+
+/// The directions of both palms.
+const PALMS: [fn(&Instant) -> f64; 2] = [|instant| instant.phi1, |instant| instant.phi1 + instant.phi2];
+
+/// Standard deviation of one contact position in metres where neighbouring samples share their errors, so that those further apart differ by more: at the
+/// last lag from which the scatter grows on as that of errors with a memory, and not as that of a motion. `None` where neighbours show about as much.
+pub(crate) fn scatter_with_memory_m(measurements: &Measurements) -> Option<f64> {
+    let size_m = measurements.size_m();
+    let windows = LAGS.into_iter().map(|lag| (lag as f64, stillest_windows(measurements, lag)));
+    let enough = windows.take_while(|(_, windows)| windows.len() >= FEWEST_WINDOWS);
+    let mut scatters: Vec<(f64, f64)> = enough
+        .filter_map(|(lag, windows)| {
+            let scatter_m = third_difference_scatter(&windows, CONTACTS);
+            let carried_m = size_m * third_difference_scatter(&windows, PALMS);
+            (carried_m < CARRIED * scatter_m).then_some((lag, scatter_m))
+        })
+        .collect();
+    // What a longer lag does not show was the motion.
+    for index in (1..scatters.len()).rev() {
+        scatters[index - 1].1 = scatters[index - 1].1.min(scatters[index].1);
+    }
+    let of_memory = |pair: &&[(f64, f64)]| pair[1].1 <= pair[0].1 * (pair[1].0 / pair[0].0).powf(GROWTH_OF_MEMORY);
+    let scatter_m = scatters.windows(2).take_while(of_memory).last()?[0].1;
+    (scatter_m > SHOWN_BY_MOTION * scatter_of_neighbours_m(measurements)).then_some(scatter_m)
+}
+
+/// Lags, in samples, at which errors with a memory are looked for: up to about that of the longest that a sensor has.
+const LAGS: [usize; 7] = [1, 2, 3, 4, 6, 8, 12];
+
+/// Lags at which palms that turn unevenly carry the contacts along by more than this share of their scatter show no errors of the sensors: rolling, contacts
+/// move three times as far, and make errors of the sensors seem half as large again.
+const CARRIED: f64 = 0.25;
+
+/// Power of the lag up to which growing scatter is that of errors with a memory: theirs grows with less than the first, that of a smooth motion with the
+/// third.
+const GROWTH_OF_MEMORY: f64 = 1.5;
+
+/// Where it grows no faster, a smooth motion makes white noise seem larger by √2 at most.
+const SHOWN_BY_MOTION: f64 = 1.5;
 
 /// Standard deviation of a palm angle in radians, estimated in the same way.
 pub(crate) fn angle_scatter_rad(measurements: &Measurements) -> f64 {
-    angle_sd_rad(measurements, [|i| i.phi1, |i| i.phi1 + i.phi2])
+    angle_sd_rad(measurements, PALMS)
 }
 
 /// The same of some angles. Palms that move unevenly seem noisy, and where they seem to move least, their noise is least: so it is that
 /// of all windows, or that of the stillest with what the choice of them takes away, whichever is less.
 fn angle_sd_rad<const N: usize>(measurements: &Measurements, angles: [fn(&Instant) -> f64; N]) -> f64 {
-    let anywhere = third_difference_scatter(&windows(measurements), angles);
-    anywhere.min(OF_STILLEST * third_difference_scatter(&stillest_windows(measurements), angles))
+    let anywhere = third_difference_scatter(&windows(measurements, 1), angles);
+    anywhere.min(OF_STILLEST * third_difference_scatter(&stillest_windows(measurements, 1), angles))
 }
 
 /// Third differences of noise alone over those of the quarter in which it turns the palms least.
@@ -71,7 +112,7 @@ const OF_STILLEST: f64 = 1.5;
 pub(crate) fn weigh_by_angles(measurements: &mut Measurements, contact_m: f64, is_stated: bool) -> f64 {
     // What the stillest show, which is rather less than it is: weights that are too even lose little, those of a noise that is none lose
     // samples.
-    let sd = third_difference_scatter(&stillest_windows(measurements), [|i| i.phi1, |i| i.phi1 + i.phi2]);
+    let sd = third_difference_scatter(&stillest_windows(measurements, 1), PALMS);
     let least_m = contact_m.max(LEAST_CONTACT_SD * measurements.size_m());
     let size_m = measurements.size_m();
     // Palm 2 turned by an angle carries the object along palm 1, and both contacts with it; besides, the object turns, by about as much.
@@ -131,26 +172,29 @@ const TRUNCATED_SD: f64 = 0.6616;
 const STILLEST: usize = 4;
 const FEWEST_WINDOWS: usize = 50;
 
-/// Four neighbouring samples each, all of them with both contacts.
-fn windows(measurements: &Measurements) -> Vec<&[Instant]> {
-    measurements.instants.windows(4).filter(|window| window.iter().all(Instant::both_seen)).collect()
+/// Four samples each that are so many apart, all of them with both contacts.
+type Window<'a> = [&'a Instant; 4];
+
+fn windows(measurements: &Measurements, lag: usize) -> Vec<Window<'_>> {
+    let windows = measurements.instants.windows(3 * lag + 1).map(|window| [0, 1, 2, 3].map(|k| &window[k * lag]));
+    windows.filter(|window| window.iter().all(|instant| instant.both_seen())).collect()
 }
 
 /// Those of them in which the palms move least.
-fn stillest_windows(measurements: &Measurements) -> Vec<&[Instant]> {
-    let mut windows = windows(measurements);
+fn stillest_windows(measurements: &Measurements, lag: usize) -> Vec<Window<'_>> {
+    let mut windows = windows(measurements, lag);
     windows.sort_by(|a, b| path_rad(a).total_cmp(&path_rad(b)));
     windows.truncate((windows.len() / STILLEST).max(FEWEST_WINDOWS));
     windows
 }
 
 /// How far both palms turn within four instants, radians.
-fn path_rad(window: &[Instant]) -> f64 {
+fn path_rad(window: &Window) -> f64 {
     window.windows(2).map(|pair| (pair[1].phi1 - pair[0].phi1).hypot(pair[1].phi2 - pair[0].phi2)).sum()
 }
 
 /// Standard deviation of the readings of these channels, from their third differences.
-fn third_difference_scatter<const N: usize>(windows: &[&[Instant]], channels: [fn(&Instant) -> f64; N]) -> f64 {
+fn third_difference_scatter<const N: usize>(windows: &[Window], channels: [fn(&Instant) -> f64; N]) -> f64 {
     let mut differences: Vec<f64> =
         windows.iter().flat_map(|window| channels.map(|value| third_difference(window, value).abs())).collect();
     // Unlike a median, this is not biased by quantised readings. Third differences have √(1 + 9 + 9 + 1) times the standard
@@ -183,8 +227,8 @@ const GROWTH_STEPS: f64 = 100.0;
 const ON_STEP_PERCENT: usize = 90;
 
 /// Third difference of a channel over four instants.
-fn third_difference(window: &[Instant], value: fn(&Instant) -> f64) -> f64 {
-    let [a, b, c, d] = [0, 1, 2, 3].map(|index| value(&window[index]));
+fn third_difference(window: &Window, value: fn(&Instant) -> f64) -> f64 {
+    let [a, b, c, d] = window.map(value);
     d - 3.0 * c + 3.0 * b - a
 }
 
@@ -268,10 +312,80 @@ mod tests {
         let run = simulate(&shape, &motion, &SimulateOptions { touchpad, ..SimulateOptions::default() });
         let log = run.expect("possible").log;
         let measurements = Measurements::new(&log, None);
-        let anywhere = third_difference_scatter(&windows(&measurements), [|i| i.s1, |i| i.s2]);
+        let anywhere = third_difference_scatter(&windows(&measurements, 1), [|i| i.s1, |i| i.s2]);
         assert!(anywhere > 3.0 * noise_sd_m, "the steps do not show: {anywhere}");
         let found = contact_scatter_m(&measurements, steps_m(&log));
         assert!((found / noise_sd_m - 1.0).abs() < 0.2, "{found}");
+    }
+
+    /// The scatter of errors of 0.1 mm with such a memory, samples, where readings come at such a rate: over that.
+    fn with_memory_of(memory: f64, rate_hz: f64) -> Option<f64> {
+        use crate::estimate::model::sensor_memory::with_memory;
+        let shape = NamedShape::Stone.shape(0.03).expect("a positive size");
+        let motion = PalmMotion::random(1, 80.0, 1.0).and_then(|motion| motion.sample(rate_hz));
+        let run = simulate(&shape, &motion.expect("possible"), &SimulateOptions::default()).expect("possible");
+        let log = with_memory(run.log, 1e-4, memory);
+        scatter_with_memory_m(&Measurements::new(&log, None)).map(|scatter_m| scatter_m / 1e-4)
+    }
+
+    #[test]
+    fn errors_that_neighbours_share_are_seen_between_samples_further_apart() {
+        for memory in [4.0, 7.0] {
+            let found = with_memory_of(memory, 40.0).expect("a memory");
+            assert!((0.75..1.25).contains(&found), "{found} for {memory}");
+        }
+        assert!(with_memory_of(3.2, 40.0).is_some() && with_memory_of(2.0, 40.0).is_none());
+    }
+
+    #[test]
+    fn palms_that_go_in_steps_hide_a_memory_at_some_lags_and_make_none() {
+        use crate::estimate::model::sensor_memory::with_memory;
+        let shape = NamedShape::Stone.shape(0.03).expect("a positive size");
+        // Between steps of such a length the palms rest for as many samples.
+        let found = |step: u32, memory: f64| {
+            let steps = |sample: u32| {
+                f64::from(sample / (2 * step)) + (f64::from(sample % (2 * step)) / f64::from(step)).min(1.0)
+            };
+            let motion: Vec<(f64, PalmPair)> = (0..1200)
+                .map(|k| (f64::from(k) / 20.0, PalmPair::hinged(0.4, 1.6 + 0.3 * (0.4 * steps(k)).sin())))
+                .collect();
+            let run = simulate(&shape, &motion, &SimulateOptions::default()).expect("possible");
+            let log = with_memory(run.log, 1e-4, memory);
+            scatter_with_memory_m(&Measurements::new(&log, None)).map(|scatter_m| scatter_m / 1e-4)
+        };
+        for step in [1, 2, 3, 4, 6] {
+            assert_eq!(found(step, 1.0), None, "{step}");
+        }
+        assert!(found(6, 7.0).is_some_and(|found| (0.6..1.4).contains(&found)), "{:?}", found(6, 7.0));
+    }
+
+    #[test]
+    fn palms_that_go_to_and_fro_in_a_few_readings_are_no_memory() {
+        let shape = NamedShape::Stone.shape(0.03).expect("a positive size");
+        for period in [5.0, 7.0, 9.0, 11.0, 14.0, 18.0] {
+            let swing = |k: f64| 0.2 * (std::f64::consts::TAU * k / period).sin() + 0.1 * (0.37 * k).sin();
+            let motion: Vec<(f64, PalmPair)> = (0..300)
+                .map(|k| {
+                    (f64::from(k) / 4.0, PalmPair::hinged(0.5 - 0.5 * swing(f64::from(k)), 1.6 + swing(f64::from(k))))
+                })
+                .collect();
+            let touchpad = Touchpad { noise_sd_m: 1e-4, ..Touchpad::ideal() };
+            let run = simulate(&shape, &motion, &SimulateOptions { touchpad, ..SimulateOptions::default() });
+            let found = scatter_with_memory_m(&Measurements::new(&run.expect("possible").log, None));
+            assert_eq!(found, None, "{period}");
+        }
+    }
+
+    #[test]
+    fn a_motion_that_is_fast_for_the_readings_is_no_memory() {
+        for rate_hz in [4.0, 6.0, 8.0, 12.0, 16.0, 24.0] {
+            assert_eq!(with_memory_of(1.0, rate_hz), None, "{rate_hz}");
+        }
+        // A memory that such a motion hides is not seen, and none that is larger than the errors.
+        for rate_hz in [8.0, 12.0, 16.0, 24.0] {
+            let found = with_memory_of(5.0, rate_hz);
+            assert!(found.is_none_or(|found| found < 1.4), "{found:?} at {rate_hz}");
+        }
     }
 
     /// A stone's log with noise of this standard deviation on both palm angles, its orientations, and the log without it.

@@ -516,7 +516,7 @@ impl Uncertainty for OfFriction<'_> {
         FoundRig::jointly(unknowns.calibration, &self.job.options.rig, &eliminated.covariance(), inflation)
     }
 
-    fn inertia(&self) -> Option<InertiaEstimate> {
+    fn inertia(&self, _: f64) -> Option<InertiaEstimate> {
         None
     }
 

@@ -407,6 +407,7 @@ fn placed(measurements: &Measurements, ambiguity_rad: &[f64]) -> Measurements {
 mod tests {
     use super::*;
     use crate::estimate::model::evidence::Evidence;
+    use crate::estimate::model::sensor_memory::with_memory;
     use crate::estimate::solver::gauss_newton::{Estimate, Fit};
     use crate::palms::PalmMotion;
     use crate::reconstruct::ReconstructOptions;
@@ -470,6 +471,28 @@ mod tests {
         let left_m = found.balance_sd_m;
         assert!(job.explained_by_inertia(&refined, start.clone(), 0.99 * left_m / worth::EXPLAINED_SHARE).is_none());
         assert!(job.explained_by_inertia(&refined, start, 1.01 * left_m / worth::EXPLAINED_SHARE).is_some());
+    }
+
+    #[test]
+    fn samples_that_share_an_error_tell_inertia_once() {
+        let (shape, run) = swinging();
+        let options = ReconstructOptions::default();
+        let gyration_sd_m = |memory: f64| {
+            let psi: Vec<f64> = run.truth.motion.iter().map(|pose| pose.psi_rad).collect();
+            let mut exact = run.log.clone();
+            for (sample, psi) in exact.samples.iter_mut().zip(&psi) {
+                let (s1_m, s2_m) = sample.palms.contact_positions_m(&shape, *psi);
+                (sample.s1_m, sample.s2_m) = (Some(s1_m), Some(s2_m));
+            }
+            let log = with_memory(exact, 5e-5, memory);
+            let job = Job::new(&log, &options);
+            let refined = by_contact(&job, &shape, &run);
+            let start = refined.fine.estimate.coefficients.clone();
+            let found = job.explained_by_inertia(&refined, start, 1e-3).expect("inertia explains it").result;
+            found.inertia.expect("inertia").gyration_radius_sd_m
+        };
+        let ratio = gyration_sd_m(5.0) / gyration_sd_m(1.0);
+        assert!((1.5..3.0).contains(&ratio), "{ratio}");
     }
 
     #[test]

@@ -5,6 +5,7 @@ use super::job::{Job, Refined};
 use super::rough_calibration::RoughCalibration;
 use crate::estimate::calibration::{CONSTANTS, CalibrationPosterior, prior_sd};
 use crate::estimate::measurements::Measurements;
+use crate::estimate::model::noise_from_log::scatter_with_memory_m;
 use crate::estimate::solver::gauss_newton::Fit;
 use crate::reconstruct::options::ReconstructOptions;
 use crate::reconstruct::options::error::ReconstructError;
@@ -71,7 +72,10 @@ impl<'a> Job<'a> {
         let far_m = 2.0 * self.prior.size_m;
         let late_m = if clock > 0.0 { far_m * self.palm_rate_rad_per_s() * clock } else { 0.0 };
         let errors = [zero1, zero2, far_m * ratio, far_m * angle1, far_m * angle2, surface, late_m];
-        errors.into_iter().fold(self.scatter_m.max(self.typical_m), |sum, error| sum.hypot(left * error))
+        let with_memory_m = scatter_with_memory_m(&self.measurements).unwrap_or(0.0);
+        errors
+            .into_iter()
+            .fold(self.scatter_m.max(self.typical_m).max(with_memory_m), |sum, error| sum.hypot(left * error))
     }
 
     /// How fast the palms turn: root mean square over the log.

@@ -86,7 +86,9 @@ pub(crate) fn assemble(
     let of_sensor1: Vec<f64> = residuals_m.iter().filter_map(|both| both.0).collect();
     let of_sensor2: Vec<f64> = residuals_m.iter().filter_map(|both| both.1).collect();
     let typical_sensor_m = typical_sd(of_sensor1.iter().chain(&of_sensor2));
-    let inertia = uncertainty.inertia();
+    let inflation =
+        f64::max(0.5 * (correlation_time(&of_sensor1) + correlation_time(&of_sensor2)), expected.samples_per_error);
+    let inertia = uncertainty.inertia(inflation);
     let friction = uncertainty.friction();
     let at_rest = inertia.is_none() && friction.is_none();
     let mut ambiguity_rad = ambiguity_rad.to_vec();
@@ -95,8 +97,6 @@ pub(crate) fn assemble(
             ambiguity_rad[sample] = ambiguity_rad[sample].max(bent_rad);
         }
     }
-    let inflation =
-        f64::max(0.5 * (correlation_time(&of_sensor1) + correlation_time(&of_sensor2)), expected.samples_per_error);
     let felt_there: Vec<f64> = felt.iter().map(|theta| theta - turned).collect();
     let error_bars = uncertainty.error_bars(&felt_there, inflation)?;
     let of_rig = uncertainty.of_rig(inflation);

@@ -80,8 +80,8 @@ impl Uncertainty for Mixture<'_> {
         self.answer.of_rig(inflation)
     }
 
-    fn inertia(&self) -> Option<InertiaEstimate> {
-        self.answer.inertia()
+    fn inertia(&self, inflation: f64) -> Option<InertiaEstimate> {
+        self.answer.inertia(inflation)
     }
 
     fn friction(&self) -> Option<FrictionEstimate> {
@@ -164,7 +164,7 @@ mod tests {
             None
         }
 
-        fn inertia(&self) -> Option<InertiaEstimate> {
+        fn inertia(&self, _: f64) -> Option<InertiaEstimate> {
             None
         }
 

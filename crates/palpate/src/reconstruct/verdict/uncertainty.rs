@@ -26,7 +26,7 @@ pub(crate) trait Uncertainty {
     fn of_rig(&self, inflation: f64) -> Option<FoundRig>;
 
     /// What it told of the inertia of the object; `None` where the forces are in balance.
-    fn inertia(&self) -> Option<InertiaEstimate>;
+    fn inertia(&self, inflation: f64) -> Option<InertiaEstimate>;
 
     /// What it told of friction; `None` where there is none.
     fn friction(&self) -> Option<FrictionEstimate>;
@@ -145,7 +145,7 @@ impl Uncertainty for OfBalance<'_> {
         })
     }
 
-    fn inertia(&self) -> Option<InertiaEstimate> {
+    fn inertia(&self, _: f64) -> Option<InertiaEstimate> {
         None
     }
 

@@ -7,6 +7,7 @@ use crate::estimate::measurements::{Instant, Measurements};
 use crate::estimate::model::evidence::Evidence;
 use crate::estimate::model::layout::Layout;
 use crate::estimate::model::noise::Noise;
+use crate::estimate::model::sensor_memory::samples_per_error_by;
 use crate::estimate::solver::gauss_newton::{Estimate, Fit};
 use crate::reconstruct::refine::job::{Job, Refined};
 use crate::reconstruct::result::friction::FrictionEstimate;
@@ -66,10 +67,12 @@ impl OfInertia<'_> {
         if self.robust && weights.seen() < refined.measurements.seen() {
             return None;
         }
-        if !is_of_an_object(&self.estimate(), rim_m(&unknowns.coefficients)) {
+        let psi = problem.motion(unknowns);
+        let samples_per_error = samples_per_error_by(&corrected.measurements, &unknowns.coefficients, &psi);
+        let estimate = self.estimate(samples_per_error.max(job.samples_per_error));
+        if !is_of_an_object(&estimate, rim_m(&unknowns.coefficients)) {
             return None;
         }
-        let psi = problem.motion(unknowns);
         let fit = Fit {
             estimate: Estimate { coefficients: unknowns.coefficients.clone(), psi, cost: 0.0 },
             order: Layout::of_coefficients(&unknowns.coefficients).order,
@@ -108,9 +111,10 @@ impl OfInertia<'_> {
         share(unexplained) <= MOST_UNEXPLAINED && share(pulls) <= MOST_PULLING
     }
 
-    fn estimate(&self) -> InertiaEstimate {
+    /// Every variance multiplied by the samples that share an error.
+    fn estimate(&self, samples_per_error: f64) -> InertiaEstimate {
         let Unknowns { coefficients, ln_gyration_m2, damping_per_s, .. } = &self.optimum.unknowns;
-        let covariance = self.optimum.eliminated.covariance();
+        let covariance = samples_per_error * self.optimum.eliminated.covariance();
         let index = self.problem.gyration_index();
         let gyration_radius_m = (0.5 * ln_gyration_m2).exp();
         InertiaEstimate {
@@ -161,8 +165,8 @@ impl Uncertainty for OfInertia<'_> {
         FoundRig::jointly(self.optimum.unknowns.calibration, &self.job.options.rig, &covariance, inflation)
     }
 
-    fn inertia(&self) -> Option<InertiaEstimate> {
-        Some(self.estimate())
+    fn inertia(&self, inflation: f64) -> Option<InertiaEstimate> {
+        Some(self.estimate(inflation))
     }
 
     fn friction(&self) -> Option<FrictionEstimate> {
