@@ -120,6 +120,12 @@ impl Ambiguity {
         self.lower(samples, 0.0);
     }
 
+    /// Opens a sample whose pose may be so far away, whatever decided on it before.
+    pub fn open_to(&mut self, sample: usize, distance_rad: f64) {
+        self.distance_rad[sample] = distance_rad;
+        self.lower(sample..sample + 1, 0.0);
+    }
+
     /// Lowers the margins of a run of samples to at most this.
     pub fn lower(&mut self, samples: Range<usize>, margin: f64) {
         self.margin[samples].iter_mut().for_each(|present| *present = present.min(margin));

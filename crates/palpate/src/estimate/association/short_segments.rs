@@ -3,11 +3,13 @@
 //! and then by the evidence ([`super::alternatives`]). Where both disagree, the pose is open.
 
 use crate::estimate::association::alternatives::{Alternative, Ambiguity};
+use crate::estimate::association::candidates::minima;
 use crate::estimate::association::predictive::PredictiveShape;
 use crate::estimate::association::transitions::near;
 use crate::estimate::evidence::motion_prior::CERTAIN;
 use crate::estimate::evidence::variance_components::balance_weight;
 use crate::estimate::measurements::{Instant, Measurements};
+use crate::estimate::model::contact::residuals;
 use crate::estimate::motion::{SHORT_SEGMENT, segments_between, short_segments};
 use crate::estimate::solver::gauss_newton::Fit;
 use crate::math::angle::wrapped_to;
@@ -70,8 +72,9 @@ pub(crate) fn reassociated(
 }
 
 /// Opens the poses of pieces that are out of balance in every sample: an object is not at rest there, and contacts alone do not tell the pose of a piece
-/// that lies on boundary of its own. The weights of `measurements` are those of the balance at the fit.
-pub(crate) fn open_out_of_balance(measurements: &Measurements, starts: &[usize], ambiguity: &mut Ambiguity) {
+/// that lies on boundary of its own. So it is with a sample beside a jump whose contacts are read as well where another orientation puts them. The weights of
+/// `measurements` are those of the balance at the fit.
+pub(crate) fn open_out_of_balance(measurements: &Measurements, fit: &Fit, starts: &[usize], ambiguity: &mut Ambiguity) {
     let is_out =
         |instant: &Instant| instant.balance_weight > 0.0 && instant.balance_weight < balance_weight(OUT_OF_BALANCE_SDS);
     for segment in segments_between(starts, measurements.len()) {
@@ -79,6 +82,26 @@ pub(crate) fn open_out_of_balance(measurements: &Measurements, starts: &[usize],
             ambiguity.open(segment);
         }
     }
+    let mut beside: Vec<usize> = starts.iter().flat_map(|&start| [start.saturating_sub(1), start]).collect();
+    beside.dedup();
+    for sample in beside.into_iter().filter(|&sample| is_out(&measurements.instants[sample])) {
+        if let Some(away_rad) = read_as_well_elsewhere(&measurements.instants[sample], fit, fit.estimate.psi[sample]) {
+            ambiguity.open_to(sample, away_rad);
+        }
+    }
+}
+
+/// The distance of the furthest other orientation at which the contacts of a sample are read about as well, radians.
+fn read_as_well_elsewhere(instant: &Instant, fit: &Fit, here: f64) -> Option<f64> {
+    let (coefficients, period) = (&fit.estimate.coefficients, fit.prior.symmetry.period_rad());
+    let misfit = |psi: f64| {
+        let value = residuals(instant, coefficients, psi).value;
+        ((instant.weight1 * value[0]).powi(2) + (instant.weight2 * value[1]).powi(2)) / fit.noise.sensor_m.powi(2)
+    };
+    let most = misfit(here) + CERTAIN.deviance();
+    let others = minima(here, period, &misfit).into_iter().filter(|(_, misfit)| *misfit < most);
+    let away = others.filter(|(psi, _)| !near(*psi, here, period)).map(|(psi, _)| wrapped_to(psi - here, period).abs());
+    away.max_by(f64::total_cmp)
 }
 
 #[cfg(test)]

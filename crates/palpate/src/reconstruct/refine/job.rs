@@ -598,7 +598,7 @@ impl<'a> Job<'a> {
         alternatives.extend(landings(measurements, &self.palms(), fine, jumps, &mut ambiguity));
         let jumps_of = |estimate: &Estimate| self.jumps(estimate, period);
         let compared = compare_evidence(measurements, fine, &alternatives, &jumps_of, &mut ambiguity);
-        open_out_of_balance(measurements, &starts, &mut ambiguity);
+        open_out_of_balance(measurements, fine, &starts, &mut ambiguity);
         let rivals = found.preferred.into_iter().chain(compared.nearly_as_likely).collect();
         let likelier = compared.likelier.map(|estimate| estimate.psi);
         Weighed { ambiguity_rad: ambiguity.ambiguity_rad(), settled, rivals, likelier }

@@ -121,10 +121,10 @@ fn with_too_many_samples_in_short_segments_all_are_ambiguous_and_none_has_an_alt
 
 #[test]
 fn a_piece_is_open_where_every_sample_of_it_is_out_of_balance() {
-    let (mut measurements, _) = turned_pebble();
+    let (mut measurements, fit) = turned_pebble();
     let opened = |measurements: &Measurements, starts: &[usize]| {
         let mut ambiguity = unambiguous(measurements);
-        open_out_of_balance(measurements, starts, &mut ambiguity);
+        open_out_of_balance(measurements, &fit, starts, &mut ambiguity);
         ambiguous(&ambiguity)
     };
     let piece = 0..SHORT_SEGMENT;
@@ -137,4 +137,27 @@ fn a_piece_is_open_where_every_sample_of_it_is_out_of_balance() {
     assert!(opened(&measurements, &[SHORT_SEGMENT + 1, 40]).is_empty());
     measurements.instants[3].balance_weight = balance_weight(OUT_OF_BALANCE_SDS - 0.1);
     assert!(opened(&measurements, &[SHORT_SEGMENT, 40]).is_empty());
+}
+
+#[test]
+fn a_sample_beside_a_jump_that_is_out_of_balance_is_open_where_its_contacts_do_not_tell_its_pose() {
+    let (measurements, fit) = turned_pebble();
+    let sample = 100;
+    let opened = |start: usize, sds: f64, sensor_m: f64| {
+        let (mut measurements, mut fit) = (measurements.clone(), fit.clone());
+        measurements.instants[sample].balance_weight = balance_weight(sds);
+        fit.noise.sensor_m = sensor_m;
+        let mut ambiguity = unambiguous(&measurements);
+        open_out_of_balance(&measurements, &fit, &[start], &mut ambiguity);
+        assert!(ambiguity.ambiguity_rad()[sample] < std::f64::consts::PI);
+        ambiguous(&ambiguity)
+    };
+    // A sensor of a tenth of the size reads a pebble the same way round or another.
+    let [out, coarse_m] = [OUT_OF_BALANCE_SDS + 0.1, 3e-3];
+    for start in [sample, sample + 1] {
+        assert_eq!(opened(start, out, coarse_m), [sample]);
+        assert!(opened(start, OUT_OF_BALANCE_SDS - 0.1, coarse_m).is_empty());
+        assert!(opened(start, out, fit.noise.sensor_m).is_empty());
+    }
+    assert!(opened(sample - 1, out, coarse_m).is_empty() && opened(sample + 2, out, coarse_m).is_empty());
 }
