@@ -6,6 +6,7 @@ use std::path::Path;
 use palpate::mechanics::ContactMode;
 use palpate::reconstruct::{Cause, Doubt, FoundSymmetry, Jump, Method, Mistake, OutlinePoint, Pose, Verdict};
 use palpate::shape::{SupportFunction, Symmetry};
+use palpate::simulate::{SimulateOptions, simulate};
 use palpate::truth::TruePose;
 use palpate::{Reconstruction, Truth};
 use palpate_io::{
@@ -593,4 +594,24 @@ fn a_motion_without_contact_modes_or_with_wrong_ones() {
     let wrong = read(&format!("{header},mode1,mode2\n0,0,0,0,0,0,0,0,0,stick,slip\n")).expect_err("no mode");
     let message = wrong.to_string();
     assert!(message.contains("line 2, column mode2") && message.contains("slide+ or slide-"), "{message}");
+}
+
+#[test]
+fn a_summary_notes_how_many_poses_are_open_where_that_is_no_doubt() {
+    let egg = palpate::shape::NamedShape::Egg.shape(0.03).expect("a valid size");
+    let plan = palpate::plan::plan_turn(&egg, &palpate::plan::PalmLimits::default(), 40.0).expect("possible");
+    let options = SimulateOptions { start_psi_rad: plan.start_psi_rad, ..SimulateOptions::default() };
+    let motion = plan.motion.sample(5.0).expect("possible");
+    let log = simulate(&egg, &motion, &options).expect("possible").log;
+    let mut found = palpate::reconstruct::reconstruct(&log).expect("an answer");
+    let mut notes = |ambiguous: usize, doubts: Vec<Doubt>| {
+        found.findings.as_mut().expect("of a likelihood").ambiguous = ambiguous;
+        found.verdict.doubts = doubts;
+        Summary::new(&found, 1.0).notes
+    };
+    assert_eq!(notes(0, Vec::new()), Vec::<String>::new());
+    assert_eq!(notes(1, Vec::new()), ["the pose of 1 sample is open: its psi_sd_rad and com_sd_m say so"]);
+    assert_eq!(notes(3, Vec::new()), ["the pose of 3 samples is open: their psi_sd_rad and com_sd_m say so"]);
+    let doubt = Doubt::AmbiguousPoses { samples: 30, ambiguity_rad: 0.5 };
+    assert_eq!(notes(30, vec![doubt]), Vec::<String>::new());
 }

@@ -295,7 +295,10 @@ impl Summary {
             seconds,
             version: env!("CARGO_PKG_VERSION").to_string(),
             log: None,
-            notes: reconstruction.findings.as_ref().and_then(left_out).into_iter().collect(),
+            notes: [reconstruction.findings.as_ref().and_then(left_out), still_open(reconstruction)]
+                .into_iter()
+                .flatten()
+                .collect(),
             truth: None,
         }
     }
@@ -351,6 +354,15 @@ impl Summary {
         serde_json::to_string_pretty(self).map(|json| json + "\n")
     }
 }
+/// What to say of samples whose pose is open; where they are a reason for a doubt, that says so.
+fn still_open(reconstruction: &Reconstruction) -> Option<String> {
+    let samples = reconstruction.findings.as_ref()?.ambiguous;
+    let is_doubt = |doubt: &Doubt| matches!(doubt, Doubt::AmbiguousPoses { .. });
+    let is_told = samples == 0 || reconstruction.verdict.doubts.iter().any(is_doubt);
+    let (noun, its) = if samples == 1 { ("sample", "its") } else { ("samples", "their") };
+    (!is_told).then(|| format!("the pose of {samples} {noun} is open: {its} psi_sd_rad and com_sd_m say so"))
+}
+
 /// What to say of gross outliers.
 fn left_out(findings: &Findings) -> Option<String> {
     let Findings { outliers, readings, .. } = *findings;

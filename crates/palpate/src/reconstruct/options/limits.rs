@@ -28,7 +28,8 @@ pub struct CertificateLimits {
     pub stability_slack: f64,
     /// Least fraction of the boundary that tells an object: 0.1. Of less, noise alone could pass for the motion of a still one.
     pub coverage: f64,
-    /// By how much the motion may be wrong if all ambiguous samples were elsewhere (root mean square): 0.01 rad.
+    /// By how much the motion may be wrong if the ambiguous samples of pieces, or single ones that are more than a hundredth of all, were elsewhere (root
+    /// mean square): 0.01 rad. A few single ones are told by their error bars.
     pub ambiguity_rad: f64,
     /// Jump reversals that are attributed to the noise of one sample: 1.
     pub reversals: usize,

@@ -39,7 +39,6 @@ use crate::estimate::motion::{moved, piece_starts, unwrap};
 use crate::estimate::solver::gauss_newton::{Estimate, Fit};
 use crate::estimate::work::Work;
 use crate::log::Log;
-use crate::math::statistics::root_mean_square;
 use crate::palms::PalmPair;
 use crate::reconstruct::options::ReconstructOptions;
 use crate::reconstruct::options::error::ReconstructError;
@@ -48,6 +47,7 @@ use crate::reconstruct::search::schedule::Found;
 use crate::reconstruct::search::segments::segments;
 use crate::reconstruct::selection::Explored;
 use crate::reconstruct::verdict::assemble::Expected;
+use crate::reconstruct::verdict::open_poses::open_motion_rad;
 use crate::sensor::Calibration;
 use crate::shape::SupportFunction;
 use std::borrow::Cow;
@@ -345,7 +345,7 @@ impl<'a> Job<'a> {
 
     /// The same of an optimum that cannot be certified, since what is ambiguous of it may be anywhere: what would decide that has not been found so far.
     fn is_worth_no_more(&self, refined: &Refined) -> bool {
-        let is_ambiguous = || root_mean_square(&refined.ambiguity_rad) > self.options.limits.ambiguity_rad;
+        let is_ambiguous = || open_motion_rad(&refined.ambiguity_rad) > self.options.limits.ambiguity_rad;
         let is_contradicted = || self.is_contradicted(&refined.fine, &self.jumps(&refined.fine.estimate, TAU));
         self.is_spent_on(&refined.fine) && (is_ambiguous() || is_contradicted())
     }

@@ -3,6 +3,7 @@
 
 use super::bent_poses::bent_poses;
 use super::certificate::Findings;
+use super::open_poses::open_motion_rad;
 use super::uncertainty::Uncertainty;
 use crate::estimate::coverage::{MOSTLY_FELT_AGAIN, NODES, completed, contact_paths, felt_again, touches};
 use crate::estimate::jumps::{DetectedJump, jump_reversals};
@@ -15,7 +16,7 @@ use crate::estimate::model::sensor_memory::{contact_residuals_m, hidden_from_nei
 use crate::estimate::motion::unwrap;
 use crate::estimate::solver::gauss_newton::Fit;
 use crate::log::{Log, Sample};
-use crate::math::statistics::{correlation_time, root_mean_square, typical_sd};
+use crate::math::statistics::{correlation_time, typical_sd};
 use crate::mechanics::Jump;
 use crate::palms::PalmPair;
 use crate::reconstruct::options::limits::CertificateLimits;
@@ -180,7 +181,7 @@ pub(crate) fn assemble(
         },
         coverage: felt.len() as f64 / NODES as f64,
         ambiguous,
-        ambiguity_rad: root_mean_square(&ambiguity_rad),
+        ambiguity_rad: open_motion_rad(&ambiguity_rad),
         psi_sd_rad: mean_square.sqrt(),
         largest_psi_sd_rad: unambiguous().map(|pose| pose.psi_sd_rad).fold(0.0, f64::max),
         largest_felt_r_sd_m: outline.iter().filter(|p| p.touches > 0).map(|p| p.r_sd_m).fold(0.0, f64::max),

@@ -44,7 +44,8 @@ pub struct Findings {
     pub coverage: f64,
     /// Samples with an ambiguous pose.
     pub ambiguous: usize,
-    /// By how much the orientation would be wrong if all of them were elsewhere, radians (root mean square over all samples).
+    /// By how much the orientation would be wrong if those of them were elsewhere that are no few single ones, told by their own error bars: radians
+    /// (root mean square over all samples).
     pub ambiguity_rad: f64,
     /// Standard deviation of ψ over all samples that could be placed, radians: root mean square.
     pub psi_sd_rad: f64,

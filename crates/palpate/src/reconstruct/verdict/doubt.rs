@@ -84,7 +84,7 @@ pub enum Doubt {
     AmbiguousPoses {
         /// How many.
         samples: usize,
-        /// By how much the motion would be wrong if all of them were elsewhere: root mean square over all samples, radians.
+        /// By how much the motion would be wrong if they were elsewhere, but for a few single ones: root mean square over all samples, radians.
         #[cfg_attr(feature = "serde", serde(with = "crate::number_or_null"))]
         ambiguity_rad: f64,
     },

@@ -7,4 +7,5 @@ pub(crate) mod doubt;
 pub(crate) mod joint_error_bars;
 pub(crate) mod left_out;
 pub(crate) mod mixture;
+pub(crate) mod open_poses;
 pub(crate) mod uncertainty;
