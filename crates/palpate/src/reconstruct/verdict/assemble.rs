@@ -16,7 +16,7 @@ use crate::estimate::model::sensor_memory::{contact_residuals_m, hidden_from_nei
 use crate::estimate::motion::unwrap;
 use crate::estimate::solver::gauss_newton::Fit;
 use crate::log::{Log, Sample};
-use crate::math::statistics::{correlation_time, typical_sd};
+use crate::math::statistics::{correlation_time, root_mean_square, typical_sd};
 use crate::mechanics::Jump;
 use crate::palms::PalmPair;
 use crate::reconstruct::options::limits::CertificateLimits;
@@ -181,7 +181,8 @@ pub(crate) fn assemble(
         },
         coverage: felt.len() as f64 / NODES as f64,
         ambiguous,
-        ambiguity_rad: open_motion_rad(&ambiguity_rad),
+        // Where other forces are fitted, short pieces that are open may be what was not explained.
+        ambiguity_rad: if at_rest { open_motion_rad(&ambiguity_rad) } else { root_mean_square(&ambiguity_rad) },
         psi_sd_rad: mean_square.sqrt(),
         largest_psi_sd_rad: unambiguous().map(|pose| pose.psi_sd_rad).fold(0.0, f64::max),
         largest_felt_r_sd_m: outline.iter().filter(|p| p.touches > 0).map(|p| p.r_sd_m).fold(0.0, f64::max),

@@ -1,5 +1,5 @@
 //! What samples whose pose is open take from the certificate of a motion (`docs/theory.md`, the certificate). Those of a piece may be elsewhere with it, and
-//! with them the boundary that only it felt. A few single ones, beside jumps most often, are told by their own error bars.
+//! with them the boundary that only it felt. Of an object at rest a few single ones, beside jumps most often, are told by their own error bars.
 
 use crate::estimate::motion::SHORT_SEGMENT;
 
