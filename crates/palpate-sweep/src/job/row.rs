@@ -42,7 +42,7 @@ pub struct Row {
     /// Certified, and worse than the reference by more than chance.
     pub wrong: Option<bool>,
     /// Certified, and in contradiction to its own error bars by the rule of the accuracy study: the RMS error of r,
-    /// of ψ, or, where certified, of the centre of mass is beyond five times its RMS error bar, and beyond 0.5 % of the radius or 2 degrees.
+    /// of ψ, or, where certified, of the centre of mass is beyond five times its RMS error bar, and beyond 0.5 % of the radius or 2 degrees; poses that are open left out.
     pub beyond_error_bars: Option<bool>,
     /// RMS error of r over the felt boundary after the best rotation, metres.
     pub rms_r_m: Option<f64>,
