@@ -354,6 +354,7 @@ impl Summary {
         serde_json::to_string_pretty(self).map(|json| json + "\n")
     }
 }
+
 /// What to say of samples whose pose is open; where they are a reason for a doubt, that says so.
 fn still_open(reconstruction: &Reconstruction) -> Option<String> {
     let samples = reconstruction.findings.as_ref()?.ambiguous;

@@ -60,22 +60,24 @@ impl<'a> Job<'a> {
     /// What the search begins with.
     pub fn readings(&self) -> Readings<'_> {
         let sd = prior_sd(&self.options.rig.tolerances);
-        let tolerances_m = LEFT.map(|left| self.tolerance_m(&sd, left));
+        let noise_m = self.noise_with_memory_m();
+        let tolerances_m = LEFT.map(|left| self.tolerance_m(noise_m, &sd, left));
         let Self { calibration, ref measurements, scatter_m, prior, .. } = *self;
         Readings { calibration, measurements, scatter_m, tolerances_m, prior, brief: false, goes_on: &|_| true }
     }
 
-    /// Standard deviation of a contact position for a search that knows the constants of the rig to these standard deviations, of which a share is
-    /// left: metres.
-    fn tolerance_m(&self, sd: &[f64; CONSTANTS], left: f64) -> f64 {
+    /// Standard deviation of a contact position, metres, with the errors that neighbouring samples share.
+    fn noise_with_memory_m(&self) -> f64 {
+        self.scatter_m.max(self.typical_m).max(scatter_with_memory_m(&self.measurements).unwrap_or(0.0))
+    }
+
+    /// The same for a search that knows the constants of the rig to these standard deviations, of which a share is left.
+    fn tolerance_m(&self, noise_m: f64, sd: &[f64; CONSTANTS], left: f64) -> f64 {
         let [zero1, zero2, ratio, angle1, angle2, surface, clock] = *sd;
         let far_m = 2.0 * self.prior.size_m;
         let late_m = if clock > 0.0 { far_m * self.palm_rate_rad_per_s() * clock } else { 0.0 };
         let errors = [zero1, zero2, far_m * ratio, far_m * angle1, far_m * angle2, surface, late_m];
-        let with_memory_m = scatter_with_memory_m(&self.measurements).unwrap_or(0.0);
-        errors
-            .into_iter()
-            .fold(self.scatter_m.max(self.typical_m).max(with_memory_m), |sum, error| sum.hypot(left * error))
+        errors.into_iter().fold(noise_m, |sum, error| sum.hypot(left * error))
     }
 
     /// How fast the palms turn: root mean square over the log.
@@ -88,7 +90,7 @@ impl<'a> Job<'a> {
     /// The readings as a part of the log corrects them, where such a share of what is not known is left in the contacts.
     pub fn corrected(&self, found: &Found, left: f64) -> Option<Corrected> {
         let RoughCalibration { calibration, posterior, .. } = self.roughly_calibrated(found, 0)?;
-        let tolerance_m = self.tolerance_m(&posterior.sd(1.0), left);
+        let tolerance_m = self.tolerance_m(self.noise_with_memory_m(), &posterior.sd(1.0), left);
         let measurements = self.recalibrated(self.raw, calibration).measurements;
         Some(Corrected { calibration, measurements, tolerance_m })
     }

@@ -227,7 +227,8 @@ impl Strided<'_> {
     fn begun_at(&self, range: &Range<usize>, begin: Begin) -> Vec<Stretch> {
         let job = self.job;
         let (log, measurements) = self.part(range);
-        let loose = Noise { sensor_m: job.readings().tolerances_m[0], balance_m: job.readings().tolerances_m[0] };
+        let tolerance_m = job.readings().tolerances_m[0];
+        let loose = Noise { sensor_m: tolerance_m, balance_m: tolerance_m };
         let begun = |start: Estimate| {
             let fit = self.by_contact(&measurements, start, loose)?;
             if fit.noise.sensor_m > self.most_m() {
