@@ -1,7 +1,7 @@
 //! `cargo xtask monte-carlo --friction` and `--fast`: from nothing, objects on which friction acts and objects between fast palms, as a Markdown table.
 
 use std::num::NonZero;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::bail;
@@ -10,7 +10,7 @@ use palpate_sweep::{
     Status, Sweep,
 };
 
-use crate::studies::monte_carlo::quantile;
+use crate::studies::monte_carlo::{keep, quantile};
 
 /// A form is right within this share of the mean radius (RMS error after the best translation), a motion within so many radians.
 const RIGHT_FORM: f64 = 0.003;
@@ -76,12 +76,19 @@ impl Trial<'_> {
     }
 }
 
+/// Folders of the study: for the table of all trials, and for the logs and truths of those that are not right or not certified.
+#[derive(Clone, Copy)]
+pub struct Folders<'a> {
+    pub out: Option<&'a Path>,
+    pub keep: Option<&'a Path>,
+}
+
 /// Runs the study and returns its table, with the command that made it above.
 pub fn run(
     forces: ActingForces,
     seeds: impl Iterator<Item = u64>,
     verbose: bool,
-    out: Option<&PathBuf>,
+    folders: Folders,
     command: &str,
 ) -> anyhow::Result<String> {
     let started = Instant::now();
@@ -98,7 +105,7 @@ pub fn run(
         base: PathBuf::new(),
     };
     let threads = std::thread::available_parallelism().unwrap_or(NonZero::<usize>::MIN);
-    let outcomes = match out {
+    let outcomes = match folders.out {
         Some(dir) => sweep.run_in(dir, threads, &mut |_| ())?,
         None => sweep.run(threads, &mut |_| ())?,
     };
@@ -109,6 +116,11 @@ pub fn run(
     }
     for trial in trials.iter().filter(|trial| verbose || trial.is_wrong() || trial.row().status == Status::Panicked) {
         trial.tell();
+    }
+    if let Some(folder) = folders.keep {
+        for trial in trials.iter().filter(|trial| !trial.is_right() || !trial.row().certified || trial.is_wrong()) {
+            keep(folder, &format!("{}.csv", trial.job.seed), trial.job.simulate()?)?;
+        }
     }
     let panics = trials.iter().filter(|trial| trial.row().status == Status::Panicked).count();
     let rows: String = groups(forces, &trials).iter().map(|(name, of)| row(name, of)).collect();

@@ -12,7 +12,7 @@ use anyhow::bail;
 use palpate::sensor::Rig;
 use palpate_sweep::{
     ActingForces, Conditions, Job, MotionKind, MotionShape, NoiseShape, Object, Outcome, ReconstructChoice, Row,
-    ScoreChoice, SimulateJob, Source, Status, Sweep, Touchpads, VariedJob,
+    ScoreChoice, SimulateJob, Simulated, Source, Status, Sweep, Touchpads, VariedJob,
 };
 
 use crate::studies::acting_forces;
@@ -35,10 +35,10 @@ pub struct Arguments {
     #[arg(long, requires = "jumps", conflicts_with_all = ["symmetric", "varied"])]
     rig: bool,
     /// Palms with friction, each object, motion and coefficient drawn.
-    #[arg(long, conflicts_with_all = ["jumps", "symmetric", "varied", "rig", "fast", "keep", "csv"])]
+    #[arg(long, conflicts_with_all = ["jumps", "symmetric", "varied", "rig", "fast", "csv"])]
     friction: bool,
     /// Palms so fast that the inertia of the object counts.
-    #[arg(long, conflicts_with_all = ["jumps", "symmetric", "varied", "rig", "keep", "csv"])]
+    #[arg(long, conflicts_with_all = ["jumps", "symmetric", "varied", "rig", "csv"])]
     fast: bool,
     /// Trials; with jumps in all, without for each kind of noise [default: 500 with jumps, 200 without].
     #[arg(long)]
@@ -244,11 +244,18 @@ impl Trial<'_> {
             Source::Varied(job) => job.simulate()?,
             Source::Forces(_) | Source::Log(_) => return Ok(()),
         };
-        let path = folder.join(format!("{}-{}.csv", self.seed, self.noise.name().replace(' ', "-")));
-        palpate_io::write_log(&path, &simulated.simulation.log, &[("object".to_owned(), simulated.object)])?;
-        palpate_io::write_truth(&palpate_io::truth_dir_of(&path), &simulated.simulation.truth)?;
-        Ok(())
+        let name = format!("{}-{}.csv", self.seed, self.noise.name().replace(' ', "-"));
+        keep(folder, &name, simulated)
     }
+}
+
+/// Writes a log and its truth into a folder, which is made where it is not there.
+pub(super) fn keep(folder: &Path, name: &str, simulated: Simulated) -> anyhow::Result<()> {
+    std::fs::create_dir_all(folder)?;
+    let path = folder.join(name);
+    palpate_io::write_log(&path, &simulated.simulation.log, &[("object".to_owned(), simulated.object)])?;
+    palpate_io::write_truth(&palpate_io::truth_dir_of(&path), &simulated.simulation.truth)?;
+    Ok(())
 }
 
 /// The value below which a share of some sorted values lies; `None` of nothing.
@@ -267,7 +274,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     if let Some(forces) = arguments.forces() {
         let command = arguments.command();
         let seeds = arguments.seed.iter().flat_map(|first| *first..first + arguments.trials());
-        let text = acting_forces::run(forces, seeds, arguments.verbose, arguments.out.as_ref(), &command)?;
+        let folders = acting_forces::Folders { out: arguments.out.as_deref(), keep: arguments.keep.as_deref() };
+        let text = acting_forces::run(forces, seeds, arguments.verbose, folders, &command)?;
         println!("{text}");
         let tables: Vec<Table> = arguments.places().iter().map(|place| (*place, text.clone())).collect();
         return arguments.write.tables(&tables, &command);
@@ -309,7 +317,6 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         println!("{kind}: {} --verbose", arguments.command_for(1, &[trial.seed]));
     }
     if let Some(folder) = &arguments.keep {
-        std::fs::create_dir_all(folder)?;
         for trial in trials.iter().filter(|trial| trial.worth_a_look()) {
             trial.keep(folder)?;
         }

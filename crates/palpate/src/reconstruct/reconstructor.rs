@@ -317,6 +317,10 @@ impl<'a> Reconstructor<'a> {
         if let Some((without, strays)) = strays {
             return Ok(Searched::Strays(without, strays));
         }
+        // Where balance explains the log but does not tell it, inertia may.
+        if !brief && !best.as_ref().is_some_and(|best| best.result.is_certified()) && !forces_asked.replace(true) {
+            explain_by_forces(&|| job.explained_in_motion());
+        }
         self.tell("done", 1.0);
         let explained = best.as_ref().is_some_and(|candidate| candidate.result.verdict.is_explained());
         if let Some(candidate) = by_forces.into_inner().filter(|by_forces| !explained || by_forces.explains_forces()) {

@@ -7,6 +7,7 @@
 //! 2. [`problem`]: residuals of contacts and forces, and their normal equations;
 //! 3. [`smoother`]: the optimum, with the standard deviations of contacts and forces estimated.
 
+pub(crate) mod contact_driven;
 pub(crate) mod palm_path;
 pub(crate) mod problem;
 pub(crate) mod smoother;

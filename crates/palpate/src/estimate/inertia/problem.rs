@@ -43,21 +43,34 @@ const GYRATION: usize = 0;
 const DAMPING: usize = 1;
 const RIG: usize = 2;
 
-/// What is believed of the inertia beforehand, and whether it is left as it is.
+/// What is believed of the inertia beforehand; the damping is none, up to its standard deviation.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct InertiaPrior {
-    /// ln of the square of the radius of gyration of an even mass, metres.
+    /// ln of the square of the radius of gyration, metres.
     pub ln_gyration_m2: f64,
-    pub held: bool,
+    pub ln_gyration_sd: f64,
+    pub damping_sd_per_s: f64,
 }
 
 /// Prior standard deviations of ln k² (a fifth of the radius of gyration) and of the damping (it brings a swinging object to rest within a few
 /// swings).
-const LN_GYRATION_SD: f64 = 0.4;
+pub(crate) const LN_GYRATION_SD: f64 = 0.4;
 const DAMPING_SD_PER_S: f64 = 10.0;
 
 /// The same of what is held.
 const HELD_SD: f64 = 1e-6;
+
+impl InertiaPrior {
+    /// Of an object whose mass may be uneven.
+    pub fn free(ln_gyration_m2: f64) -> Self {
+        Self { ln_gyration_m2, ln_gyration_sd: LN_GYRATION_SD, damping_sd_per_s: DAMPING_SD_PER_S }
+    }
+
+    /// Left as it is.
+    pub fn held(ln_gyration_m2: f64) -> Self {
+        Self { ln_gyration_m2, ln_gyration_sd: HELD_SD, damping_sd_per_s: HELD_SD }
+    }
+}
 
 /// A log with the times at which its forces are looked at.
 pub(crate) struct Problem<'a> {
@@ -130,7 +143,7 @@ impl<'a> Problem<'a> {
     }
 
     /// Number of places where the forces are looked at.
-    pub(super) fn collocations(&self) -> usize {
+    pub fn collocations(&self) -> usize {
         self.collocations.len()
     }
 
@@ -235,9 +248,8 @@ impl<'a> Problem<'a> {
         let sd = self.prior.standard_deviations(self.order);
         let of_shape: f64 = at.coefficients.iter().zip(&sd).map(|(value, sd)| (value / sd).powi(2)).sum();
         let of_convexity: f64 = self.convexity.violations(&at.coefficients).map(|(_, residual)| residual.powi(2)).sum();
-        let [ln_sd, damping_sd] = inertia_sd(inertia);
-        let of_inertia =
-            ((at.ln_gyration_m2 - inertia.ln_gyration_m2) / ln_sd).powi(2) + (at.damping_per_s / damping_sd).powi(2);
+        let of_inertia = ((at.ln_gyration_m2 - inertia.ln_gyration_m2) / inertia.ln_gyration_sd).powi(2)
+            + (at.damping_per_s / inertia.damping_sd_per_s).powi(2);
         let (off, _) = constants_off(&at.calibration, self.rig);
         0.5 * (of_shape + of_convexity + of_inertia + off.norm_squared())
     }
@@ -257,9 +269,8 @@ impl<'a> Problem<'a> {
         for (index, sd) in self.prior.standard_deviations(self.order).into_iter().enumerate() {
             add(index, at.coefficients[index], sd);
         }
-        let [ln_sd, damping_sd] = inertia_sd(inertia);
-        add(shape + GYRATION, at.ln_gyration_m2 - inertia.ln_gyration_m2, ln_sd);
-        add(shape + DAMPING, at.damping_per_s, damping_sd);
+        add(shape + GYRATION, at.ln_gyration_m2 - inertia.ln_gyration_m2, inertia.ln_gyration_sd);
+        add(shape + DAMPING, at.damping_per_s, inertia.damping_sd_per_s);
         let (off, _) = constants_off(&at.calibration, self.rig);
         (0..CONSTANTS).for_each(|c| add(shape + RIG + c, off[c], 1.0));
         let mut row = DVector::zeros(self.dense());
@@ -372,8 +383,4 @@ const SPLINE_INFORMATION: f64 = 1e-8;
 pub(crate) fn off_prior_sds(gyration_share: f64, damping_per_s: f64) -> f64 {
     let of_gyration = 2.0 * gyration_share.ln() / LN_GYRATION_SD;
     of_gyration.abs().max((damping_per_s / DAMPING_SD_PER_S).abs())
-}
-
-fn inertia_sd(prior: InertiaPrior) -> [f64; 2] {
-    if prior.held { [HELD_SD; 2] } else { [LN_GYRATION_SD, DAMPING_SD_PER_S] }
 }

@@ -79,7 +79,7 @@ impl Problem<'_> {
 
 impl<'a> Problem<'a> {
     /// The optimum from some start with these standard deviations. `None` where it is worth no more steps.
-    fn minimise(
+    pub fn minimise(
         &self,
         start: Unknowns,
         noise: InertialNoise,

@@ -50,6 +50,17 @@ impl Layout {
         row
     }
 
+    /// r'(θ) as a row.
+    pub fn slope_row(self, theta: f64) -> DVector<f64> {
+        let mut row = DVector::zeros(self.unknowns());
+        for k in 1..=self.order {
+            let (sin, cos) = (theta * k as f64).sin_cos();
+            row[Self::cosine(k)] = -(k as f64) * sin;
+            row[self.sine(k)] = k as f64 * cos;
+        }
+        row
+    }
+
     /// The change of the unknowns when the shape turns by one radian: the coefficients of r'.
     pub fn rotation(self, coefficients: &[f64]) -> DVector<f64> {
         let mut rotation = DVector::zeros(self.unknowns());

@@ -4,6 +4,6 @@ mod moment;
 mod motion;
 mod moving_palms;
 
-pub(crate) use moment::{Inertia, InertialMoment};
+pub(crate) use moment::{Inertia, InertialMoment, radii_of_curvature_in_motion_m};
 pub(crate) use motion::{InertialPursuit, LostContact};
 pub(crate) use moving_palms::MovingPalms;

@@ -67,14 +67,32 @@ fn along_tangents_row(palms: &PalmAngles, t: [f64; 2]) -> [f64; 2] {
     palms.positions_row([t[0], -t[1]]).r
 }
 
+/// How far each contact lies along t̄_k from its base point, metres.
+fn along_palms(state: &MotionState) -> [f64; 2] {
+    let (at, outwards) = (&state.contacts, along_tangents(&state.palms, state.contacts.r));
+    [outwards[0] - at.d[0] - state.base_shifts_m[0], outwards[1] - at.d[1] + state.base_shifts_m[1]]
+}
+
+/// Radii of curvature at the contacts of an object in this motion whose contacts move along their palms (t̄_k) at these rates, m/s: by slip and by
+/// rolling, σ_k' = c'·t̄_k + r_k Ω + v_k (p_k' − Ω). 0 where a contact does not move over the object.
+pub(crate) fn radii_of_curvature_in_motion_m(state: &MotionState, rates_m_per_s: [f64; 2]) -> [f64; 2] {
+    let MotionState { palms, contacts: at, palm_rates: p, psi_rate, .. } = state;
+    let sigma = along_palms(state);
+    let velocity_t = along_tangents(palms, [0, 1].map(|k| p[k] * sigma[k] + at.d[k] * psi_rate));
+    [0, 1].map(|k| {
+        let rolled = rates_m_per_s[k] - velocity_t[k] - at.r[k] * psi_rate;
+        let over_object = p[k] - psi_rate;
+        if over_object == 0.0 { 0.0 } else { rolled / over_object }
+    })
+}
+
 impl Inertia {
     /// W of an object in this motion, with these ratios of the forces at its contacts.
     pub fn moment(&self, state: &MotionState, tau: Ratios) -> InertialMoment {
         const G: f64 = STANDARD_GRAVITY_M_PER_S2;
         let MotionState { palms, contacts: at, palm_rates: p, palm_accelerations, psi_rate, psi_acceleration, .. } =
             state;
-        let outwards = along_tangents(palms, at.r);
-        let sigma = [outwards[0] - at.d[0] - state.base_shifts_m[0], outwards[1] - at.d[1] + state.base_shifts_m[1]];
+        let sigma = along_palms(state);
         let velocity_n = [0, 1].map(|k| p[k] * sigma[k] + at.d[k] * psi_rate);
         let velocity_t = along_tangents(palms, velocity_n);
         let by_r = [0, 1].map(|k| psi_rate * (2.0 * p[k] - psi_rate));
@@ -191,6 +209,27 @@ mod tests {
         assert!((force[1] - 1.0 - acceleration[1] / g).abs() < 1e-7, "{force:?} {acceleration:?}");
         let left = turning - INERTIA.gyration_m2 * (22.0 + 0.4 * 2.0) / g;
         assert!((moment.value_m - left * opening(&at.palms, TAU)).abs() < 1e-15, "{left}");
+    }
+
+    #[test]
+    fn the_rates_of_the_contacts_give_the_radii_of_curvature() {
+        const STEP: f64 = 1e-5;
+        let positions = |t: f64| {
+            let (palms, psi) = motion(t);
+            let (s1, s2) = palms.contact_positions_m(&shape(), psi);
+            [s1, -s2]
+        };
+        let (before, after) = (positions(-STEP), positions(STEP));
+        let rates = [0, 1].map(|k| (after[k] - before[k]) / (2.0 * STEP));
+        let at = state(0.0);
+        let blank = MotionState { contacts: Contacts { v: [0.0; 2], ..at.contacts }, ..at };
+        let found = radii_of_curvature_in_motion_m(&blank, rates);
+        for (found, truth) in found.into_iter().zip(at.contacts.v) {
+            assert!((found - truth).abs() < 1e-8, "{found} {truth}");
+        }
+        // A contact that does not move over the object tells nothing, and its radius is asked for nowhere.
+        let rolling = MotionState { psi_rate: blank.palm_rates[0], ..blank };
+        assert_eq!(radii_of_curvature_in_motion_m(&rolling, rates)[0], 0.0);
     }
 
     #[test]

@@ -7,10 +7,11 @@ use super::resample::{carry_over, thinned_in_ranges};
 use crate::estimate::evidence::fit::{ROUNDS, fit};
 use crate::estimate::measurements::Measurements;
 use crate::estimate::model::contact::residuals;
-use crate::estimate::model::layout::Layout;
+use crate::estimate::model::layout::{Layout, coefficients_to_order};
 use crate::estimate::model::noise::Noise;
 use crate::estimate::solver::gauss_newton::Estimate;
 use crate::reconstruct::result::reconstruction::FoundSymmetry;
+use crate::reconstruct::search::in_motion::{self, search_in_motion};
 use crate::reconstruct::search::schedule::{Found, Readings, search_by_contact};
 use crate::reconstruct::verdict::assemble::Candidate;
 use nalgebra::{Matrix2, Vector2};
@@ -25,6 +26,9 @@ const ORIGIN_SD: f64 = 1e-6;
 impl Job<'_> {
     /// The result of a search by contact alone, where inertia or friction explains it, or friction may.
     pub fn explained_by_forces(&self) -> Option<Candidate> {
+        if let Some(in_motion) = self.explained_in_motion() {
+            return Some(in_motion);
+        }
         let (mut explained, mut plausible) = (None, None);
         self.without_balance_worth(WORTH).each_by_contact(&mut |job, refined| {
             explained = job.inertia_of(refined);
@@ -37,6 +41,36 @@ impl Job<'_> {
             explained.is_some()
         });
         explained.or(plausible)
+    }
+
+    /// What a search for a motion with inertia leads to.
+    pub fn explained_in_motion(&self) -> Option<Candidate> {
+        let of_contact = self.without_balance_worth(WORTH);
+        let Job { log, calibration, measurements, scatter_m, prior, .. } = &of_contact;
+        let found = search_in_motion(&in_motion::Readings {
+            log,
+            calibration: *calibration,
+            measurements,
+            scatter_m: *scatter_m,
+            prior: *prior,
+        })?;
+        let job = of_contact.calibrated_by(&found);
+        // Contacts alone say how noisy they are; the motion is that which the forces know of.
+        let mut refined = job.refined_by_contact(&found)?;
+        refined.fine.estimate = found.estimates.into_iter().next()?;
+        if let Some(harmonics) = self.options.harmonics {
+            coefficients_to_order(&mut refined.fine.estimate.coefficients, harmonics);
+        }
+        let missed_m = job.balance_missed_m(&refined);
+        job.explained_in_motion_by(&refined, missed_m)
+    }
+
+    /// By how much an optimum misses the balance: root mean square, metres.
+    fn balance_missed_m(&self, refined: &Refined) -> f64 {
+        let Estimate { coefficients, psi, .. } = &refined.fine.estimate;
+        let missed =
+            self.measurements.instants.iter().zip(psi).map(|(at, psi)| residuals(at, coefficients, *psi).value[2]);
+        (missed.map(|missed_m| missed_m * missed_m).sum::<f64>() / psi.len().max(1) as f64).sqrt()
     }
 
     /// What inertia makes of an optimum by contact alone.
@@ -59,11 +93,15 @@ impl Job<'_> {
             if !std::mem::take(&mut is_first) && self.is_spent() {
                 return true;
             }
-            // The contacts tell all of the rig but where gravity is.
-            let calibrated = self.roughly_calibrated(&found, 0);
-            let job = calibrated.map_or_else(|| self.clone(), |rough| self.recalibrated(self.raw, rough.calibration));
+            let job = self.calibrated_by(&found);
             job.refined_by_contact(&found).is_some_and(|refined| accept(&job, &refined))
         });
+    }
+
+    /// The same log with what an arrangement tells of the rig: all but where gravity is, by contacts alone.
+    fn calibrated_by(&self, found: &Found) -> Self {
+        let calibrated = self.roughly_calibrated(found, 0);
+        calibrated.map_or_else(|| self.clone(), |rough| self.recalibrated(self.raw, rough.calibration))
     }
 
     /// The coefficients of an optimum about the origin that misses the balance least, and by how much that does (root mean square, metres): the

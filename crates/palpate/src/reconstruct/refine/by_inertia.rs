@@ -96,7 +96,7 @@ impl Job<'_> {
         let may_move = is_missed && rests_on_balance(&of_balance.result.verdict);
         let share = if of_balance.result.is_com_certified() { WORTHWHILE_SHARE } else { PROMISING_SHARE };
         let coefficients = || refined.fine.estimate.coefficients.clone();
-        may_move.then(|| self.fitted_with_inertia(refined, coefficients(), balance_m, share)).flatten()
+        may_move.then(|| self.worth(WORTH).fitted_with_inertia(refined, coefficients(), balance_m, share)).flatten()
     }
 
     /// The same of an arrangement that misses the balance by `static_balance_m`, from these coefficients.
@@ -106,7 +106,13 @@ impl Job<'_> {
         coefficients: Vec<f64>,
         static_balance_m: f64,
     ) -> Option<Candidate> {
-        self.fitted_with_inertia(refined, coefficients, static_balance_m, PROMISING_SHARE)
+        self.worth(WORTH).fitted_with_inertia(refined, coefficients, static_balance_m, PROMISING_SHARE)
+    }
+
+    /// The same of one that a search for a motion with inertia led to, for all that the log is worth.
+    pub fn explained_in_motion_by(&self, refined: &Refined, static_balance_m: f64) -> Option<Candidate> {
+        let coefficients = refined.fine.estimate.coefficients.clone();
+        self.worth(1.0).fitted_with_inertia(refined, coefficients, static_balance_m, PROMISING_SHARE)
     }
 
     /// The same where the first fit leaves no more than a share of what balance misses.
@@ -118,15 +124,14 @@ impl Job<'_> {
         promising_share: f64,
     ) -> Option<Candidate> {
         let (fine, radius_m) = (&refined.fine, coefficients[0]);
-        let job = &self.worth(WORTH);
         let floor_m = FORCES_FLOOR * radius_m;
         let most_m = (CONTACTS_ALLOWANCE * fine.noise.sensor_m).max(floor_m);
         let fitting = Fitting {
-            job,
+            job: self,
             refined,
             path: PalmPath::new(self.raw)?,
             placed: Measurements {
-                work: job.measurements.work.clone(),
+                work: self.measurements.work.clone(),
                 ..placed(&refined.measurements, &refined.ambiguity_rad)
             },
             // What of it looks symmetric may be so at rest alone.
@@ -215,8 +220,8 @@ impl Stage<'_> {
 }
 
 impl<'a> Fitting<'a> {
-    fn inertia(&self, held: bool) -> InertiaPrior {
-        InertiaPrior { ln_gyration_m2: 2.0 * self.gyration_m.ln(), held }
+    fn inertia(&self) -> InertiaPrior {
+        InertiaPrior::free(2.0 * self.gyration_m.ln())
     }
 
     fn problem(&self, weights: &Measurements, pieces: usize, order: usize) -> Problem<'a> {
@@ -264,21 +269,22 @@ impl<'a> Fitting<'a> {
             sensor_m: self.refined.fine.noise.sensor_m.clamp(least_m, most_m),
             forces_m: FIRST_FORCES * coefficients[0],
         };
+        let held = InertiaPrior::held(2.0 * self.gyration_m.ln());
         let start = Unknowns {
             coefficients,
-            ln_gyration_m2: self.inertia(true).ln_gyration_m2,
+            ln_gyration_m2: held.ln_gyration_m2,
             damping_per_s: 0.0,
             calibration: job.calibration,
             spline: problem.basis.approximating(&times_s, &known_rad)?,
         };
-        let held = problem.optimum(start, noise, self.inertia(true), self.bounds, None)?;
-        let optimum = problem.optimum(held.unknowns, held.noise, self.inertia(false), self.bounds, None)?;
+        let first = problem.optimum(start, noise, held, self.bounds, None)?;
+        let optimum = problem.optimum(first.unknowns, first.noise, self.inertia(), self.bounds, None)?;
         Some(Stage { problem, pieces, weights: placed.clone(), optimum })
     }
 
     /// The same with the other samples taken back as far as the motion comes near them, and pieces so short that shorter ones change nothing.
     fn grown(&self, mut stage: Stage<'a>) -> Option<Stage<'a>> {
-        let (mut halvings, mut idle, free) = (0, 0, self.inertia(false));
+        let (mut halvings, mut idle, free) = (0, 0, self.inertia());
         for _ in 0..ROUNDS {
             let variances = stage.problem.variance_of_motion(&stage.optimum);
             let weights = self.within(TAKEN_BACK * stage.optimum.unknowns.coefficients[0], Some(&variances), &stage);
@@ -327,7 +333,7 @@ impl<'a> Fitting<'a> {
             coefficients_to_order(&mut from.coefficients, more);
             let mut problem = self.problem(&best.weights, best.pieces, more);
             let noise = best.optimum.noise;
-            let Some(there) = problem.optimum(from, noise, self.inertia(false), self.bounds, None) else { break };
+            let Some(there) = problem.optimum(from, noise, self.inertia(), self.bounds, None) else { break };
             from = there.unknowns.clone();
             if there.log_evidence > best.optimum.log_evidence {
                 best = Stage { problem, optimum: there, ..best };
@@ -355,7 +361,7 @@ impl<'a> Fitting<'a> {
     fn with(&self, weights: Measurements, from: Stage<'a>, freedom: Option<f64>) -> Option<Stage<'a>> {
         let mut problem = self.problem(&weights, from.pieces, from.order());
         let Optimum { unknowns, noise, .. } = from.optimum;
-        let optimum = problem.optimum(unknowns, noise, self.inertia(false), self.bounds, freedom)?;
+        let optimum = problem.optimum(unknowns, noise, self.inertia(), self.bounds, freedom)?;
         Some(Stage { problem, pieces: from.pieces, weights, optimum })
     }
 

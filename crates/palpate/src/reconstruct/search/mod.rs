@@ -2,6 +2,7 @@
 //! the closed forms, and a beam search over the whole log, scheduled by the normalized misfit.
 
 pub(crate) mod beam;
+pub(crate) mod in_motion;
 pub(crate) mod initial_height;
 pub(crate) mod problem;
 pub(crate) mod schedule;
