@@ -4,8 +4,9 @@
 //! step solves an arrow: a band for the spline, and the shape, the radius of gyration and the damping that all samples share.
 //!
 //! 1. [`palm_path`]: angles of the palms, their rates and accelerations at any time;
-//! 2. [`problem`]: residuals of contacts and forces, and their normal equations;
-//! 3. [`smoother`]: the optimum, with the standard deviations of contacts and forces estimated.
+//! 2. [`contact_driven`]: the motion that follows from the contacts alone, with which a search begins;
+//! 3. [`problem`]: residuals of contacts and forces, and their normal equations;
+//! 4. [`smoother`]: the optimum, with the standard deviations of contacts and forces estimated.
 
 pub(crate) mod contact_driven;
 pub(crate) mod palm_path;

@@ -15,6 +15,7 @@ use crate::reconstruct::search::in_motion::{self, search_in_motion};
 use crate::reconstruct::search::schedule::{Found, Readings, search_by_contact};
 use crate::reconstruct::verdict::assemble::Candidate;
 use nalgebra::{Matrix2, Vector2};
+use std::f64::consts::PI;
 
 /// What a search by contact alone is worth, as a share of what all others are: asked of every log that few harmonics do not explain, where a twentieth of
 /// that finds inertia or friction that is the matter. Two and a half times as much, after all else, found nothing more.
@@ -55,9 +56,17 @@ impl Job<'_> {
             prior: *prior,
         })?;
         let job = of_contact.calibrated_by(&found);
-        // Contacts alone say how noisy they are; the motion is that which the forces know of.
+        // Contacts alone say how noisy they are; the motion is that which the forces know of. They have still to place the samples that it leaves out.
         let mut refined = job.refined_by_contact(&found)?;
-        refined.fine.estimate = found.estimates.into_iter().next()?;
+        let Found { thin, ranges, estimates, .. } = found;
+        let Estimate { coefficients, psi, cost } = estimates.into_iter().next()?;
+        let psi = carry_over(&thin, &psi, &coefficients, &job.measurements, &ranges);
+        for (index, ambiguity_rad) in refined.ambiguity_rad.iter_mut().enumerate() {
+            if !ranges.iter().any(|range| range.contains(&index)) {
+                *ambiguity_rad = PI;
+            }
+        }
+        refined.fine.estimate = Estimate { coefficients, psi, cost };
         if let Some(harmonics) = self.options.harmonics {
             coefficients_to_order(&mut refined.fine.estimate.coefficients, harmonics);
         }

@@ -18,6 +18,12 @@ use crate::sensor::Calibration;
 /// Windows that are searched for a seed: those with the longest ways of the contacts.
 const WINDOWS: usize = 8;
 
+/// Share of the log over which the motion must be known: the forces place the rest.
+const MOSTLY: f64 = 0.75;
+
+/// Samples that are further apart than this, in units of the time of the object, tell no swing: a swing lasts about six of them.
+const LONGEST_INTERVAL: f64 = 1.5;
+
 /// Harmonics of seeds and of what grows from them.
 const ORDER: usize = 8;
 
@@ -41,13 +47,23 @@ impl Readings<'_> {
         (self.prior.size_m / STANDARD_GRAVITY_M_PER_S2).sqrt()
     }
 
+    /// Whether samples follow each other so fast that they tell how an object of that size swings.
+    fn tells_swings(&self) -> bool {
+        let [Some(first), Some(last)] = [self.log.samples.first(), self.log.samples.last()] else { return false };
+        let interval_s = (last.time_s - first.time_s) / self.log.samples.len() as f64;
+        self.tolerance_m().is_finite() && interval_s <= LONGEST_INTERVAL * self.unit_s()
+    }
+
     fn tolerance_m(&self) -> f64 {
         self.scatter_m.hypot(TOLERANCE * self.prior.size_m)
     }
 }
 
-/// The motion over the whole log, where inertia explains it.
+/// The motion over all of the log or most of it, where inertia explains that.
 pub(crate) fn search_in_motion(readings: &Readings) -> Option<Found> {
+    if !readings.tells_swings() {
+        return None;
+    }
     let path = ContactPath::new(readings.log, readings.measurements)?;
     let seeds =
         Window::liveliest(readings, WINDOWS).into_iter().filter_map(|window| Seed::new(readings, &path, &window));
@@ -62,17 +78,20 @@ pub(crate) fn search_in_motion(readings: &Readings) -> Option<Found> {
     }
     let mut grown = stretches.into_iter().max_by_key(Stretch::len)?;
     while !grown.is_whole() {
-        grown = grown.richer()?.longest();
+        let Some(richer) = grown.richer() else { break };
+        grown = richer.longest();
+    }
+    if !grown.is_share(MOSTLY) {
+        return None;
     }
     let psi = grown.motion();
-    let estimate = Estimate { coefficients: grown.unknowns.coefficients, psi, cost: f64::INFINITY };
-    let all = 0..readings.measurements.len();
+    let range = grown.range();
     Some(Found {
         calibration: readings.calibration,
         tolerance_m: readings.tolerance_m(),
-        thin: readings.measurements.clone(),
-        ranges: vec![all],
-        estimates: vec![estimate],
+        thin: readings.measurements.of(readings.measurements.instants[range.clone()].to_vec()),
+        ranges: vec![range],
+        estimates: vec![Estimate { coefficients: grown.unknowns.coefficients, psi, cost: f64::INFINITY }],
     })
 }
 

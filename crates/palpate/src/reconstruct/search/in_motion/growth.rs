@@ -56,6 +56,7 @@ const LEAST_FORCES: f64 = 1e-3;
 const MOST_ORDER: usize = 28;
 
 /// A part of a log, from a sample to another, with all that is estimated of it.
+#[derive(Clone)]
 pub(super) struct Stretch<'a> {
     readings: &'a Readings<'a>,
     path: &'a ContactPath,
@@ -85,7 +86,7 @@ impl<'a> Stretch<'a> {
         Self::fitted(readings, path, range, &psi, (unknowns, PIECES))
     }
 
-    /// ψ at every sample.
+    /// ψ at each of its samples.
     pub fn motion(&self) -> Vec<f64> {
         self.readings.log.samples[self.range.clone()].iter().map(|sample| self.psi_at(sample.time_s)[0]).collect()
     }
@@ -99,18 +100,29 @@ impl<'a> Stretch<'a> {
         self.range.len()
     }
 
+    /// The samples.
+    pub fn range(&self) -> Range<usize> {
+        self.range.clone()
+    }
+
     /// Whether it is all of the log.
     pub fn is_whole(&self) -> bool {
-        self.len() == self.readings.log.samples.len()
+        self.is_share(1.0)
+    }
+
+    /// Whether it is such a share of the log.
+    pub fn is_share(&self, share: f64) -> bool {
+        self.len() as f64 >= share * self.readings.log.samples.len() as f64
     }
 
     /// The same with more harmonics and shorter pieces, for corners and landings on them. `None` where there are enough.
-    pub fn richer(mut self) -> Option<Self> {
+    pub fn richer(&self) -> Option<Self> {
         let order = Layout::of_coefficients(&self.unknowns.coefficients).order;
         let more = ORDERS.into_iter().find(|more| *more > order && *more <= MOST_ORDER)?;
-        coefficients_to_order(&mut self.unknowns.coefficients, more);
-        self.pieces *= FINER;
-        Some(self)
+        let mut richer = self.clone();
+        coefficients_to_order(&mut richer.unknowns.coefficients, more);
+        richer.pieces *= FINER;
+        Some(richer)
     }
 
     /// As long as its motion can be followed.
@@ -230,8 +242,8 @@ impl<'a> Stretch<'a> {
             let (there, _, squares, _) = problem.minimise(at, noise, inertia, EFFORT)?;
             let contacts_m = rms_m(squares.contacts, measurements.seen());
             let forces_m = rms_m(squares.forces, problem.collocations());
-            let off_gyration = (there.ln_gyration_m2 - inertia.ln_gyration_m2).abs() / LN_GYRATION_SD;
-            if contacts_m.max(forces_m) > EXPLAINED * tolerance_m || off_gyration > FURTHEST_SDS {
+            let is_explained = contacts_m.max(forces_m) <= EXPLAINED * tolerance_m;
+            if !is_explained || !is_of_an_object(there.ln_gyration_m2 - inertia.ln_gyration_m2) {
                 return None;
             }
             at = there;
@@ -244,9 +256,34 @@ impl<'a> Stretch<'a> {
     }
 }
 
+/// Whether an object may have a radius of gyration whose square differs by this factor (its logarithm) from that of an even mass.
+fn is_of_an_object(ln_gyration_off: f64) -> bool {
+    ln_gyration_off.abs() <= FURTHEST_SDS * LN_GYRATION_SD
+}
+
 /// Between values at increasing times.
 fn interpolated(way: &[(f64, f64)], time_s: f64) -> f64 {
     let after = way.partition_point(|(time, _)| *time < time_s).clamp(1, way.len() - 1);
     let ((from_s, from), (to_s, to)) = (way[after - 1], way[after]);
     from + (to - from) * (time_s - from_s) / (to_s - from_s)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn masses_half_as_far_out_or_twice_are_those_of_no_object() {
+        for (factor, expected) in [(0.65, false), (0.69, true), (1.0, true), (1.47, true), (1.52, false)] {
+            assert_eq!(is_of_an_object(2.0 * f64::ln(factor)), expected, "{factor}");
+        }
+    }
+
+    #[test]
+    fn a_way_is_followed_between_its_times_and_straight_on_beyond() {
+        let way = [(1.0, 2.0), (2.0, 4.0), (4.0, 3.0)];
+        for (time_s, expected) in [(1.0, 2.0), (1.5, 3.0), (3.0, 3.5), (4.0, 3.0), (0.0, 0.0), (5.0, 2.5)] {
+            assert_eq!(interpolated(&way, time_s), expected);
+        }
+    }
 }

@@ -20,8 +20,8 @@ const STEPS: f64 = 6.0;
 const HALF_SAMPLES: f64 = 4.0;
 const FEWEST_SAMPLES: usize = 6;
 
-/// Places of a way at which the shape is asked for: every so many steps.
-const STRIDE: usize = 2;
+/// Places on either way at which the shape is asked for.
+const PLACES: usize = 10;
 
 /// Trial values of r₁ and r₂ as shares of the radius of a disc there, and of Ω over the unit of time.
 const RADII: (f64, f64, usize) = (0.5, 1.6, 12);
@@ -62,7 +62,8 @@ pub(super) struct Seed {
 }
 
 impl Window {
-    /// So many windows at most, those in which the contacts move furthest, none of which overlap by more than half.
+    /// So many windows at most, evenly through the livelier half of all, in which the contacts move further, the liveliest first: the very liveliest may all be
+    /// of one wild moment.
     pub fn liveliest(readings: &Readings, most: usize) -> Vec<Self> {
         let samples = &readings.log.samples;
         let (Some(first), Some(end)) = (samples.first(), samples.last()) else { return Vec::new() };
@@ -90,13 +91,10 @@ impl Window {
             })
             .collect();
         windows.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let mut chosen: Vec<usize> = Vec::new();
-        for (_, number) in windows {
-            if chosen.len() < most && chosen.iter().all(|other| other.abs_diff(number) > 1) {
-                chosen.push(number);
-            }
-        }
-        chosen.into_iter().map(|number| Self { middle_s: first.time_s + half_s * number as f64, half_s }).collect()
+        let lively = windows.len().div_ceil(2);
+        let every = lively.div_ceil(most).max(1);
+        let chosen = windows[..lively].iter().step_by(every).map(|(_, number)| *number);
+        chosen.map(|number| Self { middle_s: first.time_s + half_s * number as f64, half_s }).collect()
     }
 }
 
@@ -114,8 +112,11 @@ struct Ways<'a> {
 struct Outcome {
     residuals: Vec<f64>,
     coefficients: Vec<f64>,
-    /// Whether no palm pulls.
-    pushes: bool,
+}
+
+/// Whether no palm pulls.
+fn pushes(passed: &Passed) -> bool {
+    passed.normal_forces.iter().all(|force| *force > -PULL)
 }
 
 impl Outcome {
@@ -165,36 +166,40 @@ impl Ways<'_> {
         2.0 * (DISC_GYRATION * self.disc_m / self.readings.prior.size_m).ln()
     }
 
-    /// Misfit of a start with the shape that suits its way best. `None` where it leads out of all bounds.
-    fn outcome(&self, start: &Start) -> Option<Outcome> {
-        let Readings { prior, .. } = *self.readings;
+    /// Both ways of a start. `None` where they lead out of all bounds.
+    fn passed(&self, start: &Start) -> Option<[Vec<Passed>; 2]> {
         let (state, inertia) = self.state(start);
+        let bounds = 0.0..LARGEST * self.readings.prior.size_m;
+        let is_within = |passed: &Passed| passed.state.r_m.iter().all(|r| bounds.contains(r));
+        let ways =
+            [driven(&self.backward, -self.step_s, state, inertia), driven(&self.forward, self.step_s, state, inertia)];
+        ways.iter().all(|way| way.len() == self.forward.len().div_ceil(2) && way.iter().all(is_within)).then_some(ways)
+    }
+
+    /// Misfit of a start with the shape that suits its ways best. `None` where they lead out of all bounds.
+    fn outcome(&self, start: &Start) -> Option<Outcome> {
+        self.outcome_of(&self.passed(start)?, start)
+    }
+
+    fn outcome_of(&self, ways: &[Vec<Passed>; 2], start: &Start) -> Option<Outcome> {
+        let Readings { prior, measurements, .. } = *self.readings;
         let sd_m = self.readings.tolerance_m();
         let layout = Layout::of_shape(ORDER);
-        let mut equations = ShapeGivenMotion::of_prior(prior, ORDER);
-        let mut rows: Vec<(DVector<f64>, f64)> = Vec::new();
-        let mut pushes = true;
-        for (drives, step_s) in [(&self.backward, -self.step_s), (&self.forward, self.step_s)] {
-            let way = driven(drives, step_s, state, inertia);
-            let bounds = LARGEST * prior.size_m;
-            let is_within = |passed: &Passed| passed.state.r_m.iter().all(|r| (0.0..bounds).contains(r));
-            if way.len() < drives.len().div_ceil(2) || !way.iter().all(is_within) {
-                return None;
-            }
-            pushes &= way.iter().flat_map(|passed| passed.normal_forces).all(|force| force > -PULL);
-            for (index, passed) in way.iter().enumerate().step_by(STRIDE) {
-                let drive = &drives[2 * index];
-                let ([cos1, cos2], [sin1, sin2]) = drive.palms.contact_directions(passed.state.psi_rad);
-                for (k, theta) in [sin1.atan2(cos1), sin2.atan2(cos2)].into_iter().enumerate() {
-                    let of_r = layout.support_row(theta);
+        let mut rows: Vec<(DVector<f64>, f64)> = Vec::with_capacity(8 * (PLACES + 1));
+        for (way, drives) in ways.iter().zip([&self.backward, &self.forward]) {
+            let stride = (way.len() / PLACES).max(1);
+            for (index, passed) in way.iter().enumerate().step_by(stride) {
+                let pair = drives[2 * index].palms.pair;
+                let (theta1, theta2) = pair.contact_angles(passed.state.psi_rad);
+                for (k, theta) in [theta1, theta2].into_iter().enumerate() {
+                    rows.push((layout.support_row(theta), passed.contacts.r[k]));
                     // d = −r'.
-                    let of_d = -layout.slope_row(theta);
-                    rows.push((of_r, passed.contacts.r[k]));
-                    rows.push((of_d, passed.contacts.d[k]));
+                    rows.push((-layout.slope_row(theta), passed.contacts.d[k]));
                 }
             }
         }
-        self.readings.measurements.work.add_step(rows.len() / 3, layout.unknowns());
+        measurements.work.add_step(rows.len() / 3, layout.unknowns());
+        let mut equations = ShapeGivenMotion::of_prior(prior, ORDER);
         rows.iter().for_each(|(row, value)| equations.add_row(row, *value, 1.0 / sd_m));
         let (_, coefficients) = equations.minimum()?;
         let vector = DVector::from_column_slice(&coefficients);
@@ -202,7 +207,7 @@ impl Ways<'_> {
         let sds = prior.standard_deviations(ORDER);
         residuals.extend(coefficients.iter().zip(sds).map(|(value, sd)| value / sd));
         residuals.push((start[3] - self.ln_disc_gyration()) / LN_GYRATION_SD);
-        Some(Outcome { residuals, coefficients, pushes })
+        Some(Outcome { residuals, coefficients })
     }
 
     /// The best start with its misfit.
@@ -220,8 +225,8 @@ impl Ways<'_> {
             .par_iter()
             .enumerate()
             .filter_map(|(index, start)| {
-                let outcome = self.outcome(start).filter(|outcome| outcome.pushes)?;
-                Some((outcome.cost(), index))
+                let ways = self.passed(start).filter(|ways| ways.iter().flatten().all(pushes))?;
+                Some((self.outcome_of(&ways, start)?.cost(), index))
             })
             .collect();
         costs.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));

@@ -63,12 +63,69 @@ fn it_is_found_through_gaps_and_where_one_pad_saw_nothing() {
 }
 
 #[test]
-fn contacts_that_no_object_in_motion_has_lead_to_none() {
-    // Both palms as if exchanged in the middle: a half is right.
+fn what_no_object_in_motion_does_may_be_a_little_of_a_log_and_not_half() {
+    // The readings exchanged from some sample on.
+    let exchanged_from = |share: f64| {
+        let mut run = swinging();
+        let from = (share * run.log.samples.len() as f64) as usize;
+        run.log.samples[from..].iter_mut().for_each(|sample| std::mem::swap(&mut sample.s1_m, &mut sample.s2_m));
+        (from, searched(&run))
+    };
+    let (from, found) = exchanged_from(0.85);
+    let range = &found.expect("most of it is explained").ranges[0];
+    assert!(range.start == 0 && range.end.abs_diff(from) < 8, "{range:?} {from}");
+    assert!(exchanged_from(0.65).1.is_none());
+}
+
+#[test]
+fn samples_too_far_apart_for_a_swing_tell_none() {
+    let run = swinging();
+    let told = |every: usize| {
+        let thinned = Log { samples: run.log.samples.iter().step_by(every).copied().collect() };
+        let measurements = Measurements::new(&thinned, None);
+        let prior = Prior::new(0.03, 0.01);
+        let calibration = Calibration::default();
+        let readings = Readings { log: &thinned, calibration, measurements: &measurements, scatter_m: NOISE_M, prior };
+        readings.tells_swings()
+    };
+    // The unit of time is 55 ms, and samples are 20 ms apart.
+    assert!(told(1) && told(4) && !told(5));
+    let none = Measurements::new(&Log { samples: Vec::new() }, None);
+    let readings = Readings {
+        log: &Log { samples: Vec::new() },
+        calibration: Calibration::default(),
+        measurements: &none,
+        scatter_m: f64::NAN,
+        prior: Prior::new(f64::NAN, f64::NAN),
+    };
+    assert!(search_in_motion(&readings).is_none());
+}
+
+#[test]
+fn seeds_of_a_motion_are_explained_and_those_of_none_are_not() {
     let mut run = swinging();
-    let middle = run.log.samples.len() / 2;
-    run.log.samples[middle..].iter_mut().for_each(|sample| std::mem::swap(&mut sample.s1_m, &mut sample.s2_m));
-    assert!(searched(&run).is_none());
+    let seeds = |run: &Simulation| {
+        let measurements = Measurements::new(&run.log, None);
+        let size_m = measurements.size_m();
+        let readings = Readings {
+            log: &run.log,
+            calibration: Calibration::default(),
+            measurements: &measurements,
+            scatter_m: NOISE_M,
+            prior: Prior::new(size_m, 0.3 * size_m),
+        };
+        let path = ContactPath::new(&run.log, &measurements).expect("long enough");
+        let windows = Window::liveliest(&readings, WINDOWS);
+        assert!((WINDOWS / 2..=WINDOWS).contains(&windows.len()));
+        (windows.iter().filter_map(|window| Seed::new(&readings, &path, window)).count(), windows.len())
+    };
+    let (explained, all) = seeds(&run);
+    assert_eq!(explained, all);
+    // The second contact as if the time ran backwards there.
+    let backwards: Vec<_> = run.log.samples.iter().rev().map(|sample| sample.s2_m).collect();
+    run.log.samples.iter_mut().zip(backwards).for_each(|(sample, s2_m)| sample.s2_m = s2_m);
+    let (explained, all) = seeds(&run);
+    assert!(explained <= all / 4, "{explained} of {all}");
 }
 
 #[test]
