@@ -24,8 +24,8 @@ const FEWEST_SAMPLES: usize = 6;
 const PLACES: usize = 10;
 
 /// Trial values of r₁ and r₂ as shares of the radius of a disc there, and of Ω over the unit of time.
-const RADII: (f64, f64, usize) = (0.5, 1.6, 12);
-const RATES: (f64, f64, usize) = (-0.8, 0.8, 17);
+const RADII: (f64, f64, usize) = (0.5, 1.6, 8);
+const RATES: (f64, f64, usize) = (-0.8, 0.8, 11);
 
 /// Radius of gyration of a disc over its radius.
 const DISC_GYRATION: f64 = std::f64::consts::FRAC_1_SQRT_2;
@@ -134,10 +134,7 @@ impl Seed {
         let backward = path.along(window.middle_s, -step_s, steps);
         let disc_m = forward[0].disc_radius_m();
         let ways = Ways { readings, backward, forward, step_s, disc_m };
-        let (misfit, start, outcome) = ways.best()?;
-        if misfit > EXPLAINED {
-            return None;
-        }
+        let (_, start, outcome) = ways.best().filter(|(misfit, ..)| *misfit <= EXPLAINED)?;
         let (state, inertia) = ways.state(&start);
         let [back, forth] = [(&ways.backward, -step_s), (&ways.forward, step_s)].map(|(drives, step_s)| {
             let way = driven(drives, step_s, state, inertia);
