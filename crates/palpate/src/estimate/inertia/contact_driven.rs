@@ -86,28 +86,27 @@ impl Drive {
         0.5 * (self.s_m[0] + self.s_m[1]) * angles.sin2 / (1.0 + angles.cos2)
     }
 
-    /// The contacts of an object in motion as they were read, what the palms press with, and its acceleration.
-    fn passed(&self, state: InMotion, inertia: Inertia) -> (Passed, f64) {
+    /// An object in motion with its contacts as they were read, and the acceleration that goes with it.
+    fn driven(&self, state: InMotion, inertia: Inertia) -> MotionState {
         let d = self.palms.angles.feet(state.r_m, self.s_m);
         let mut at = self.palms.carrying(Contacts { r: state.r_m, d, v: [0.0; 2] }, [state.psi_rate, 0.0]);
         at.contacts.v = radii_of_curvature_in_motion_m(&at, self.rates_m_per_s);
-        accelerated(state, at, inertia)
+        accelerated(at, inertia)
     }
 
     /// The same with the contacts of a shape.
-    fn carried(&self, shape: &SupportFunction, state: InMotion, inertia: Inertia) -> (Passed, f64) {
+    fn carried(&self, shape: &SupportFunction, state: InMotion, inertia: Inertia) -> MotionState {
         let (theta1, theta2) = self.palms.pair.contact_angles(state.psi_rad);
         let contacts = Contacts::from([shape.at(theta1), shape.at(theta2)]);
-        accelerated(state, self.palms.carrying(contacts, [state.psi_rate, 0.0]), inertia)
+        accelerated(self.palms.carrying(contacts, [state.psi_rate, 0.0]), inertia)
     }
 }
 
-/// What the palms press with and the acceleration that goes with it, from a state without one: W is linear in it.
-fn accelerated(state: InMotion, mut at: MotionState, inertia: Inertia) -> (Passed, f64) {
+/// The same state with the acceleration that goes with it, from one without: W is linear in it.
+fn accelerated(mut at: MotionState, inertia: Inertia) -> MotionState {
     let moment = inertia.moment(&at, [0.0; 2]);
     at.psi_acceleration = -moment.value_m / moment.by_psi_acceleration;
-    let normal_forces = inertia.moment(&at, [0.0; 2]).normal_forces;
-    (Passed { state, contacts: at.contacts, normal_forces }, at.psi_acceleration)
+    at
 }
 
 /// A rate of change.
@@ -124,7 +123,7 @@ fn stepped(from: &InMotion, by: Rate, time_s: f64) -> InMotion {
 /// The way of an object of any shape from its state at the first of these places, which lie half a step apart, to the last, one entry for each step; it
 /// ends where it leads out of all bounds.
 pub(crate) fn driven(drives: &[Drive], step_s: f64, start: InMotion, inertia: Inertia) -> Vec<Passed> {
-    way(drives, step_s, start, &|drive, state| drive.passed(state, inertia))
+    way(drives, step_s, start, inertia, &|drive, state| drive.driven(state, inertia))
 }
 
 /// The same of an object of this shape, whatever the contacts read.
@@ -135,7 +134,7 @@ pub(crate) fn carried(
     start: InMotion,
     inertia: Inertia,
 ) -> Vec<Passed> {
-    way(drives, step_s, start, &|drive, state| drive.carried(shape, state, inertia))
+    way(drives, step_s, start, inertia, &|drive, state| drive.carried(shape, state, inertia))
 }
 
 /// By the method of Runge and Kutta of order 4.
@@ -143,18 +142,24 @@ fn way(
     drives: &[Drive],
     step_s: f64,
     start: InMotion,
-    passed_at: &dyn Fn(&Drive, InMotion) -> (Passed, f64),
+    inertia: Inertia,
+    accelerated_at: &dyn Fn(&Drive, InMotion) -> MotionState,
 ) -> Vec<Passed> {
-    let rate = |drive: &Drive, state: InMotion| -> (Passed, Rate) {
-        let (passed, acceleration) = passed_at(drive, state);
-        let by_r = [0, 1].map(|k| passed.contacts.d[k] * (state.psi_rate - drive.palms.rates[k]));
-        (passed, [by_r[0], by_r[1], state.psi_rate, acceleration])
+    let rate = |drive: &Drive, state: InMotion| -> (MotionState, Rate) {
+        let at = accelerated_at(drive, state);
+        let by_r = [0, 1].map(|k| at.contacts.d[k] * (state.psi_rate - drive.palms.rates[k]));
+        (at, [by_r[0], by_r[1], state.psi_rate, at.psi_acceleration])
+    };
+    let passed = |state: InMotion, at: &MotionState| Passed {
+        state,
+        contacts: at.contacts,
+        normal_forces: inertia.moment(at, [0.0; 2]).normal_forces,
     };
     let mut way = Vec::with_capacity(drives.len() / 2 + 1);
     let mut state = start;
     for places in drives.windows(3).step_by(2) {
-        let (passed, first) = rate(&places[0], state);
-        way.push(passed);
+        let (at, first) = rate(&places[0], state);
+        way.push(passed(state, &at));
         let (_, second) = rate(&places[1], stepped(&state, first, 0.5 * step_s));
         let (_, third) = rate(&places[1], stepped(&state, second, 0.5 * step_s));
         let (_, fourth) = rate(&places[2], stepped(&state, third, step_s));
@@ -165,7 +170,7 @@ fn way(
         }
     }
     if let Some(last) = drives.last() {
-        way.push(rate(last, state).0);
+        way.push(passed(state, &rate(last, state).0));
     }
     way
 }

@@ -1,6 +1,7 @@
 //! Refinement by contact alone, for objects on which friction acts (`docs/theory.md`, friction): form and motion from the contacts, whatever the
 //! forces are; then centre of mass and friction from what the forces within the friction cones ask of them.
 
+use super::by_inertia::balance_missed_m;
 use super::calibrated::LEFT;
 use super::job::{Job, LEAST_FIRST_SD, ORDER_SAMPLES, Refined};
 use super::resample::{carry_over, thinned_in_ranges};
@@ -70,16 +71,9 @@ impl Job<'_> {
         if let Some(harmonics) = self.options.harmonics {
             coefficients_to_order(&mut refined.fine.estimate.coefficients, harmonics);
         }
-        let missed_m = job.balance_missed_m(&refined);
-        job.explained_in_motion_by(&refined, missed_m)
-    }
-
-    /// By how much an optimum misses the balance: root mean square, metres.
-    fn balance_missed_m(&self, refined: &Refined) -> f64 {
         let Estimate { coefficients, psi, .. } = &refined.fine.estimate;
-        let missed =
-            self.measurements.instants.iter().zip(psi).map(|(at, psi)| residuals(at, coefficients, *psi).value[2]);
-        (missed.map(|missed_m| missed_m * missed_m).sum::<f64>() / psi.len().max(1) as f64).sqrt()
+        let missed_m = balance_missed_m(&job.measurements, coefficients, psi);
+        job.explained_in_motion_by(&refined, missed_m)
     }
 
     /// What inertia makes of an optimum by contact alone.

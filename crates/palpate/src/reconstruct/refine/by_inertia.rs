@@ -145,7 +145,7 @@ impl Job<'_> {
         if fitting.least_share_left(&coefficients) > MOST_LEFT {
             return None;
         }
-        let missed_m = fitting.balance_missed_m(&coefficients);
+        let missed_m = balance_missed_m(&fitting.placed, &coefficients, &fine.estimate.psi);
         let is_promising = |stage: &Stage| {
             let Optimum { noise, unknowns, .. } = &stage.optimum;
             let gyration_share = (0.5 * unknowns.ln_gyration_m2).exp() / fitting.gyration_m;
@@ -235,14 +235,6 @@ impl<'a> Fitting<'a> {
         let times_s: Vec<f64> = self.job.raw.samples.iter().map(|sample| sample.time_s).collect();
         let psi = self.job.motion(&self.refined.fine);
         least_share_left(&self.placed, &times_s, coefficients, &psi, self.gyration_m)
-    }
-
-    /// By how much balance alone is missed with these coefficients, swings and all: root mean square, metres.
-    fn balance_missed_m(&self, coefficients: &[f64]) -> f64 {
-        let psi = &self.refined.fine.estimate.psi;
-        let square = |(instant, psi): (&Instant, &f64)| residuals(instant, coefficients, *psi).value[2].powi(2);
-        let squares: f64 = self.placed.instants.iter().zip(psi).map(square).sum();
-        (squares / psi.len().max(1) as f64).sqrt()
     }
 
     /// Whether so many pieces cost no more than is allowed.
@@ -393,6 +385,13 @@ impl<'a> Fitting<'a> {
         }
         within
     }
+}
+
+/// By how much balance alone is missed with these coefficients and this motion, swings and all: root mean square, metres.
+pub(super) fn balance_missed_m(measurements: &Measurements, coefficients: &[f64], psi: &[f64]) -> f64 {
+    let square = |(instant, psi): (&Instant, &f64)| residuals(instant, coefficients, *psi).value[2].powi(2);
+    let squares: f64 = measurements.instants.iter().zip(psi).map(square).sum();
+    (squares / psi.len().max(1) as f64).sqrt()
 }
 
 /// Whether all doubts may come from an object that is not at rest.
