@@ -196,7 +196,7 @@ pub(crate) fn tell_of_forces(row: &mut Row, found: &Reconstruction, truth: &True
     }
 }
 
-/// Standard deviation of ψ from which on a pose is open, radians: a certificate allows it for single samples only.
+/// Standard deviation of ψ from which on a pose is open, radians: a certificate allows it for a few samples only.
 const OPEN_RAD: f64 = 0.3;
 
 /// Whether an error of what is certified is beyond its error bars. Those of poses that are open must not hide the others.

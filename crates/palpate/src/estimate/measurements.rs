@@ -71,6 +71,11 @@ impl Instant {
         (self.weight1, self.weight2, self.balance_weight) = (0.0, 0.0, 0.0);
     }
 
+    /// Whether the sample tells nothing.
+    pub fn is_aside(&self) -> bool {
+        [self.weight1, self.weight2, self.balance_weight] == [0.0; 3]
+    }
+
     /// Whether both contacts were seen.
     pub fn both_seen(&self) -> bool {
         self.weight1 > 0.0 && self.weight2 > 0.0

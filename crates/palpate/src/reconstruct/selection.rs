@@ -14,7 +14,7 @@ use crate::estimate::motion::{moved, same_motion};
 use crate::estimate::solver::gauss_newton::{Estimate, Fit, Smoother, StoppingCriteria};
 use crate::reconstruct::options::error::ReconstructError;
 use crate::reconstruct::refine::calibrated::Solved;
-use crate::reconstruct::refine::job::Job;
+use crate::reconstruct::refine::job::{Job, Refined};
 use crate::reconstruct::refine::resample::thinned_in_ranges;
 use crate::reconstruct::result::reconstruction::Reconstruction;
 use crate::reconstruct::verdict::assemble::{Candidate, assemble, is_mostly_felt_again};
@@ -107,32 +107,46 @@ impl Job<'_> {
     /// The result of a refined arrangement.
     pub fn assemble(&self, Solved { job, refined, .. }: Solved) -> Result<Candidate, ReconstructError> {
         let job = job.as_ref().unwrap_or(self);
-        let expected = job.expected();
+        let first = job.assembled(&refined, false)?;
+        if !is_certified_but_for_poses(&first.result) {
+            return Ok(job.with_inertia(&refined, &first).unwrap_or(first));
+        }
+        let refined = job.with_hidden_jumps(&refined).unwrap_or(refined);
+        let candidate = job.assembled(&refined, true)?;
+        let candidate = job.with_inertia(&refined, &candidate).unwrap_or(candidate);
+        // Samples that are set aside count where it is held against others.
+        Ok(Candidate { posterior: first.posterior, ..candidate })
+    }
+
+    /// The result of an optimum with the forces in balance; where a mixture `may_widen` its error bars, with those.
+    fn assembled(&self, refined: &Refined, may_widen: bool) -> Result<Candidate, ReconstructError> {
+        let expected = self.expected();
         let found = (&refined.ambiguity_rad[..], refined.symmetry);
-        let posterior = job.calibration_posterior(&refined);
-        let calibration = posterior.as_ref().map(|posterior| (posterior, job.calibration, job.options.rig));
+        let posterior = self.calibration_posterior(refined);
+        let calibration = posterior.as_ref().map(|posterior| (posterior, self.calibration, self.options.rig));
         let (measurements, fit) = (&refined.measurements, refined.fine.clone());
         let uncertainty = OfBalance { measurements, fit: fit.clone(), calibration };
         let assembled = |uncertainty: &dyn Uncertainty| {
-            assemble(&job.log, measurements, fit.clone(), found, expected, uncertainty, &job.options.limits)
+            assemble(&self.log, measurements, fit.clone(), found, expected, uncertainty, &self.options.limits)
         };
         let mut candidate = assembled(&uncertainty).ok_or(ReconstructError::NotSolvable)?;
-        let palms = job.palms();
+        let palms = self.palms();
         let mixed = |others: Vec<OtherModel>| {
             let shape = SupportFunction::from_coefficients(&fit.estimate.coefficients);
             assembled(&Mixture { answer: &uncertainty, shape, others })
         };
-        if candidate.result.is_certified()
+        if may_widen
+            && candidate.result.is_certified()
             && is_held_convex(&fit.estimate.coefficients)
-            && let Some(richer) = job.with_more_harmonics(&refined)
+            && let Some(richer) = self.with_more_harmonics(refined)
         {
             let richer = OtherModel::new(1.0, None, [&fit.estimate, &richer], &palms);
             candidate = mixed(vec![richer]).unwrap_or(candidate);
         }
-        if candidate.result.is_certified() && !is_checked(&candidate.result) {
-            candidate = job.among_others(measurements, &fit, &uncertainty, &assembled).unwrap_or(candidate);
+        if may_widen && candidate.result.is_certified() && !is_checked(&candidate.result) {
+            candidate = self.among_others(measurements, &fit, &uncertainty, &assembled).unwrap_or(candidate);
         }
-        Ok(job.with_inertia(&refined, &candidate).unwrap_or(candidate))
+        Ok(candidate)
     }
 
     /// The result with the error bars of a mixture with other models of the log. `None` where they leave nothing to assemble.
@@ -265,6 +279,12 @@ impl Job<'_> {
         }
         Found { calibration: found.calibration, tolerance_m: found.tolerance_m, thin, ranges, estimates }
     }
+}
+
+/// Whether nothing is in doubt but where a few samples are.
+fn is_certified_but_for_poses(result: &Reconstruction) -> bool {
+    let is_of_poses = |doubt: &Doubt| matches!(doubt, Doubt::AmbiguousPoses { .. });
+    result.verdict.doubts.iter().all(|doubt| is_of_poses(doubt) || doubt.concerns_center_of_mass_only())
 }
 
 /// Whether the log checks itself what it tells; else shape and motion are told by the balance and what is known of shapes beforehand. A contact that

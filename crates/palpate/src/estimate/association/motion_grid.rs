@@ -8,7 +8,7 @@ use crate::estimate::measurements::{Instant, Measurements};
 use std::f64::consts::TAU;
 
 /// Trial heights: with the orientations a grid as coarse as convergence at a loose noise allows.
-const HEIGHTS: usize = 20;
+pub(crate) const HEIGHTS: usize = 20;
 
 /// Trial orientations: 7.5 degrees apart.
 const ORIENTATIONS: usize = 48;
@@ -17,10 +17,11 @@ const ORIENTATIONS: usize = 48;
 const SPARSEST: usize = 5;
 const SPARSE: usize = 12;
 
-/// Motions of `run`, the likeliest first: as many as the second of `most`, of as many as the first after the first round. `noise_m` is the
+/// Motions of `run` with so many trial heights, the likeliest first: as many as the second of `most`, of as many as the first after the first round. `noise_m` is the
 /// standard deviation of a contact position; where the object `may_roll`, it is tried whether it rolls on either palm; `is_same` says of the orientations at a few instants whether they are one motion.
 pub(crate) fn likely_motions(
     run: &Measurements,
+    heights: usize,
     (size_m, noise_m): (f64, f64),
     may_roll: bool,
     predictive: &PredictiveShape,
@@ -29,8 +30,8 @@ pub(crate) fn likely_motions(
 ) -> Vec<Vec<f64>> {
     let relative = relative_height(run);
     let Some((low, high)) = feasible_heights(run, &relative, size_m) else { return Vec::new() };
-    let balanced = (0..HEIGHTS).map(|height| {
-        let h0 = low + (high - low) * (height as f64 + 0.5) / HEIGHTS as f64;
+    let balanced = (0..heights).map(|height| {
+        let h0 = low + (high - low) * (height as f64 + 0.5) / heights as f64;
         integrate(run, &relative, h0, noise_m, RATE_SD).psi
     });
     let rolling = may_roll.then(|| [0, 1].map(|palm| rolling_motion(run, palm)));

@@ -55,6 +55,11 @@ impl PredictiveShape {
         Some(Self::new(belief.mean.as_slice(), &covariance, fit.noise))
     }
 
+    /// The noise of the samples that it explains.
+    pub fn noise(&self) -> Noise {
+        self.noise
+    }
+
     /// With this mean and covariance of the coefficients.
     pub fn new(coefficients: &[f64], covariance: &DMatrix<f64>, noise: Noise) -> Self {
         let layout = Layout::of_coefficients(coefficients);

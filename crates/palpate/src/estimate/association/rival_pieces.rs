@@ -5,11 +5,12 @@
 //! What explains it about as well becomes an alternative, which the evidence decides ([`super::alternatives`]).
 
 use crate::estimate::association::alternatives::{Alternative, Ambiguity};
-use crate::estimate::association::motion_grid::{first_distinct, likely_motions};
+use crate::estimate::association::motion_grid::{HEIGHTS, first_distinct, likely_motions};
 use crate::estimate::association::predictive::PredictiveShape;
 use crate::estimate::association::transitions::near;
 use crate::estimate::measurements::{Instant, Measurements};
 use crate::estimate::model::noise::Noise;
+use crate::estimate::model::prior::Prior;
 use crate::estimate::motion::{SHORT_SEGMENT, common_rotation, short_segments};
 use crate::estimate::solver::gauss_newton::Fit;
 use rayon::prelude::*;
@@ -26,7 +27,7 @@ const SEMIFINALISTS: usize = 40;
 const FINALISTS: usize = 8;
 
 /// Noise of the trials, as a share of the size: loose, so that the grid is fine enough for it.
-const LOOSE: f64 = 0.01;
+pub(super) const LOOSE: f64 = 0.01;
 
 /// Rounds that take a trial to its optimum at the noise of the fit.
 const POLISHING: usize = 4;
@@ -99,9 +100,9 @@ fn pieces(starts: &[usize], samples: usize) -> Vec<Range<usize>> {
 }
 
 /// Another motion of a piece, and what it costs more than the present one by the predictive likelihood, −2 ln.
-struct Rival {
-    psi: Vec<f64>,
-    cost: f64,
+pub(super) struct Rival {
+    pub psi: Vec<f64>,
+    pub cost: f64,
 }
 
 /// The likeliest other motions of one piece. Nothing tells the poses of `short` segments, so that they tell nothing of the shape.
@@ -115,15 +116,43 @@ fn rivals(measurements: &Measurements, fit: &Fit, piece: Range<usize>, short: &[
     }
     // The shape of the fit is bent towards the present motion of the piece.
     let others_alone = &fit.at_optimum_of(&others);
-    let sd_m = (LOOSE * fit.prior.size_m).max(fit.noise.sensor_m);
+    let sd_m = loose_m(fit.prior, others_alone.noise);
     let loose = Fit { noise: Noise { sensor_m: sd_m, balance_m: sd_m }, ..others_alone.clone() };
     let turned = common_rotation(&fit.estimate.psi, &others_alone.estimate.psi, period);
     let Some((loose, sharp)) = PredictiveShape::from(&others, &loose).zip(PredictiveShape::from(&others, others_alone))
     else {
         return Vec::new();
     };
+    let mut rivals = likeliest_motions(&alone, present, HEIGHTS, fit.prior, &Predicted { loose, sharp });
+    rivals.iter_mut().flat_map(|rival| &mut rival.psi).for_each(|psi| *psi += turned);
+    rivals
+}
+
+/// The noise of the trials, metres.
+pub(super) fn loose_m(prior: Prior, noise: Noise) -> f64 {
+    (LOOSE * prior.size_m).max(noise.sensor_m)
+}
+
+/// What all other samples tell of the shape: at the noise of the trials, and at that of the fit.
+pub(super) struct Predicted {
+    pub loose: PredictiveShape,
+    pub sharp: PredictiveShape,
+}
+
+/// The likeliest other motions of a few samples than the `present` one, of so many trial heights.
+pub(super) fn likeliest_motions(
+    alone: &Measurements,
+    present: &[f64],
+    heights: usize,
+    prior: Prior,
+    by_others: &Predicted,
+) -> Vec<Rival> {
+    let Predicted { loose, sharp } = by_others;
+    let period = prior.symmetry.period_rad();
+    let sd_m = loose.noise().sensor_m;
     let is_same = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| near(*a, *b, period));
-    let trials = likely_motions(&alone, (fit.prior.size_m, sd_m), false, &loose, [SEMIFINALISTS, FINALISTS], is_same);
+    let trials =
+        likely_motions(alone, heights, (prior.size_m, sd_m), false, loose, [SEMIFINALISTS, FINALISTS], is_same);
     let weighed = |mut psi: Vec<f64>| {
         let _ = loose.misfit_of_motion(&alone.instants, &mut psi, POLISHING);
         let fitted = sharp.misfit_of_motion(&alone.instants, &mut psi, POLISHING);
@@ -134,7 +163,6 @@ fn rivals(measurements: &Measurements, fit: &Fit, piece: Range<usize>, short: &[
     let mut rivals: Vec<Rival> = trials.into_iter().map(weighed).map(against_here).collect();
     rivals.retain(|rival| rival.cost < NO_RIVAL && !is_same(&rival.psi, present));
     rivals.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-    rivals.iter_mut().flat_map(|rival| &mut rival.psi).for_each(|psi| *psi += turned);
     first_distinct(rivals, RIVALS, |rival| rival.psi.as_slice(), is_same)
 }
 

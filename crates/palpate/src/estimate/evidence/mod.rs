@@ -2,6 +2,7 @@
 //! harmonics.
 
 pub(crate) mod fit;
+pub(crate) mod form_symmetry;
 pub(crate) mod jump_prior;
 pub(crate) mod laplace;
 pub(crate) mod motion_prior;

@@ -16,7 +16,13 @@ pub(crate) struct Prior {
     pub origin_sd_m: f64,
     /// Harmonics that it excludes have the standard deviation [`EXCLUDED_SD`]; a mirror maps θ to −θ.
     pub symmetry: Symmetry,
+    /// Order of the rotation by which the form nearly comes to itself, wherever its centre of mass is; 1 where nothing is known of that.
+    pub form_order: u32,
 }
+
+/// What is left to harmonics that a form which nearly comes to itself has no need of, as a share of the others'. (The first is where the centre of mass
+/// is in it.)
+const NEARLY: f64 = 0.03;
 
 /// Prior standard deviation of the mean radius, as a multiple of the size: so wide that it does not bias it.
 const RADIUS_SD: f64 = 10.0;
@@ -28,7 +34,7 @@ const EXCLUDED_SD: f64 = 1e-9;
 impl Prior {
     /// Without symmetry.
     pub const fn new(size_m: f64, scale_m: f64) -> Self {
-        Self { size_m, scale_m, origin_sd_m: size_m, symmetry: Symmetry::NONE }
+        Self { size_m, scale_m, origin_sd_m: size_m, symmetry: Symmetry::NONE, form_order: 1 }
     }
 
     /// Whether the symmetry leaves a_k and b_k free.
@@ -42,6 +48,7 @@ impl Prior {
         let harmonic = |k: usize, free: bool| match (free, k) {
             (false, _) => EXCLUDED_SD * self.size_m,
             (true, 1) => self.origin_sd_m,
+            (true, _) if !k.is_multiple_of(self.form_order as usize) => NEARLY * self.scale_m / (k * k) as f64,
             (true, _) => self.scale_m / (k * k) as f64,
         };
         let mut sd = vec![RADIUS_SD * self.size_m];
@@ -142,6 +149,24 @@ impl WithSimd for Summing<'_> {
             for (sum, value) in sums.iter_mut().zip(column) {
                 *sum += factor * value;
             }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_form_that_nearly_comes_to_itself_has_few_other_harmonics_but_its_centre_of_mass_anywhere() {
+        let general = Prior::new(0.03, 0.01);
+        let [any, nearly] = [general, Prior { form_order: 3, ..general }].map(|prior| prior.standard_deviations(6));
+        // The mean radius, then a_k, then b_k.
+        let shares: Vec<f64> = any.iter().zip(&nearly).map(|(any, nearly)| nearly / any).collect();
+        let of_harmonics = [1.0, NEARLY, 1.0, NEARLY, NEARLY, 1.0];
+        assert_eq!(shares[0], 1.0);
+        for (found, expected) in shares[1..].iter().zip(of_harmonics.iter().chain(&of_harmonics)) {
+            assert!((found / expected - 1.0).abs() < 1e-12, "{shares:?}");
         }
     }
 }

@@ -345,7 +345,7 @@ impl<'a> Job<'a> {
 
     /// The same of an optimum that cannot be certified, since what is ambiguous of it may be anywhere: what would decide that has not been found so far.
     fn is_worth_no_more(&self, refined: &Refined) -> bool {
-        let is_ambiguous = || open_motion_rad(&refined.ambiguity_rad) > self.options.limits.ambiguity_rad;
+        let is_ambiguous = || open_motion_rad(&refined.ambiguity_rad, |_| false) > self.options.limits.ambiguity_rad;
         let is_contradicted = || self.is_contradicted(&refined.fine, &self.jumps(&refined.fine.estimate, TAU));
         self.is_spent_on(&refined.fine) && (is_ambiguous() || is_contradicted())
     }

@@ -4,6 +4,7 @@ pub(crate) mod by_contact;
 mod by_friction;
 mod by_inertia;
 pub(crate) mod calibrated;
+pub(crate) mod hidden_jumps;
 pub(crate) mod job;
 pub(crate) mod resample;
 pub(crate) mod restarts;

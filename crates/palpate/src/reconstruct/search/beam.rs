@@ -11,7 +11,7 @@
 //! may grow far, but with a normalized misfit well above 1: more squared residuals than the noise of the contacts explains. The
 //! schedule defers such seeds.
 
-use crate::estimate::association::motion_grid::{first_distinct, likely_motions};
+use crate::estimate::association::motion_grid::{HEIGHTS, first_distinct, likely_motions};
 use crate::estimate::association::predictive::PredictiveShape;
 use crate::estimate::closed_form::{integrate, relative_height};
 use crate::estimate::evidence::laplace::laplace_evidence;
@@ -422,7 +422,8 @@ impl<'a> BeamSearch<'a> {
         let scales = (self.prior.size_m, noise.sensor_m);
         let most = [SEMIFINALISTS, FINALISTS];
         let rolls = self.tolerance.is_of_contact_alone();
-        let trials = likely_motions(&target.thin, scales, rolls, &predictive, most, differ_by_less_than(SAME_TRIAL));
+        let trials =
+            likely_motions(&target.thin, HEIGHTS, scales, rolls, &predictive, most, differ_by_less_than(SAME_TRIAL));
         let whole = Smoother::with_belief(&target.thin, self.order, noise, self.prior, belief);
         let mut placements: Vec<Estimate> = trials
             .into_iter()

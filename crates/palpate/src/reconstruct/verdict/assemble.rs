@@ -159,6 +159,7 @@ pub(crate) fn assemble(
     let slack_m = limits.stability_slack * coefficients[0].abs();
     // With inertia the object may be on its way at any sample.
     let unphysical = || jumps.iter().filter(|jump| inertia.is_none() && !jump.physical);
+    let is_aside = |sample: usize| measurements.instants[sample].is_aside();
     let findings = Findings {
         mean_radius_m: coefficients[0],
         concavity_m: shape.concavity_m(),
@@ -182,7 +183,11 @@ pub(crate) fn assemble(
         coverage: felt.len() as f64 / NODES as f64,
         ambiguous,
         // Where other forces are fitted, short pieces that are open may be what was not explained.
-        ambiguity_rad: if at_rest { open_motion_rad(&ambiguity_rad) } else { root_mean_square(&ambiguity_rad) },
+        ambiguity_rad: if at_rest {
+            open_motion_rad(&ambiguity_rad, is_aside)
+        } else {
+            root_mean_square(&ambiguity_rad)
+        },
         psi_sd_rad: mean_square.sqrt(),
         largest_psi_sd_rad: unambiguous().map(|pose| pose.psi_sd_rad).fold(0.0, f64::max),
         largest_felt_r_sd_m: outline.iter().filter(|p| p.touches > 0).map(|p| p.r_sd_m).fold(0.0, f64::max),

@@ -1,0 +1,77 @@
+//! What jumps that the contacts do not show leave open of an optimum (`docs/theory.md`, decoding of the motion): a few samples beside an end of the log or
+//! beside a jump may be elsewhere, on boundary that nothing else felt. They are then set aside, and tell nothing of the shape.
+
+use crate::estimate::association::alternatives::{Ambiguity, compare_evidence};
+use crate::estimate::association::hidden_jumps::motions_with_hidden_jumps;
+use crate::estimate::evidence::fit::{Fitted, ROUNDS, fit};
+use crate::estimate::evidence::form_symmetry::likeliest_form;
+use crate::estimate::measurements::Measurements;
+use crate::estimate::motion::piece_starts;
+use crate::estimate::solver::gauss_newton::{Estimate, Fit};
+use crate::reconstruct::refine::job::{Job, Refined};
+use crate::reconstruct::verdict::open_poses::open_pieces;
+
+/// Where samples are held against poses on boundary that nothing else felt, a shape has half as many harmonics more, up to this: those that the evidence
+/// prefers on what was felt hold the rest of it too firmly.
+const FREE_HARMONICS: usize = 36;
+
+fn harmonics_more(order: usize) -> usize {
+    (order / 2).min(FREE_HARMONICS.saturating_sub(order))
+}
+
+impl Job<'_> {
+    /// An optimum with what jumps that the contacts do not show leave open of it, fitted without the pieces that may be elsewhere where these are short.
+    /// `None` where the log does not determine it.
+    pub(crate) fn with_hidden_jumps(&self, of: &Refined) -> Option<Refined> {
+        let behind = self.behind_hidden_jumps(&of.fine, &of.measurements)?;
+        let ambiguity_rad: Vec<f64> = of.ambiguity_rad.iter().zip(behind).map(|(a, b)| a.max(b)).collect();
+        let (mut fine, mut measurements) = (of.fine.clone(), of.measurements.clone());
+        let pieces = open_pieces(&ambiguity_rad);
+        if !pieces.is_empty() {
+            pieces.into_iter().flatten().for_each(|sample| measurements.instants[sample].set_aside());
+            Fitted { fit: fine, weighted: measurements } = self.fitted_again(fine, &measurements, 0)?;
+        }
+        // Held against others, all samples count.
+        let (coarse, symmetry, settled, posterior) = (of.coarse.clone(), of.symmetry, of.settled, of.posterior);
+        let (rivals, as_likely) = (Vec::new(), Vec::new());
+        Some(Refined { coarse, fine, measurements, ambiguity_rad, symmetry, settled, posterior, rivals, as_likely })
+    }
+
+    /// How far away each sample may be behind a jump that the contacts do not show, radians; 0 where it is not.
+    fn behind_hidden_jumps(&self, fine: &Fit, measurements: &Measurements) -> Option<Vec<f64>> {
+        let Fitted { mut fit, weighted: measurements } =
+            self.fitted_again(fine.clone(), measurements, harmonics_more(fine.order))?;
+        let prior = likeliest_form(&measurements, &fit);
+        if prior != fit.prior {
+            let nearly_symmetric = self.fitted_again(Fit { prior, ..fit.clone() }, &measurements, 0)?.fit;
+            if nearly_symmetric.evidence.log() > fit.evidence.log() {
+                fit = nearly_symmetric;
+            }
+        }
+        let period = prior.symmetry.period_rad();
+        let jumps_of = |estimate: &Estimate| self.jumps(estimate, period);
+        let starts: Vec<usize> = jumps_of(&fit.estimate).iter().map(|jump| jump.sample).collect();
+        let starts = piece_starts(&starts, &fit.estimate.psi, period);
+        let alternatives = motions_with_hidden_jumps(&measurements, &fit, &starts);
+        let mut ambiguity = Ambiguity::new(vec![f64::INFINITY; measurements.len()]);
+        alternatives.iter().for_each(|alternative| ambiguity.doubt(&alternative.samples));
+        compare_evidence(&measurements, &fit, &alternatives, &jumps_of, &mut ambiguity);
+        Some(ambiguity.ambiguity_rad())
+    }
+
+    /// A fit to all samples from another one, with so many harmonics more.
+    fn fitted_again(&self, from: Fit, measurements: &Measurements, more: usize) -> Option<Fitted> {
+        let Fit { estimate, order, noise, prior, .. } = from;
+        fit(measurements, order + more, estimate, noise, prior, self.variance_components_of_all(), ROUNDS)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn half_as_many_harmonics_more_leave_boundary_that_nothing_felt_free() {
+        assert_eq!([8, 24, 30, 36, 48].map(harmonics_more), [4, 12, 6, 0, 0]);
+    }
+}
