@@ -5,11 +5,11 @@
 use crate::estimate::association::transitions::near;
 use crate::estimate::evidence::jump_prior::{deviance, variance_by};
 use crate::estimate::evidence::laplace::laplace_evidence;
-use crate::estimate::evidence::motion_prior::CERTAIN;
+use crate::estimate::evidence::motion_prior::{CERTAIN, UNSTABLE_POSE};
 use crate::estimate::evidence::variance_components::with_balance_weights;
 use crate::estimate::jumps::DetectedJump;
 use crate::estimate::measurements::Measurements;
-use crate::estimate::model::balance_tolerance::with_exact_balance;
+use crate::estimate::model::balance_tolerance::{STABILITY_SLACK, unstable_samples, with_exact_balance};
 use crate::estimate::model::evidence::Evidence;
 use crate::estimate::model::sensor_memory::samples_per_error_by;
 use crate::estimate::motion::LONGEST_STEP;
@@ -35,9 +35,9 @@ pub(crate) struct Alternative {
 }
 
 impl Alternative {
-    /// By how much its motion costs more, with what its jumps cost more than those of the present motion.
-    fn cost(&self, of_jumps: f64) -> f64 {
-        self.motion_cost.map_or(of_jumps, |cost| cost.max(of_jumps))
+    /// By how much its motion costs more, with what its jumps and unstable poses cost more than those of the present motion.
+    fn cost(&self, of_motion: f64) -> f64 {
+        self.motion_cost.map_or(of_motion, |cost| cost.max(of_motion))
     }
 }
 
@@ -145,15 +145,19 @@ pub(crate) fn compare_evidence(
         return Compared::default();
     }
     let of_fit = Smoother::new(measurements, fit.order, fit.noise, fit.prior).strictly_convex();
-    // The evidence, −2 ln of the prior of the jumps, and the optimum.
+    // The evidence, −2 ln of the prior of jumps and poses, and the optimum.
     let weigh = |smoother: &Smoother, estimate: Estimate| {
         let normal = smoother.linearise_without_convexity(&estimate.coefficients, &estimate.psi);
         let evidence = laplace_evidence(smoother, &estimate, &normal)?;
         let factor = smoother.factor(&smoother.held_convex(normal, &estimate.coefficients))?;
         let samples_per_error = samples_per_error_by(measurements, &estimate.coefficients, &estimate.psi);
         let variance_of = variance_by(&factor, samples_per_error);
-        let of_jumps = deviance(measurements, &estimate, smoother.noise.balance_m, &variance_of, &jumps(&estimate));
-        Some((Evidence { samples_per_error, ..evidence }, of_jumps, estimate))
+        let balance_m = smoother.noise.balance_m;
+        let of_jumps = deviance(measurements, &estimate, balance_m, &variance_of, &jumps(&estimate));
+        let slack_m = STABILITY_SLACK * estimate.coefficients[0].abs();
+        let unstable = unstable_samples(measurements, &estimate.coefficients, &estimate.psi, slack_m, balance_m);
+        let of_poses = UNSTABLE_POSE.deviance() * unstable as f64;
+        Some((Evidence { samples_per_error, ..evidence }, of_jumps + of_poses, estimate))
     };
     let likelier = |estimate: Estimate| {
         // A loose balance may be the work of the present motion, so that each motion has the more likely of that and an exact one.
@@ -168,16 +172,16 @@ pub(crate) fn compare_evidence(
     };
     let Estimate { coefficients, psi, .. } = fit.estimate.clone();
     let here = of_fit.run(coefficients, psi, STOPPING);
-    let Some((here_evidence, jumps_here, here)) = likelier(here) else { return Compared::default() };
+    let Some((here_evidence, motion_here, here)) = likelier(here) else { return Compared::default() };
     let period = fit.prior.symmetry.period_rad();
     let weighed: Vec<(Estimate, f64)> = alternatives
         .par_iter()
         .map(|alternative| {
             let there = of_fit.run_chord(here.coefficients.clone(), alternative.psi.clone(), STOPPING);
-            let Some((evidence, jumps_there, there)) = likelier(there.clone()) else {
+            let Some((evidence, motion_there, there)) = likelier(there.clone()) else {
                 return (there, f64::INFINITY);
             };
-            let margin = 2.0 * here_evidence.log_ratio(&evidence) + alternative.cost(jumps_there - jumps_here);
+            let margin = 2.0 * here_evidence.log_ratio(&evidence) + alternative.cost(motion_there - motion_here);
             (there, if margin.is_nan() { f64::INFINITY } else { margin })
         })
         .collect();
