@@ -66,7 +66,7 @@ mod tests {
     fn the_form_of_a_polygon_comes_to_itself_wherever_its_centre_of_mass_is() {
         for (corners, off) in [(3, 0.0), (3, 0.1), (5, 0.1)] {
             let form = rounded_polygon(corners, 0.3, 0.3).expect("possible").scaled(0.03);
-            assert_eq!(order(form, off), corners as u32, "{corners} corners");
+            assert_eq!(order(form, off), corners, "{corners} corners");
         }
         let neither = SupportFunction::new(0.03, vec![[0.0, 0.0], [1.5e-3, 5e-4], [1e-3, -5e-4]]);
         assert_eq!(order(neither, 0.0), 1);
