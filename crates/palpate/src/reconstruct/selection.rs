@@ -6,7 +6,6 @@ pub(super) mod stray_readings;
 use super::search::initial_height::from_initial_heights;
 use super::search::schedule::Found;
 use crate::estimate::evidence::motion_prior::CERTAIN;
-use crate::estimate::evidence::other_models::{OtherModels, other_models};
 use crate::estimate::measurements::Measurements;
 use crate::estimate::model::balance_tolerance::balance_is_missed;
 use crate::estimate::model::noise::Noise;
@@ -14,15 +13,13 @@ use crate::estimate::motion::{moved, same_motion};
 use crate::estimate::solver::gauss_newton::{Estimate, Fit, Smoother, StoppingCriteria};
 use crate::reconstruct::options::error::ReconstructError;
 use crate::reconstruct::refine::calibrated::Solved;
-use crate::reconstruct::refine::job::{Job, Refined};
+use crate::reconstruct::refine::job::Job;
 use crate::reconstruct::refine::resample::thinned_in_ranges;
 use crate::reconstruct::result::reconstruction::Reconstruction;
-use crate::reconstruct::verdict::assemble::{Candidate, assemble, is_mostly_felt_again};
+use crate::reconstruct::verdict::assemble::{Candidate, is_mostly_felt_again};
+use crate::reconstruct::verdict::at_rest::AtRest;
 use crate::reconstruct::verdict::doubt::{Doubt, Verdict};
-use crate::reconstruct::verdict::left_out::is_held_convex;
-use crate::reconstruct::verdict::mixture::{Mixture, OtherModel};
-use crate::reconstruct::verdict::uncertainty::{OfBalance, Uncertainty};
-use crate::shape::{SupportFunction, Symmetry};
+use crate::shape::Symmetry;
 use rayon::prelude::*;
 use std::cmp::Ordering;
 use std::f64::consts::TAU;
@@ -107,68 +104,19 @@ impl Job<'_> {
     /// The result of a refined arrangement.
     pub fn assemble(&self, Solved { job, refined, .. }: Solved) -> Result<Candidate, ReconstructError> {
         let job = job.as_ref().unwrap_or(self);
-        let first = job.assembled(&refined, false)?;
-        if !is_certified_but_for_poses(&first.result) {
-            return Ok(job.with_inertia(&refined, &first).unwrap_or(first));
-        }
-        let refined = job.with_hidden_jumps(&refined).unwrap_or(refined);
-        let candidate = job.assembled(&refined, true)?;
-        let candidate = job.with_inertia(&refined, &candidate).unwrap_or(candidate);
-        // Samples that are set aside count where it is held against others.
-        Ok(Candidate { posterior: first.posterior, ..candidate })
-    }
-
-    /// The result of an optimum with the forces in balance; where a mixture `may_widen` its error bars, with those.
-    fn assembled(&self, refined: &Refined, may_widen: bool) -> Result<Candidate, ReconstructError> {
-        let expected = self.expected();
-        let found = (&refined.ambiguity_rad[..], refined.symmetry);
-        let posterior = self.calibration_posterior(refined);
-        let calibration = posterior.as_ref().map(|posterior| (posterior, self.calibration, self.options.rig));
-        let (measurements, fit) = (&refined.measurements, refined.fine.clone());
-        let uncertainty = OfBalance { measurements, fit: fit.clone(), calibration };
-        let assembled = |uncertainty: &dyn Uncertainty| {
-            assemble(&self.log, measurements, fit.clone(), found, expected, uncertainty, &self.options.limits)
+        let at_rest = AtRest::new(job, &refined);
+        let first = at_rest.result()?;
+        let hidden = is_certified_but_for_poses(&first.result).then(|| job.with_hidden_jumps(&refined)).flatten();
+        let (refined, candidate) = match &hidden {
+            // Samples that are set aside count where it is held against others.
+            Some(hidden) => {
+                let posterior = first.posterior;
+                let at_rest = AtRest::new(job, hidden);
+                (hidden, Candidate { posterior, ..at_rest.widened(at_rest.result()?) })
+            }
+            None => (&refined, at_rest.widened(first)),
         };
-        let mut candidate = assembled(&uncertainty).ok_or(ReconstructError::NotSolvable)?;
-        let palms = self.palms();
-        let mixed = |others: Vec<OtherModel>| {
-            let shape = SupportFunction::from_coefficients(&fit.estimate.coefficients);
-            assembled(&Mixture { answer: &uncertainty, shape, others })
-        };
-        if may_widen
-            && candidate.result.is_certified()
-            && is_held_convex(&fit.estimate.coefficients)
-            && let Some(richer) = self.with_more_harmonics(refined)
-        {
-            let richer = OtherModel::new(1.0, None, [&fit.estimate, &richer], &palms);
-            candidate = mixed(vec![richer]).unwrap_or(candidate);
-        }
-        if may_widen && candidate.result.is_certified() && !is_checked(&candidate.result) {
-            candidate = self.among_others(measurements, &fit, &uncertainty, &assembled).unwrap_or(candidate);
-        }
-        Ok(candidate)
-    }
-
-    /// The result with the error bars of a mixture with other models of the log. `None` where they leave nothing to assemble.
-    fn among_others(
-        &self,
-        measurements: &Measurements,
-        fit: &Fit,
-        of_answer: &dyn Uncertainty,
-        assembled: &dyn Fn(&dyn Uncertainty) -> Option<Candidate>,
-    ) -> Option<Candidate> {
-        let palms = self.palms();
-        let OtherModels { fits, linear } = other_models(measurements, fit)?;
-        let models: Vec<(f64, OfBalance)> = fits
-            .into_iter()
-            .map(|(weight, fit)| (weight, OfBalance { measurements, fit, calibration: None }))
-            .collect();
-        let others = models
-            .iter()
-            .map(|(weight, of)| OtherModel::new(*weight, Some(of), [&fit.estimate, &of.fit.estimate], &palms));
-        let known = OtherModel::new(-1.0, None, [&fit.estimate, &linear], &palms);
-        let shape = SupportFunction::from_coefficients(&fit.estimate.coefficients);
-        assembled(&Mixture { answer: of_answer, shape, others: others.chain([known]).collect() })
+        Ok(job.with_inertia(refined, &candidate).unwrap_or(candidate))
     }
 
     /// Where the log does not check what it tells, the likelier of a result and of that to which the same arrangement leads with a balance that leaves
@@ -289,7 +237,7 @@ fn is_certified_but_for_poses(result: &Reconstruction) -> bool {
 
 /// Whether the log checks itself what it tells; else shape and motion are told by the balance and what is known of shapes beforehand. A contact that
 /// goes to and fro over little boundary checks nothing.
-fn is_checked(result: &Reconstruction) -> bool {
+pub(super) fn is_checked(result: &Reconstruction) -> bool {
     result.coverage >= LITTLE_FELT && is_mostly_felt_again(&result.outline)
 }
 

@@ -154,6 +154,7 @@ pub(crate) fn compare_evidence(
         let variance_of = variance_by(&factor, samples_per_error);
         let balance_m = smoother.noise.balance_m;
         let of_jumps = deviance(measurements, &estimate, balance_m, &variance_of, &jumps(&estimate));
+        // On boundary that nothing else felt the stiffness is hardly known.
         let slack_m = STABILITY_SLACK * estimate.coefficients[0].abs();
         let unstable = unstable_samples(measurements, &estimate.coefficients, &estimate.psi, slack_m, balance_m);
         let of_poses = UNSTABLE_POSE.deviance() * unstable as f64;
@@ -226,6 +227,7 @@ impl Compared {
 mod tests {
     use super::*;
     use crate::estimate::association::simulated::turned_pebble;
+    use crate::estimate::model::contact::residuals;
 
     /// The motion of a fit with some samples turned by `turn`.
     fn elsewhere(fit: &Fit, samples: Range<usize>, turn: f64) -> Vec<f64> {
@@ -257,6 +259,33 @@ mod tests {
         let ambiguity_rad = ambiguity.ambiguity_rad();
         assert_eq!((ambiguity_rad[50], ambiguity_rad[51]), (0.0, 0.0));
         assert!(ambiguity_rad[80] > 1.8, "no alternative was proposed for it");
+    }
+
+    #[test]
+    fn an_object_is_not_at_rest_at_a_maximum_of_its_energy() {
+        let (mut measurements, fit) = turned_pebble();
+        // Nothing but the balance tells these poses, and it holds at a maximum as well.
+        measurements.instants[50..52].iter_mut().for_each(|instant| (instant.weight1, instant.weight2) = (0.0, 0.0));
+        let other_rest = |sample: usize, is_unstable: bool| {
+            let missed_m = |psi: f64| {
+                let at = residuals(&measurements.instants[sample], &fit.estimate.coefficients, psi);
+                (at.is_unstable(fit.noise.balance_m) == is_unstable).then_some(at.value[2].abs())
+            };
+            let apart = |turn: f64| fit.estimate.psi[sample] + turn;
+            let turns = (500..5783).map(|milliradians| apart(1e-3 * f64::from(milliradians)));
+            let rests = turns.filter_map(|psi| Some((missed_m(psi).filter(|missed_m| *missed_m < 1e-4)?, psi)));
+            rests.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, psi)| psi)
+        };
+        let is_open = |is_unstable: bool| {
+            let mut psi = fit.estimate.psi.clone();
+            (50..52).for_each(|sample| psi[sample] = other_rest(sample, is_unstable).expect("another equilibrium"));
+            let alternative = Alternative { psi, samples: vec![50, 51], motion_cost: None, is_predicted: false };
+            let mut ambiguity = Ambiguity::new(vec![f64::INFINITY; measurements.len()]);
+            ambiguity.lower(50..52, 1.0);
+            compare_evidence(&measurements, &fit, &[alternative], &|_| Vec::new(), &mut ambiguity);
+            ambiguity.is_open(50)
+        };
+        assert!(is_open(false) && !is_open(true));
     }
 
     #[test]

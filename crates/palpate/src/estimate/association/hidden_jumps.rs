@@ -114,17 +114,17 @@ impl<'a> OfOthers<'a> {
             let layout = Layout::of_coefficients(mean.as_slice());
             Posterior { layout, mean, information }.holding_rotation()
         };
-        let sharp = posterior(&self.of_all.matrix - of_window.matrix, DVector::from_row_slice(coefficients))?;
-        let gradient = &self.of_all.gradient - of_window.gradient;
+        let sharp = &self.of_all.matrix - of_window.matrix;
+        let at_fit = posterior(sharp.clone(), DVector::from_row_slice(coefficients))?;
         let others = Normal {
-            matrix: sharp.information,
-            gradient,
+            matrix: at_fit.information,
+            gradient: &self.of_all.gradient - of_window.gradient,
             psi_offset: Vec::new(),
             psi_slope: Vec::new(),
             psi_information: Vec::new(),
         };
         let (step, _) = Penalised::new(&self.convexity, coefficients, &others).minimum(0.0)?;
-        let mean = sharp.mean + step;
+        let mean = at_fit.mean + step;
         let predictive = |information: DMatrix<f64>, noise: Noise| {
             let covariance = posterior(information, mean.clone())?.covariance()?;
             Some(PredictiveShape::new(mean.as_slice(), &covariance, noise))
@@ -132,7 +132,7 @@ impl<'a> OfOthers<'a> {
         let loosely_of_window = of_samples(window, self.fit, self.trials, psi).matrix;
         Some(Predicted {
             loose: predictive(&self.loosely_of_all - loosely_of_window, self.trials)?,
-            sharp: predictive(others.matrix.clone(), *noise)?,
+            sharp: predictive(sharp, *noise)?,
         })
     }
 }

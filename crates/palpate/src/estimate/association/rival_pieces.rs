@@ -27,7 +27,7 @@ const SEMIFINALISTS: usize = 40;
 const FINALISTS: usize = 8;
 
 /// Noise of the trials, as a share of the size: loose, so that the grid is fine enough for it.
-pub(super) const LOOSE: f64 = 0.01;
+const LOOSE: f64 = 0.01;
 
 /// Rounds that take a trial to its optimum at the noise of the fit.
 const POLISHING: usize = 4;

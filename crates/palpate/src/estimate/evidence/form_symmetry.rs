@@ -2,15 +2,13 @@
 //! are. Decided by the ratio of the evidences of the prior of such a form and of the general one: both are Gaussian, and so is the likelihood at the
 //! optimum of the general one (`docs/theory.md`, what the log says of itself).
 
+use super::symmetry::ORDERS;
 use crate::estimate::measurements::Measurements;
 use crate::estimate::model::prior::Prior;
 use crate::estimate::solver::gauss_newton::{Fit, Smoother};
 use nalgebra::{DMatrix, DVector};
 
-/// Orders of rotation that are considered: those of things that people make. 1 is a form that does not come to itself.
-const ORDERS: [u32; 7] = [1, 2, 3, 4, 5, 6, 8];
-
-/// The prior of the form that is likeliest by the optimum of a general one.
+/// The prior of the form that is likeliest by the optimum of a general one, which does not come to itself: that of order 1.
 pub(crate) fn likeliest_form(measurements: &Measurements, general: &Fit) -> Prior {
     let smoother = Smoother::new(measurements, general.order, general.noise, general.prior).strictly_convex();
     let of_general = smoother.linearise_without_convexity(&general.estimate.coefficients, &general.estimate.psi);
@@ -23,9 +21,8 @@ pub(crate) fn likeliest_form(measurements: &Measurements, general: &Fit) -> Prio
             information[(index, index)] += 1.0 / (sd * sd) - before;
         }
         let factor = information.cholesky()?;
-        let half_log_determinant: f64 = factor.l_dirty().diagonal().iter().map(|value| value.ln()).sum();
         let missed = pulled.dot(&optimum) - factor.solve(&pulled).dot(&pulled);
-        Some(-0.5 * missed - half_log_determinant - sds.iter().map(|sd| sd.ln()).sum::<f64>())
+        Some(-0.5 * (missed + factor.ln_determinant()) - sds.iter().map(|sd| sd.ln()).sum::<f64>())
     };
     let priors = ORDERS.map(|form_order| Prior { form_order, ..general.prior });
     let known = priors.into_iter().filter_map(|prior| Some((with_prior(&prior)?, prior)));

@@ -18,7 +18,7 @@ use nalgebra::{DMatrix, DVector};
 use std::f64::consts::{PI, TAU};
 
 /// Orders of rotation that are considered: those of things that people make. 1 is a mirror alone.
-const ORDERS: [u32; 7] = [1, 2, 3, 4, 5, 6, 8];
+pub(super) const ORDERS: [u32; 7] = [1, 2, 3, 4, 5, 6, 8];
 
 /// Symmetric models besides the general one: each order with a mirror and without, but for no symmetry at all.
 const MODELS: f64 = 13.0;

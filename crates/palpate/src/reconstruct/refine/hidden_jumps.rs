@@ -21,12 +21,15 @@ fn harmonics_more(order: usize) -> usize {
 
 impl Job<'_> {
     /// An optimum with what jumps that the contacts do not show leave open of it, fitted without the pieces that may be elsewhere where these are short.
-    /// `None` where the log does not determine it.
+    /// `None` where that is the same, or the log does not determine it.
     pub(crate) fn with_hidden_jumps(&self, of: &Refined) -> Option<Refined> {
         let behind = self.behind_hidden_jumps(&of.fine, &of.measurements)?;
         let ambiguity_rad: Vec<f64> = of.ambiguity_rad.iter().zip(behind).map(|(a, b)| a.max(b)).collect();
-        let (mut fine, mut measurements) = (of.fine.clone(), of.measurements.clone());
         let pieces = open_pieces(&ambiguity_rad);
+        if pieces.is_empty() && ambiguity_rad == of.ambiguity_rad {
+            return None;
+        }
+        let (mut fine, mut measurements) = (of.fine.clone(), of.measurements.clone());
         if !pieces.is_empty() {
             pieces.into_iter().flatten().for_each(|sample| measurements.instants[sample].set_aside());
             Fitted { fit: fine, weighted: measurements } = self.fitted_again(fine, &measurements, 0)?;

@@ -1,6 +1,7 @@
 //! From an optimum to a certified result (`docs/theory.md`, error bars and the certificate).
 
 pub(crate) mod assemble;
+pub(crate) mod at_rest;
 pub(crate) mod bent_poses;
 pub(crate) mod certificate;
 pub(crate) mod doubt;
