@@ -14,6 +14,7 @@ use palpate_sweep::{
     ActingForces, Conditions, Job, MotionKind, MotionShape, NoiseShape, Object, Outcome, ReconstructChoice, Row,
     ScoreChoice, SimulateJob, Simulated, Source, Status, Sweep, Touchpads, VariedJob,
 };
+use rayon::prelude::*;
 
 use crate::studies::acting_forces;
 use crate::studies::rows;
@@ -31,6 +32,9 @@ pub struct Arguments {
     /// Objects, motions, sensors and logs of many more kinds, each factor drawn by itself (only with `--jumps`).
     #[arg(long, requires = "jumps", conflicts_with = "symmetric")]
     varied: bool,
+    /// Of the seeds only those whose noise is as the estimator assumes it and which feel at least 60 % of the boundary (only with `--varied`).
+    #[arg(long, requires = "varied")]
+    well_felt: bool,
     /// Rigs that nobody calibrated, drawn from the default tolerances (only with `--jumps`, over the mixture).
     #[arg(long, requires = "jumps", conflicts_with_all = ["symmetric", "varied"])]
     rig: bool,
@@ -49,7 +53,7 @@ pub struct Arguments {
     /// Print a line for each trial that was not solved or not certified.
     #[arg(long)]
     verbose: bool,
-    /// Keep the logs (and truths) of such trials in this folder.
+    /// Keep the logs (and truths) of such trials, or of the only one, in this folder.
     #[arg(long, value_name = "DIR")]
     keep: Option<PathBuf>,
     /// Folder for the table of all trials; a study that was stopped goes on from there.
@@ -88,11 +92,12 @@ impl Arguments {
         let jumps = if self.jumps { " --jumps" } else { "" };
         let symmetric = if self.symmetric { " --symmetric" } else { "" };
         let varied = if self.varied { " --varied" } else { "" };
+        let well_felt = if self.well_felt { " --well-felt" } else { "" };
         let rig = if self.rig { " --rig" } else { "" };
         let friction = if self.friction { " --friction" } else { "" };
         let fast = if self.fast { " --fast" } else { "" };
         format!(
-            "cargo xtask monte-carlo{jumps}{symmetric}{varied}{rig}{friction}{fast} --trials {trials} --seed {}",
+            "cargo xtask monte-carlo{jumps}{symmetric}{varied}{well_felt}{rig}{friction}{fast} --trials {trials} --seed {}",
             seeds.join(",")
         )
     }
@@ -102,6 +107,7 @@ impl Arguments {
         match (self.jumps, self.seed.len()) {
             (_, 1) if self.friction => &[tables::MONTE_CARLO_FRICTION],
             (_, 1) if self.fast => &[tables::MONTE_CARLO_FAST],
+            (_, 1) if self.well_felt => &[tables::MONTE_CARLO_WELL_FELT],
             (_, 1) if self.varied => &[tables::MONTE_CARLO_VARIED],
             (_, 1) if self.rig => &[tables::MONTE_CARLO_RIG],
             (_, 1) if self.symmetric => &[tables::MONTE_CARLO_SYMMETRIC],
@@ -283,6 +289,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let started = Instant::now();
     let trials: Vec<(u64, u64, NoiseKind)> =
         arguments.seed.iter().flat_map(|first| set(*first, arguments.trials(), arguments.jumps)).collect();
+    let trials: Vec<(u64, u64, NoiseKind)> =
+        trials.into_par_iter().filter(|(_, seed, _)| !arguments.well_felt || is_well_felt(*seed)).collect();
     let source = |seed: u64, noise: NoiseKind| match simulation(seed, noise, arguments.jumps) {
         _ if arguments.varied => Source::Varied(VariedJob { seed }),
         job if arguments.rig => Source::Simulate(SimulateJob { rig: Some(Box::new(Rig::uncalibrated())), ..job }),
@@ -317,7 +325,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         println!("{kind}: {} --verbose", arguments.command_for(1, &[trial.seed]));
     }
     if let Some(folder) = &arguments.keep {
-        for trial in trials.iter().filter(|trial| trial.worth_a_look()) {
+        for trial in trials.iter().filter(|trial| trials.len() == 1 || trial.worth_a_look()) {
             trial.keep(folder)?;
         }
     }
@@ -353,6 +361,12 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     println!("{}", texts[0]);
     let tables: Vec<Table> = arguments.places().iter().copied().zip(texts).collect();
     arguments.write.tables(&tables, &command)
+}
+
+/// Whether a varied log is one of those that the goals are stated for.
+fn is_well_felt(seed: u64) -> bool {
+    let job = VariedJob { seed };
+    job.conditions().as_assumed() && job.simulate().is_ok_and(|simulated| simulated.felt() >= LEAST_FELT)
 }
 
 /// The trials from a seed on: set, seed and noise of each.
@@ -393,7 +407,7 @@ fn groups<'a>(trials: &'a [Trial<'a>], jumps: bool) -> Vec<Group<'a>> {
     }
     groups.push(those(ALL.to_owned(), &|_| true));
     if jumps {
-        groups.push(those(WELL_FELT.to_owned(), &|o| o.felt() >= 0.6 && o.as_assumed()));
+        groups.push(those(WELL_FELT.to_owned(), &|o| o.felt() >= LEAST_FELT && o.as_assumed()));
         for (low, high) in [(0, 0), (1, 2), (3, 5), (6, 9), (10, 1000)] {
             let name = if low == high { format!("{low} jumps") } else { format!("{low} to {high} jumps") };
             groups.push(those(name, &|o| (low..=high).contains(&o.outcome.row.jumps.unwrap_or(0))));
@@ -405,6 +419,9 @@ fn groups<'a>(trials: &'a [Trial<'a>], jumps: bool) -> Vec<Group<'a>> {
 
 const ALL: &str = "all";
 const WELL_FELT: &str = "at least 60 % felt";
+
+/// The share of the boundary meant by that.
+const LEAST_FELT: f64 = 0.6;
 
 /// Rows of the short table through jumps.
 const SHORT_WITH_JUMPS: [&str; 2] = [ALL, WELL_FELT];

@@ -47,6 +47,8 @@ pub const MONTE_CARLO_JUMPS: Place = Place { file: "docs/monte-carlo.md", name: 
 pub const MONTE_CARLO_SETS: Place = Place { file: "docs/monte-carlo.md", name: "monte-carlo-sets" };
 /// `cargo xtask monte-carlo --jumps --varied`.
 pub const MONTE_CARLO_VARIED: Place = Place { file: "docs/monte-carlo.md", name: "monte-carlo-varied" };
+/// `cargo xtask monte-carlo --jumps --varied --well-felt`.
+pub const MONTE_CARLO_WELL_FELT: Place = Place { file: "docs/monte-carlo.md", name: "monte-carlo-well-felt" };
 /// `cargo xtask monte-carlo --jumps --symmetric`.
 pub const MONTE_CARLO_SYMMETRIC: Place = Place { file: "docs/monte-carlo.md", name: "monte-carlo-symmetric" };
 /// `cargo xtask monte-carlo --jumps --rig`.

@@ -84,6 +84,15 @@ pub struct Simulated {
     pub calibration: Calibration,
 }
 
+impl Simulated {
+    /// Share of the boundary (0 to 1) that the contacts of the log went over.
+    pub fn felt(&self) -> f64 {
+        let samples = &self.simulation.log.samples;
+        let motion: Vec<(f64, PalmPair)> = samples.iter().map(|sample| (sample.time_s, sample.palms)).collect();
+        palpate::simulate::coverage(&self.simulation, &motion)
+    }
+}
+
 /// Why there is no log.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum NoLog {
