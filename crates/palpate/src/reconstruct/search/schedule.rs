@@ -42,6 +42,9 @@ const SPANS: usize = 16;
 /// Misfit of a seed, as [`EXPLAINED`], below which errors of the rig may be all that is wrong with it: with three times the error that is allowed for.
 const NEARLY_EXPLAINED: f64 = 10.0 * EXPLAINED;
 
+/// Seeds, those with the longest contact paths, that are begun anew with more harmonics: each costs more than all that was done for it before.
+const BEGUN_ANEW: usize = 6;
+
 /// Seeds that are grown to the end before the search gives up: more cost time, fewer may all be wrong.
 const SEEDS: usize = 6;
 
@@ -258,8 +261,8 @@ fn arrange(
         return true;
     }
     // Then more harmonics, for objects that take them. Only then seeds whose misfit no noise explains.
-    let richer = seeds.iter_mut().filter_map(|seed| {
-        let explained = !is_spent() && seed.add_harmonics(problem);
+    let richer = seeds.iter_mut().enumerate().filter_map(|(number, seed)| {
+        let explained = !is_spent() && seed.add_harmonics(problem, number < BEGUN_ANEW);
         explained.then(|| seed.beam_search(problem, calibrate))
     });
     deferred.extend(richer.take(SEEDS));

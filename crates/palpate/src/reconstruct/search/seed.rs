@@ -21,6 +21,9 @@ pub(crate) const CANDIDATES: usize = 8;
 /// Misfit above which a seed with few harmonics is not nearly right, and more harmonics are not tried.
 const NEARLY_RIGHT: f64 = 3000.0;
 
+/// Number of harmonics with which a seed is begun anew: the motions that few prefer over nearly flat sides are too far from the right one.
+const ANEW: usize = 18;
+
 /// Candidates of a seed that are refined with more harmonics.
 const REFINED: usize = 3;
 
@@ -74,25 +77,37 @@ impl Seed {
         Found { calibration, tolerance_m: tolerance.scatter_m, thin, ranges, estimates: self.candidates.clone() }
     }
 
-    /// Tries more harmonics where few leave more than the noise (nearly flat sides, corners); whether that explained the run.
-    pub fn add_harmonics(&mut self, problem: &Problem) -> bool {
+    /// Tries more harmonics where few leave more than the noise (nearly flat sides, corners); whether that explained the run. Where the candidates with few
+    /// harmonics are to be left, begins anew.
+    pub fn add_harmonics(&mut self, problem: &Problem, anew: bool) -> bool {
         let Problem { ref measurements, ref windows, tolerance, prior, .. } = *problem;
         let thin = joined(measurements, &windows[self.span.clone()]);
         let samples = windows[self.span.clone()].iter().map(|window| window.range.len()).sum();
         let noise_misfit = tolerance.noise_misfit(thin.len(), samples);
-        let (few, mut candidates) = (self.order, self.candidates.clone());
-        let mut last = self.misfit;
-        for &order in &ORDERS[1..] {
-            // Only what is nearly right with few harmonics can be right with more.
-            if !(noise_misfit..NEARLY_RIGHT).contains(&last) {
-                break;
+        let few = self.order;
+        // Only what is nearly right with few harmonics can be right with more.
+        let is_to_be_refined = |misfit: f64| (noise_misfit..NEARLY_RIGHT).contains(&misfit);
+        let refine = |seed: &mut Self, mut candidates: Vec<Estimate>, mut last: f64, orders: &[usize]| {
+            for &order in orders {
+                if !is_to_be_refined(last) {
+                    break;
+                }
+                candidates.truncate(REFINED);
+                let Some((misfit, better)) = refined(&thin, &candidates, order, tolerance, prior) else { break };
+                if misfit < seed.misfit {
+                    (seed.misfit, seed.order, seed.candidates) = (misfit, order, better.clone());
+                }
+                (last, candidates) = (misfit, better);
             }
-            candidates.truncate(REFINED);
-            let Some((misfit, better)) = refined(&thin, &candidates, order, tolerance, prior) else { break };
-            if misfit < self.misfit {
-                (self.misfit, self.order, self.candidates) = (misfit, order, better.clone());
+        };
+        refine(self, self.candidates.clone(), self.misfit, &ORDERS[1..]);
+        if anew && self.misfit >= EXPLAINED && is_to_be_refined(self.misfit) {
+            let mut candidates = from_initial_heights(&thin, tolerance.loose(), prior, ANEW);
+            candidates.truncate(CANDIDATES);
+            if let Some((misfit, candidates)) = refined(&thin, &candidates, ANEW, tolerance, prior) {
+                let more: Vec<usize> = ORDERS.into_iter().filter(|order| *order > ANEW).collect();
+                refine(self, candidates, misfit, &more);
             }
-            (last, candidates) = (misfit, better);
         }
         self.order > few && self.misfit < EXPLAINED
     }

@@ -1,11 +1,13 @@
 use super::*;
 use crate::palms::PalmMotion;
+use crate::plan::{PalmLimits, plan_turn};
 use crate::reconstruct::options::ReconstructOptions;
 use crate::reconstruct::refine::job::Job;
 use crate::sensor::Touchpad;
-use crate::shape::NamedShape;
+use crate::shape::{NamedShape, SupportFunction};
 use crate::simulate::{SimulateOptions, simulate};
 use std::cell::{Cell, RefCell};
+use std::f64::consts::TAU;
 
 /// Arrangements that a search finds in a log of a stone while none of them is accepted, and how often another explanation is asked for. The search goes
 /// on where `goes_on` says so.
@@ -100,4 +102,37 @@ fn a_search_asks_after_the_first_way_and_after_an_equal_trust_and_ends_where_it_
     assert_eq!((asked.borrow().as_slice(), otherwise), ([Stage::FirstWay, Stage::EqualTrust].as_slice(), 0));
     let (all, _) = rejected(false, &|_| true);
     assert!(soon < later && later < all, "{soon} {later} {all}");
+}
+
+#[test]
+fn stretches_over_nearly_flat_sides_are_explained_by_seeds_that_are_begun_anew() {
+    // |x|^p + |y/q|^p = 1 by its support function: its curvature vanishes in the middle of each side.
+    let (power, ratio) = (3.7_f64, 0.85_f64);
+    let dual = power / (power - 1.0);
+    let r =
+        |theta: f64| 0.03 * (theta.cos().abs().powf(dual) + (ratio * theta.sin()).abs().powf(dual)).powf(1.0 / dual);
+    let samples: Vec<(f64, f64)> =
+        (0..720).map(|index| TAU * f64::from(index) / 720.0).map(|theta| (theta, r(theta))).collect();
+    let superellipse = SupportFunction::from_samples(&samples, 120).expect("a shape");
+    let shape = superellipse.translated(0.002, 0.001).rotated(0.3);
+    let plan = plan_turn(&shape, &PalmLimits::default(), 40.0).expect("a motion without a jump");
+    let motion = plan.motion.sample(15.0).expect("possible");
+    let touchpad = Touchpad { noise_sd_m: 3e-5, ..Touchpad::ideal() };
+    let options = SimulateOptions { touchpad, start_psi_rad: plan.start_psi_rad, ..SimulateOptions::default() };
+    let log = simulate(&shape, &motion, &options).expect("possible").log;
+    let options = ReconstructOptions::default();
+    let job = Job::new(&log, &options);
+    let Readings { calibration, measurements, scatter_m, tolerances_m, prior, .. } = job.readings();
+    let windows = windows(measurements, &segments(measurements, scatter_m), scatter_m, SAMPLES);
+    let tolerance = Tolerance { scatter_m: tolerances_m[0], size_m: prior.size_m, balance: BALANCES[0] };
+    let problem = Problem { calibration, measurements: Cow::Borrowed(measurements), windows, tolerance, prior };
+    // An eighth of a turn and less, where 48 harmonics are enough.
+    let length =
+        |span: &Range<usize>| problem.windows[span.clone()].iter().map(|window| window.range.len()).sum::<usize>();
+    let explained = |anew: bool| {
+        let short = spans(&problem.windows).into_iter().filter(|span| (100..120).contains(&length(span)));
+        let seeds = short.filter_map(|span| Seed::with_few_harmonics(&problem, span));
+        seeds.filter_map(|mut seed| seed.add_harmonics(&problem, anew).then_some(())).count()
+    };
+    assert_eq!((explained(false), explained(true)), (0, 2));
 }
