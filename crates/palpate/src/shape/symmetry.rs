@@ -24,6 +24,11 @@ impl Symmetry {
         self != Self::NONE
     }
 
+    /// Whether an object with this symmetry has the other one as well.
+    pub fn includes(self, other: Self) -> bool {
+        self.order.max(1).is_multiple_of(other.order.max(1)) && (self.mirror || !other.mirror)
+    }
+
     /// The smallest turn that makes the object its own image, radians: 2π without symmetry of rotation.
     pub fn period_rad(self) -> f64 {
         TAU / f64::from(self.order.max(1))
@@ -76,6 +81,22 @@ mod tests {
         }
         let moved = ellipse(0.03, 0.02).expect("possible").translated(1e-3, 0.0);
         assert!(moved.harmonics_m()[0][0].abs() > 1e-4 && !Symmetry { order: 2, mirror: false }.allows_harmonic(1));
+    }
+
+    #[test]
+    fn a_symmetry_includes_those_of_its_parts() {
+        let of = |order, mirror| Symmetry { order, mirror };
+        assert!(
+            of(6, true).includes(of(3, false))
+                && of(6, true).includes(of(2, true))
+                && of(6, false).includes(of(6, false))
+        );
+        assert!(of(1, true).includes(Symmetry::NONE));
+        assert!(
+            !of(6, false).includes(of(2, true))
+                && !of(3, true).includes(of(6, true))
+                && !of(6, true).includes(of(4, true))
+        );
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! Symmetric models of the object in place of the general one, where the evidence prefers them (`docs/theory.md`, symmetry).
 
+use crate::estimate::association::transitions::near;
 use crate::estimate::coverage::{MOSTLY_FELT_AGAIN, completed, contact_paths, felt_again, overlap, touches};
 use crate::estimate::evidence::symmetry::{SymmetricModel, against_general, log_prior_odds, symmetric_models};
 use crate::estimate::measurements::Measurements;
@@ -35,6 +36,40 @@ const FAR_BEHIND: f64 = 20.0;
 /// extrapolates. The pieces of a symmetric object can lie on one copy, where they share a boundary, as well as on several.
 const OVERLAP: f64 = 0.2;
 
+/// Whether a motion is known to stay on one copy of an object that comes to itself by a rotation: its long steps are jumps whose landing statics tells. Over
+/// another one, of palms that move far from one sample to the next, it could as well have gone to the next copy.
+fn is_told_of_copies(psi: &[f64], jumps: &[usize]) -> bool {
+    (1..psi.len()).all(|sample| near(psi[sample - 1], psi[sample], TAU) || jumps.contains(&sample))
+}
+
+/// The likeliest of symmetric models and the general one (`None`), by their log odds against that, and how probable it is that the object has that symmetry
+/// and maybe more. Where that is less than `least`, a part of the symmetry may be as good as certain: an ellipse of which the mirror is not told comes to
+/// itself by half a turn. A part with fewer copies will do only for motions that are `told` of them.
+fn most_symmetry(
+    symmetries: &[Symmetry],
+    log_odds: &[f64],
+    told: &dyn Fn(usize) -> bool,
+    least: f64,
+) -> (Option<usize>, f64) {
+    let largest = log_odds.iter().copied().fold(0.0, f64::max);
+    let share = |log_odds: f64| (log_odds - largest).exp();
+    let sum = share(0.0) + log_odds.iter().copied().map(share).sum::<f64>();
+    let of = |index: usize| {
+        let including = symmetries.iter().zip(log_odds).filter(|(other, _)| other.includes(symmetries[index]));
+        including.map(|(_, odds)| share(*odds)).sum::<f64>() / sum
+    };
+    let by_odds = |a: &usize, b: &usize| log_odds[*a].total_cmp(&log_odds[*b]);
+    let Some(likeliest) = (0..log_odds.len()).filter(|&index| log_odds[index] > 0.0).max_by(by_odds) else {
+        return (None, share(0.0) / sum);
+    };
+    let has_as_many = |index: usize| symmetries[index].order == symmetries[likeliest].order;
+    let is_part =
+        |index: &usize| symmetries[likeliest].includes(symmetries[*index]) && (has_as_many(*index) || told(*index));
+    let certain = (0..log_odds.len()).filter(is_part).filter(|&index| of(index) >= least).max_by(by_odds);
+    let chosen = certain.unwrap_or(likeliest);
+    (Some(chosen), of(chosen))
+}
+
 /// The probability behind log odds.
 fn probability(log_odds: f64) -> f64 {
     1.0 / (1.0 + (-log_odds).exp())
@@ -54,12 +89,11 @@ impl Job<'_> {
         }
         let mut models = symmetric_models(&general.measurements, &general.fine);
         models.retain(|model| model.log_ratio > -NOT_EXCLUDED);
-        // ln of the evidence of each model that was fitted, times its prior odds against the general one.
-        let mut weights: Vec<f64> = Vec::new();
-        let mut best: Option<(f64, Refined)> = None;
+        // With ln of the evidence, times the prior odds against the general one.
+        let mut fitted: Vec<(f64, Refined)> = Vec::new();
         let likeliest = models.first().map_or(0.0, |model| model.log_ratio);
         for model in models.into_iter().take(MOST_MODELS) {
-            if best.is_some() && model.log_ratio < likeliest - FAR_BEHIND {
+            if !fitted.is_empty() && model.log_ratio < likeliest - FAR_BEHIND {
                 break;
             }
             let Ok(mut refined) = self.symmetric(medium, ranges, &general, &model) else { continue };
@@ -87,21 +121,24 @@ impl Job<'_> {
             }
             refined.symmetry =
                 FoundSymmetry { symmetry: model.symmetry, probability: None, deviation_sd_m: Some(deviation_sd_m) };
-            weights.push(weight);
-            if best.as_ref().is_none_or(|(most, _)| weight > *most) {
-                // The search compares arrangements by the general model.
-                best = Some((weight, Refined { coarse: general.coarse.clone(), ..refined }));
-            }
+            // The search compares arrangements by the general model.
+            fitted.push((weight, Refined { coarse: general.coarse.clone(), ..refined }));
         }
         // ln of the posterior odds against the general model.
-        let odds_of = |weight: f64| weight - general.fine.evidence.log();
-        let log_odds: Vec<f64> = weights.into_iter().map(odds_of).collect();
-        let best = best.map(|(weight, refined)| (odds_of(weight), refined));
-        let largest = log_odds.iter().copied().fold(0.0, f64::max);
-        let sum = (-largest).exp() + log_odds.iter().map(|odds| (odds - largest).exp()).sum::<f64>();
-        let (odds, mut likeliest) = best.filter(|(odds, _)| *odds > 0.0).unwrap_or((0.0, general));
-        likeliest.symmetry.probability = Some((odds - largest).exp() / sum);
+        let log_odds: Vec<f64> = fitted.iter().map(|(weight, _)| weight - general.fine.evidence.log()).collect();
+        let symmetries: Vec<Symmetry> = fitted.iter().map(|(_, refined)| refined.symmetry.symmetry).collect();
+        let told = |index: usize| self.is_told_of_copies(&fitted[index].1.fine.estimate);
+        let least = self.options.limits.symmetry_probability;
+        let (chosen, probability) = most_symmetry(&symmetries, &log_odds, &told, least);
+        let mut likeliest = chosen.map_or(general, |index| fitted.swap_remove(index).1);
+        likeliest.symmetry.probability = Some(probability);
         likeliest
+    }
+
+    fn is_told_of_copies(&self, estimate: &Estimate) -> bool {
+        let jumps = self.jumps(estimate, TAU);
+        let landed: Vec<usize> = jumps.iter().filter(|jump| jump.physical).map(|jump| jump.sample).collect();
+        is_told_of_copies(&estimate.psi, &landed)
     }
 
     /// The optimum of a symmetric model next to the general one.
@@ -169,6 +206,7 @@ mod tests {
     use crate::estimate::evidence::jump_prior::with_jumps;
     use crate::estimate::evidence::variance_components::{LEAST_BALANCE_SHARE_AT_FIRST, VarianceComponents};
     use crate::estimate::model::noise::Noise;
+    use crate::estimate::motion::LONGEST_STEP;
     use crate::palms::PalmMotion;
     use crate::reconstruct::options::ReconstructOptions;
     use crate::sensor::Touchpad;
@@ -219,6 +257,34 @@ mod tests {
         let all = 0..count;
         let found = job.laid_out(&job.measurements, std::slice::from_ref(&all), general);
         same_motion(&found.fine.estimate.psi, &truth, TAU)
+    }
+
+    #[test]
+    fn as_much_symmetry_is_claimed_as_is_probable() {
+        let [turn, mirrored] = [false, true].map(|mirror| Symmetry { order: 2, mirror });
+        let chosen = |log_odds: [f64; 2]| most_symmetry(&[mirrored, turn], &log_odds, &|_| false, 0.9);
+        let (index, probability) = chosen([30.0, 25.0]);
+        assert!(index == Some(0) && (probability - 0.993).abs() < 1e-3, "{probability}");
+        // The mirror is not told, the half turn is.
+        let (index, probability) = chosen([30.0, 29.0]);
+        assert!(index == Some(1) && probability > 1.0 - 1e-12, "{probability}");
+        // Nor is the half turn, where no symmetry is nearly as likely.
+        let (index, probability) = chosen([0.5, 0.4]);
+        assert!(index == Some(0) && (0.3..0.5).contains(&probability), "{probability}");
+        let (index, probability) = chosen([-30.0, -31.0]);
+        assert!(index.is_none() && probability > 1.0 - 1e-12, "{probability}");
+        // A third of a turn in place of a sixth has fewer copies: the motion must not go from one to another.
+        let [third, sixth] = [3, 6].map(|order| Symmetry { order, mirror: false });
+        let told_or_not = [true, false].map(|told| most_symmetry(&[sixth, third], &[30.0, 29.0], &|_| told, 0.9).0);
+        assert_eq!(told_or_not, [Some(1), Some(0)]);
+    }
+
+    #[test]
+    fn a_step_may_lead_to_another_copy_where_it_is_long() {
+        let steps = |longest: f64| [0.0, 0.1, 0.1 + longest, 0.2 + longest];
+        let [short, long] = [0.99, 1.01].map(|times| steps(times * LONGEST_STEP));
+        assert!(is_told_of_copies(&short, &[]) && !is_told_of_copies(&long, &[]));
+        assert!(is_told_of_copies(&long, &[2]) && !is_told_of_copies(&long, &[1]), "where it jumps, statics tells");
     }
 
     #[test]
