@@ -53,8 +53,8 @@ const LIKELIER: f64 = 1.0;
 const POLISHING: StoppingCriteria = StoppingCriteria { iterations: 15, tolerance: 1e-4 };
 
 /// Optima with one part of the motion of a fit turned against the rest, the likeliest first: those that are not much less likely than the
-/// fit.
-pub(crate) fn rival_rotations(measurements: &Measurements, fit: &Fit) -> Vec<Estimate> {
+/// fit, where so many samples share an error.
+pub(crate) fn rival_rotations(measurements: &Measurements, fit: &Fit, samples_per_error: f64) -> Vec<Estimate> {
     let &Fit { order, noise, prior, .. } = fit;
     let period = prior.symmetry.period_rad();
     let sharp = Smoother::new(measurements, order, noise, prior);
@@ -82,11 +82,13 @@ pub(crate) fn rival_rotations(measurements: &Measurements, fit: &Fit) -> Vec<Est
         first_distinct(polished, usize::MAX, |polished| polished.psi.as_slice(), is_close)
             .into_par_iter()
             .filter_map(|polished| weighed(sharp.run(polished.coefficients, polished.psi, POLISHING)))
-            .filter(|(of_rival, _)| *of_rival > evidence - CERTAIN.0)
+            .filter(|(of_rival, _)| (of_rival - evidence) / samples_per_error > -CERTAIN.0)
             .collect();
     rivals.sort_by(|a, b| b.0.total_cmp(&a.0));
     // A few degrees of a part are the same motion still, but where they are likelier.
-    rivals.retain(|(of_rival, rival)| *of_rival > evidence + LIKELIER || !is_same(&rival.psi, &present.psi));
+    rivals.retain(|(of_rival, rival)| {
+        (of_rival - evidence) / samples_per_error > LIKELIER || !is_same(&rival.psi, &present.psi)
+    });
     first_distinct(rivals, usize::MAX, |(_, rival)| rival.psi.as_slice(), is_same)
         .into_iter()
         .map(|(_, rival)| rival)
@@ -202,7 +204,7 @@ mod tests {
                     continue;
                 }
                 wrong_ones += 1;
-                let rivals = rival_rotations(&measurements, &wrong);
+                let rivals = rival_rotations(&measurements, &wrong, 1.0);
                 returned += usize::from(rivals.iter().any(|rival| is_right(&rival.psi)));
             }
         }
@@ -238,9 +240,21 @@ mod tests {
     }
 
     #[test]
+    fn errors_that_samples_share_leave_more_rotations_open() {
+        let found = |samples_per_error: f64| -> usize {
+            with_a_jump()
+                .take(20)
+                .map(|(measurements, fit, _)| rival_rotations(&measurements, &fit, samples_per_error).len())
+                .sum()
+        };
+        let (own, shared) = (found(1.0), found(20.0));
+        assert!(shared > own, "{shared} and {own}");
+    }
+
+    #[test]
     fn a_log_without_jumps_and_one_that_is_lost_have_no_rivals() {
         let (measurements, fit) = turned_pebble();
-        assert!(rival_rotations(&measurements, &fit).is_empty());
+        assert!(rival_rotations(&measurements, &fit, 1.0).is_empty());
         let (measurements, fit, _) = with_a_jump().next().expect("a log");
         let mut lost = fit.clone();
         lost.estimate.psi.iter_mut().enumerate().for_each(|(index, psi)| *psi += f64::from(index as u32 / 7 % 2));

@@ -3,7 +3,9 @@
 use crate::estimate::evidence::fit::{ROUNDS, evidence_at, fit};
 use crate::estimate::evidence::motion_prior::{PREDICTED_JUMP, UNSTABLE_POSE, neg_log_prior};
 use crate::estimate::evidence::order::choose_order;
-use crate::estimate::evidence::variance_components::{LEAST_BALANCE_SHARE, VarianceComponents, with_balance_weights};
+use crate::estimate::evidence::variance_components::{
+    LEAST_BALANCE_SHARE, VarianceComponents, updated_scale, with_balance_weights,
+};
 use crate::estimate::measurements::Measurements;
 use crate::estimate::model::layout::coefficients_to_order;
 use crate::estimate::model::noise::Noise;
@@ -87,6 +89,20 @@ fn the_evidence_chooses_the_harmonics_of_the_object_and_more_for_flat_sides() {
     let (measurements, start) = setting(&flat_sided(), 400, NOISE_M);
     let flat = choose_order(&measurements, start, noise, PRIOR, free(), 1.0).expect("solvable").fit.order;
     assert!(flat >= 12, "{flat}");
+}
+
+#[test]
+fn the_scale_of_the_prior_is_that_of_coefficients_as_large_as_it_has_them() {
+    for form_order in [1, 3] {
+        let prior = Prior { form_order, ..PRIOR };
+        let coefficients = prior.standard_deviations(12);
+        let wide = |scale: f64| Prior { scale_m: scale * prior.scale_m, ..prior };
+        // In one step, from whatever scale.
+        for from in [0.25, 1.0, 3.0] {
+            let found = updated_scale(&coefficients, &[0.0; 25], wide(from));
+            assert!((found / prior.scale_m - 1.0).abs() < 1e-12, "{form_order} {from}: {found}");
+        }
+    }
 }
 
 #[test]

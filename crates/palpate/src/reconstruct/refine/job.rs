@@ -368,7 +368,11 @@ impl<'a> Job<'a> {
             if self.is_worth_no_more(&best) {
                 break;
             }
-            let rivals = rival_rotations(medium, &self.fit_on_medium(medium, ranges, &best.fine));
+            let on_medium = self.fit_on_medium(medium, ranges, &best.fine);
+            let means_per_error = self.means_per_error(medium, best.posterior.samples_per_error);
+            let mut rivals = rival_rotations(medium, &on_medium, means_per_error);
+            // Parts of an object that nearly comes to itself have many rotations that contacts explain.
+            rivals.sort_by_cached_key(|rival| self.unphysical_jumps(&self.on_all(medium, ranges, rival), TAU));
             let mut likelier = None;
             for rival in rivals.into_iter().take(MOST_ROTATIONS) {
                 let Some(fitted) = self.fit_with_exact_balance(medium, rival, &best.coarse) else { continue };
@@ -428,6 +432,12 @@ impl<'a> Job<'a> {
         Estimate { coefficients: coefficients.to_vec(), psi, cost: f64::INFINITY }
     }
 
+    /// An estimate of the thinned log, with the motion of all samples.
+    fn on_all(&self, medium: &Measurements, ranges: &[Range<usize>], of: &Estimate) -> Estimate {
+        let psi = carry_over(medium, &of.psi, &of.coefficients, &self.measurements, ranges);
+        Estimate { psi, ..of.clone() }
+    }
+
     /// A fit to all samples, on the thinned log.
     fn fit_on_medium(&self, medium: &Measurements, ranges: &[Range<usize>], fine: &Fit) -> Fit {
         let estimate = self.on_medium(medium, ranges, &fine.estimate.coefficients, &fine.estimate.psi);
@@ -441,6 +451,11 @@ impl<'a> Job<'a> {
         (self.measurements.len() as f64 / medium.len() as f64).sqrt()
     }
 
+    /// How many means of the thinned log share an error that so many samples share.
+    fn means_per_error(&self, medium: &Measurements, samples_per_error: f64) -> f64 {
+        (samples_per_error * medium.len() as f64 / self.measurements.len() as f64).max(1.0)
+    }
+
     /// A fit to the thinned log with the number of harmonics that the evidence prefers, of means as far as they have errors of their own.
     pub(super) fn with_best_order(
         &self,
@@ -449,7 +464,7 @@ impl<'a> Job<'a> {
         noise: Noise,
         prior: Prior,
     ) -> Option<Fitted> {
-        let means_per_error = (self.samples_per_error * medium.len() as f64 / self.measurements.len() as f64).max(1.0);
+        let means_per_error = self.means_per_error(medium, self.samples_per_error);
         choose_order(medium, start, noise, prior, self.variance_components(), means_per_error)
     }
 
