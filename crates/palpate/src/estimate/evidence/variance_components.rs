@@ -102,24 +102,23 @@ pub(crate) fn updated_noise(
     Noise { sensor_m: sensor, balance_m: (balance_m * step(1)).max(variance_components.least_balance_share * sensor) }
 }
 
-/// Expectation-maximisation step for the scale c of the prior: c² times the mean of a² and b² over their prior variances, each with its posterior
-/// variance added.
+/// Expectation-maximisation step for the scale c of the prior: c² is the mean of k⁴ a² and k⁴ b², each with its posterior
+/// variance added, and over the square of the share of c/k² that is left to it.
 pub(crate) fn updated_scale(coefficients: &[f64], variance: &[f64], prior: Prior) -> f64 {
     let order = Layout::of_coefficients(coefficients).order;
-    let priors = prior.standard_deviations(order);
     let (mut sum, mut count) = (0.0, 0.0);
     for k in 2..=order {
         for (index, free) in [k, order + k].into_iter().zip(prior.is_free(k)) {
             if !free {
                 continue;
             }
-            sum += (coefficients[index].powi(2) + variance[index]) / priors[index].powi(2);
+            sum += (k as f64).powi(4) * (coefficients[index].powi(2) + variance[index]) / prior.share(k).powi(2);
             count += 1.0;
         }
     }
     if count == 0.0 {
         prior.scale_m
     } else {
-        (prior.scale_m * (sum / count).sqrt()).clamp(SCALES[0] * prior.size_m, SCALES[1] * prior.size_m)
+        (sum / count).sqrt().clamp(SCALES[0] * prior.size_m, SCALES[1] * prior.size_m)
     }
 }

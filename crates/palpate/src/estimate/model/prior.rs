@@ -43,13 +43,17 @@ impl Prior {
         [allowed, allowed && !self.symmetry.mirror]
     }
 
+    /// What is left to the k-th harmonic from the second on, as a share of c/k².
+    pub fn share(&self, k: usize) -> f64 {
+        if k.is_multiple_of(self.form_order as usize) { 1.0 } else { NEARLY }
+    }
+
     /// Prior standard deviations of the coefficient vector (a0, a1 … aK, b1 … bK).
     pub fn standard_deviations(&self, order: usize) -> Vec<f64> {
         let harmonic = |k: usize, free: bool| match (free, k) {
             (false, _) => EXCLUDED_SD * self.size_m,
             (true, 1) => self.origin_sd_m,
-            (true, _) if !k.is_multiple_of(self.form_order as usize) => NEARLY * self.scale_m / (k * k) as f64,
-            (true, _) => self.scale_m / (k * k) as f64,
+            (true, _) => self.share(k) * self.scale_m / (k * k) as f64,
         };
         let mut sd = vec![RADIUS_SD * self.size_m];
         for which in 0..2 {
