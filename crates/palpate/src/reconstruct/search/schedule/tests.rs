@@ -39,6 +39,14 @@ fn rejected(spend: bool, goes_on: &dyn Fn(Stage) -> bool) -> (usize, usize) {
     (arrangements.get(), asked.get())
 }
 
+/// What is searched with the first trust in calibration and balance.
+fn problem<'a>(job: &'a Job) -> Problem<'a> {
+    let Readings { calibration, measurements, scatter_m, tolerances_m, prior, .. } = job.readings();
+    let windows = windows(measurements, &segments(measurements, scatter_m), scatter_m, SAMPLES);
+    let tolerance = Tolerance { scatter_m: tolerances_m[0], size_m: prior.size_m, balance: BALANCES[0] };
+    Problem { calibration, measurements: Cow::Borrowed(measurements), windows, tolerance, prior }
+}
+
 #[test]
 fn other_trusts_in_the_calibration_come_before_others_in_the_balance_and_equal_ones_once() {
     assert_eq!(ways(&[3e-4, 6e-4, 2e-4]), [(0, 0), (0, 1), (0, 2), (1, 0), (2, 0)]);
@@ -60,16 +68,14 @@ fn a_seed_that_errors_of_the_rig_may_spoil_is_calibrated_before_it_is_given_up()
     let log = simulate(&shape, &motion, &SimulateOptions::default()).expect("possible").log;
     let options = ReconstructOptions::default();
     let job = Job::new(&log, &options);
-    let Readings { calibration, measurements, scatter_m, tolerances_m, prior, .. } = job.readings();
-    let windows = windows(measurements, &segments(measurements, scatter_m), scatter_m, SAMPLES);
-    let tolerance = Tolerance { scatter_m: tolerances_m[0], size_m: prior.size_m, balance: BALANCES[0] };
-    let problem = Problem { calibration, measurements: Cow::Borrowed(measurements), windows, tolerance, prior };
+    let problem = problem(&job);
+    let Problem { calibration, ref measurements, tolerance, .. } = problem;
     let span = spans(&problem.windows).into_iter().next().expect("a window");
     let seed = Seed::with_few_harmonics(&problem, span).expect("a candidate");
     let asked = Cell::new(0);
     let calibrate = |_: &Found| {
         asked.set(asked.get() + 1);
-        Some(Corrected { calibration, measurements: measurements.clone(), tolerance_m: tolerance.scatter_m })
+        Some(Corrected { calibration, measurements: measurements.as_ref().clone(), tolerance_m: tolerance.scatter_m })
     };
     // The readings are those of an exact rig, so that they explain it once it is calibrated.
     let with_misfit = |misfit: f64| {
@@ -122,10 +128,7 @@ fn stretches_over_nearly_flat_sides_are_explained_by_seeds_that_are_begun_anew()
     let log = simulate(&shape, &motion, &options).expect("possible").log;
     let options = ReconstructOptions::default();
     let job = Job::new(&log, &options);
-    let Readings { calibration, measurements, scatter_m, tolerances_m, prior, .. } = job.readings();
-    let windows = windows(measurements, &segments(measurements, scatter_m), scatter_m, SAMPLES);
-    let tolerance = Tolerance { scatter_m: tolerances_m[0], size_m: prior.size_m, balance: BALANCES[0] };
-    let problem = Problem { calibration, measurements: Cow::Borrowed(measurements), windows, tolerance, prior };
+    let problem = problem(&job);
     // An eighth of a turn and less, where 48 harmonics are enough.
     let length =
         |span: &Range<usize>| problem.windows[span.clone()].iter().map(|window| window.range.len()).sum::<usize>();
