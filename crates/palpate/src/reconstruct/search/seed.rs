@@ -101,7 +101,7 @@ impl Seed {
             }
         };
         refine(self, self.candidates.clone(), self.misfit, &ORDERS[1..]);
-        if anew && self.misfit >= EXPLAINED && is_to_be_refined(self.misfit) {
+        if anew && (EXPLAINED..NEARLY_RIGHT).contains(&self.misfit) {
             let mut candidates = from_initial_heights(&thin, tolerance.loose(), prior, ANEW);
             candidates.truncate(CANDIDATES);
             if let Some((misfit, candidates)) = refined(&thin, &candidates, ANEW, tolerance, prior) {
