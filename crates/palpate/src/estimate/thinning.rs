@@ -11,6 +11,11 @@ use std::ops::Range;
 /// of a curved path is off, well below the noise that the search allows for.
 const EXTENT: f64 = 0.1;
 
+/// By how much the contacts at the ends of a run may differ from those between, as a share of the size and in standard deviations of their noise: their mean
+/// is off by a third of it. Contacts that run over a flat side or stay at a corner bend within a run.
+const BEND: f64 = 0.003;
+const BEND_SDS: f64 = 3.0;
+
 /// Instants at most, over the number that is asked for: with more, runs are longer, or a part of the log is searched.
 const MOST: f64 = 1.5;
 
@@ -73,7 +78,9 @@ impl Thinning {
         // The part that is looked at next is the last one.
         let mut open: Vec<Range<usize>> = (0..parts).rev().map(|part| edge(part)..edge(part + 1)).collect();
         while let Some(run) = open.pop() {
-            if run.len() > 1 && self.moved_m(&measurements.instants[run.clone()]) > self.extent_m {
+            let instants = &measurements.instants[run.clone()];
+            let is_long = || self.moved_m(instants) > self.extent_m || bent_m(instants) > self.bend_m();
+            if run.len() > 1 && is_long() {
                 let middle = run.start + run.len() / 2;
                 open.push(middle..run.end);
                 open.push(run.start..middle);
@@ -82,6 +89,11 @@ impl Thinning {
             }
         }
         runs
+    }
+
+    /// By how much contacts may bend over a run, metres.
+    fn bend_m(&self) -> f64 {
+        (BEND * self.size_m).max(BEND_SDS * self.noise_m)
     }
 
     /// By how much contacts and palms move over some instants, metres.
@@ -95,6 +107,20 @@ impl Thinning {
         let palms = range(|instant| instant.phi1).max(range(|instant| instant.phi1 + instant.phi2));
         contacts.max(self.size_m * palms)
     }
+}
+
+/// By how much the contacts at the ends of some instants differ from those between, metres; 0 where there are none between.
+fn bent_m(instants: &[Instant]) -> f64 {
+    let seen: Vec<&Instant> = instants.iter().filter(|instant| instant.both_seen()).collect();
+    let [first, between @ .., last] = seen.as_slice() else { return 0.0 };
+    if between.is_empty() {
+        return 0.0;
+    }
+    let bent = |value: fn(&Instant) -> f64| {
+        let mean = between.iter().map(|instant| value(instant)).sum::<f64>() / between.len() as f64;
+        (0.5 * (value(first) + value(last)) - mean).abs()
+    };
+    bent(|instant| instant.s1).max(bent(|instant| instant.s2))
 }
 
 /// Instants at most where `count` are asked for.

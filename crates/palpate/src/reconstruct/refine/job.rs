@@ -22,7 +22,7 @@ use crate::estimate::evidence::variance_components::{
     LEAST_BALANCE_SHARE, LEAST_BALANCE_SHARE_AT_FIRST, VarianceComponents,
 };
 use crate::estimate::jumps::{DetectedJump, detect_jumps};
-use crate::estimate::measurements::Measurements;
+use crate::estimate::measurements::{Instant, Measurements};
 use crate::estimate::model::balance_tolerance::{
     EXACT_BALANCE, balance_is_missed, balance_limit_m, with_exact_balance,
 };
@@ -307,6 +307,7 @@ impl<'a> Job<'a> {
         let psi = carry_over(&found.thin, &start.psi, &start.coefficients, &medium, &found.ranges);
         let start = Estimate { coefficients: start.coefficients.clone(), psi, cost: f64::INFINITY };
         let rough = self.rough(&medium, start).ok_or(ReconstructError::NotSolvable)?;
+        let rough = self.with_harmonics_for_contacts(&medium, rough);
         let decoded = self.decoded(&medium, rough);
         if explored.contains_motion(&medium, &decoded.estimate.psi) {
             return Ok(None);
@@ -493,6 +494,31 @@ impl<'a> Job<'a> {
         BALANCE_SHARES.into_iter().filter_map(with_share).max_by(|a, b| a.evidence.log().total_cmp(&b.evidence.log()))
     }
 
+    /// An estimate carried over from the thinned log, with the motion decoded where that does not tell it: where samples lack a contact, and where the search
+    /// has arranged nothing. Straight lines across such a gap begin in the wrong valley, and a few samples there spoil the shape.
+    fn decoded_in_gaps(&self, coarse: &Fit, all: Estimate, noise: Noise, ranges: &[Range<usize>]) -> Estimate {
+        let arranged: usize = ranges.iter().map(ExactSizeIterator::len).sum();
+        if arranged >= self.measurements.len() && self.measurements.instants.iter().all(Instant::both_seen) {
+            return all;
+        }
+        let carried = Fit { estimate: all, noise, ..coarse.clone() };
+        let psi = decode(&self.measurements, &carried, self.floor_m(), None).psi;
+        Estimate { psi, ..carried.estimate }
+    }
+
+    /// The first fit with as many harmonics as the evidence prefers, where those of the search do not explain the contacts and these do: decoded by a shape
+    /// without its flat sides and corners, a motion that is right would be lost.
+    fn with_harmonics_for_contacts(&self, medium: &Measurements, rough: Fit) -> Fit {
+        let limit_m = CONTRADICTED * self.typical_m;
+        let is_contradicted = |fit: &Fit| self.averaged(medium) * fit.noise.sensor_m >= limit_m;
+        if self.options.harmonics.is_some() || !is_contradicted(&rough) {
+            return rough;
+        }
+        let Fit { estimate, noise, prior, .. } = &rough;
+        let richer = self.with_best_order(medium, estimate.clone(), *noise, *prior).map(|fitted| fitted.fit);
+        richer.filter(|richer| !is_contradicted(richer)).unwrap_or(rough)
+    }
+
     /// Chooses the number of harmonics, fits all samples and decodes the motion, until the decoding relocates no sample. `rough`
     /// is a fit to the thinned log, `known` the motion of all samples where it is known.
     pub(super) fn to_fixed_point(
@@ -518,6 +544,7 @@ impl<'a> Job<'a> {
             let coarse = fitted.fit;
             medium = fitted.weighted;
             let coefficients = coarse.estimate.coefficients.clone();
+            let is_carried = motion.is_none();
             let psi = motion.unwrap_or_else(|| {
                 carry_over(&medium, &coarse.estimate.psi, &coefficients, &self.measurements, ranges)
             });
@@ -527,6 +554,7 @@ impl<'a> Job<'a> {
                 sensor_m: self.stated_m.unwrap_or(averaged * coarse.noise.sensor_m),
                 balance_m: averaged * coarse.noise.balance_m,
             };
+            let all = if is_carried { self.decoded_in_gaps(&coarse, all, noise, ranges) } else { all };
             let fitted = self.fit_all(coarse.order, all, noise, coarse.prior).ok_or(ReconstructError::NotSolvable)?;
             let mut optimum = self.optimum(coarse, fitted);
             let decoded_again = self.decoded_again(&optimum.fine);

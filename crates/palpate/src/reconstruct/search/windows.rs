@@ -42,6 +42,13 @@ impl Window {
         Self { thin: measurements.means(&self.runs), ..self.clone() }
     }
 
+    /// The window cut before one of its instants; a part that is too short is dropped.
+    pub fn cut(&self, measurements: &Measurements, instant: usize) -> [Option<Self>; 2] {
+        let (first, second) = self.runs.split_at(instant.min(self.runs.len()));
+        [(first, self.joined), (second, true)]
+            .map(|(runs, joined)| Self::new(measurements, runs, self.thinning, joined))
+    }
+
     /// The window cut in two halves, each thinned half as much; halves that are too short are dropped.
     pub fn halves(&self, measurements: &Measurements) -> Vec<Self> {
         let thinning = self.thinning.finer();
