@@ -13,11 +13,9 @@
 
 use crate::estimate::association::motion_grid::{HEIGHTS, first_distinct, likely_motions};
 use crate::estimate::association::predictive::PredictiveShape;
-use crate::estimate::closed_form::{integrate, relative_height};
 use crate::estimate::evidence::laplace::laplace_evidence;
-use crate::estimate::friction::rolling::rolling_motion;
 use crate::estimate::measurements::{Instant, Measurements};
-use crate::estimate::model::contact::{contacts, residuals};
+use crate::estimate::model::contact::residuals;
 use crate::estimate::model::layout::Layout;
 use crate::estimate::model::noise::Noise;
 use crate::estimate::model::prior::Prior;
@@ -27,10 +25,13 @@ use crate::estimate::solver::posterior::Posterior;
 use crate::reconstruct::search::problem::Problem;
 use crate::reconstruct::search::windows::Window;
 use crate::sensor::Calibration;
+use following::Followed;
 use rayon::prelude::*;
 use std::borrow::Cow;
 use std::f64::consts::TAU;
 use std::ops::Range;
+
+mod following;
 
 /// Distinct trials that are kept for a second round, on more instants.
 const SEMIFINALISTS: usize = 60;
@@ -67,16 +68,6 @@ const SHARP: f64 = 0.003;
 
 /// Standard deviation of the balance, over that of the contacts, at which it says nothing.
 const CONTACT_ALONE: f64 = 1e4;
-
-/// Instants of a placed window that are followed again with the window beside it, so that the rotation carries over.
-const OVERLAP: usize = 6;
-
-/// Instants of one step, where a window is followed in steps; fewer where so many are not explained.
-const STEPS: [usize; 2] = [6, 2];
-
-/// Standard deviations of the change of the rotation from one step to the next that are tried when a window is followed, radians:
-/// from an even motion to one that passes a singularity of eq. 21.
-const RATE_SDS: [f64; 3] = [0.003, 0.01, 0.04];
 
 /// Effort of the smoother for target a window, and for a hypothesis at one noise: both are ranked, not yet final.
 const PLACING: StoppingCriteria = StoppingCriteria { iterations: 8, tolerance: 1e-3 };
@@ -327,29 +318,23 @@ impl<'a> BeamSearch<'a> {
 
     /// Extends all hypotheses by a window, or defers it.
     fn place(&mut self, window: usize, neighbour: Option<usize>, budget: &mut Budget) {
-        let (window, neighbour) = neighbour
-            .and_then(|other| self.cut_at_jump(window, other))
-            .map_or((window, neighbour), |(window, other)| (window, Some(other)));
+        let (mut window, mut neighbour) = (window, neighbour);
+        let mut followed = self.followed(window, neighbour);
+        let of_best = followed.first().and_then(Option::as_ref).and_then(|best| best.reached);
+        if let Some(cut) = neighbour.zip(of_best).and_then(|(other, reached)| self.cut(window, other, reached)) {
+            (window, neighbour) = (cut.0, Some(cut.1));
+            followed = self.followed(window, neighbour);
+        }
         let target = &self.windows[window];
         let sharp = self.tolerance.sharp();
         let proposals: Vec<(bool, Vec<Estimate>)> = self
             .beam
             .par_iter()
-            .map(|hypothesis| {
-                let Some(belief) = self.belief(&hypothesis.estimate) else { return (false, Vec::new()) };
-                let followed = neighbour.and_then(|other| self.follow(window, other, &hypothesis.estimate, &belief));
-                let is_explained =
-                    |estimate: &Estimate| misfit(&target.thin, estimate, sharp) < EXPLAINED * target.thin.len() as f64;
-                let mut explained = followed.as_ref().is_some_and(is_explained);
-                let mut placements: Vec<Estimate> = followed.into_iter().collect();
-                let in_steps = |other| {
-                    self.follow_in_steps(window, other, &hypothesis.estimate)
-                        .filter(|stepped| stepped.psi.len() == target.thin.len())
+            .zip(followed)
+            .map(|(hypothesis, followed)| {
+                let Some(Followed { belief, mut placements, explained, .. }) = followed else {
+                    return (false, Vec::new());
                 };
-                if !explained && let Some(stepped) = neighbour.and_then(in_steps) {
-                    explained = is_explained(&stepped);
-                    placements.push(stepped);
-                }
                 if !explained {
                     placements.extend(self.search(target, &hypothesis.estimate, &belief));
                 }
@@ -383,120 +368,6 @@ impl<'a> BeamSearch<'a> {
         } else {
             self.deferred[window] = true;
         }
-    }
-
-    /// The posterior of the shape given the placed windows.
-    fn belief(&self, hypothesis: &Estimate) -> Option<Posterior> {
-        Smoother::new(&self.thin, self.order, self.tolerance.loose(), self.prior).belief(hypothesis)
-    }
-
-    /// Carries a hypothesis on from a placed window to the one before or after it.
-    fn follow(&self, window: usize, neighbour: usize, hypothesis: &Estimate, belief: &Posterior) -> Option<Estimate> {
-        let offset = self.offset[neighbour]?;
-        let beside = &self.windows[neighbour].thin;
-        let psi = &hypothesis.psi[offset..offset + beside.len()];
-        let side = if window > neighbour { Side::After } else { Side::Before };
-        self.carry_on((&beside.instants, psi), &self.windows[window].thin, side, &hypothesis.coefficients, belief)
-    }
-
-    /// Where the best hypothesis, followed in steps from the placed window beside it, comes to a jump inside a window, cuts it there: the window up to the
-    /// jump, and the placed one beside it.
-    fn cut_at_jump(&mut self, window: usize, neighbour: usize) -> Option<(usize, usize)> {
-        let hypothesis = &self.beam.first()?.estimate;
-        let target = &self.windows[window];
-        let (count, sharp) = (target.thin.len(), self.tolerance.sharp());
-        let followed = self.follow(window, neighbour, hypothesis, &self.belief(hypothesis)?);
-        if followed.is_some_and(|followed| misfit(&target.thin, &followed, sharp) < EXPLAINED * count as f64) {
-            return None;
-        }
-        let reached = self.follow_in_steps(window, neighbour, hypothesis)?.psi.len();
-        if reached == count {
-            return None;
-        }
-        let after = window > neighbour;
-        let [first, second] = target.cut(&self.measurements, if after { reached } else { count - reached });
-        // The near part, which is next to be placed, and what is left beyond the jump.
-        let (near, far) = if after { (first?, second) } else { (second?, first) };
-        let parts: Vec<Window> =
-            if after { [Some(near), far] } else { [far, Some(near)] }.into_iter().flatten().collect();
-        let more = parts.len() - 1;
-        self.offset.splice(window..=window, parts.iter().map(|_| None));
-        self.deferred.splice(window..=window, parts.iter().map(|_| false));
-        self.windows.splice(window..=window, parts);
-        Some(if after { (window, neighbour) } else { (window + more, neighbour + more) })
-    }
-
-    /// The same a few instants at a time, with what those before told of the shape: where contacts run over flat sides and stay at corners, the closed forms
-    /// lead astray over a whole window. As far as the instants are explained; `None` where none are.
-    fn follow_in_steps(&self, window: usize, neighbour: usize, hypothesis: &Estimate) -> Option<Estimate> {
-        let target = &self.windows[window].thin;
-        let offset = self.offset[neighbour]?;
-        let beside = &self.windows[neighbour].thin;
-        let side = if window > neighbour { Side::After } else { Side::Before };
-        let mut near = (beside.instants.clone(), hypothesis.psi[offset..offset + beside.len()].to_vec());
-        let (mut placed, mut estimate) = (self.thin.clone(), hypothesis.clone());
-        let mut psi: Vec<f64> = Vec::new();
-        let loose = self.tolerance.loose();
-        while psi.len() < target.len() {
-            let smoother = Smoother::new(&placed, self.order, loose, self.prior);
-            let Some(belief) = smoother.belief(&estimate) else { break };
-            let step = |most: usize| {
-                let instants = self.measurements.of(side.next(&target.instants, psi.len(), most).to_vec());
-                let carried = self.carry_on((&near.0, &near.1), &instants, side, &estimate.coefficients, &belief)?;
-                let is_explained = misfit(&instants, &carried, loose) <= EXPLAINED * instants.len() as f64;
-                is_explained.then_some((instants, carried))
-            };
-            let Some((instants, carried)) = STEPS.into_iter().find_map(step) else { break };
-            placed.instants.extend(&instants.instants);
-            estimate.coefficients = carried.coefficients;
-            estimate.psi.extend(&carried.psi);
-            psi = side.joined(psi, &carried.psi);
-            near = (side.joined(near.0, &instants.instants), side.joined(near.1, &carried.psi));
-        }
-        (!psi.is_empty()).then_some(Estimate { coefficients: estimate.coefficients, psi, cost: 0.0 })
-    }
-
-    /// The motion over `target` that goes on from the instants beside it, which lie before or after it in time.
-    fn carry_on(
-        &self,
-        (beside, psi): (&[Instant], &[f64]),
-        target: &Measurements,
-        side: Side,
-        coefficients: &[f64],
-        belief: &Posterior,
-    ) -> Option<Estimate> {
-        let overlap = OVERLAP.min(beside.len());
-        let (run, anchor, placed, keep) = match side {
-            Side::After => {
-                let mut run = beside[beside.len() - overlap..].to_vec();
-                run.extend(&target.instants);
-                (run, overlap.checked_sub(1)?, beside.len() - 1, overlap..overlap + target.len())
-            }
-            Side::Before => {
-                let mut run = target.instants.clone();
-                run.extend(&beside[..overlap]);
-                (run, target.len(), 0, 0..target.len())
-            }
-        };
-        let run = self.measurements.of(run);
-        let relative = relative_height(&run);
-        let at = run.instants.get(anchor)?;
-        let [_, height] = at.palms.center(contacts(at, coefficients, psi[placed]).r);
-        let h0 = height - relative[anchor];
-        let noise = self.tolerance.loose();
-        let smoother = Smoother::with_belief(target, self.order, noise, self.prior, belief);
-        let balanced = RATE_SDS.map(|rate_sd| integrate(&run, &relative, h0, noise.sensor_m, rate_sd).psi);
-        let rolling = self.tolerance.is_of_contact_alone().then(|| [0, 1].map(|palm| rolling_motion(&run, palm)));
-        balanced
-            .into_iter()
-            .chain(rolling.into_iter().flatten())
-            .map(|path| {
-                let turn = psi[placed] - path[anchor];
-                let psi = path[keep.clone()].iter().map(|psi| psi + turn).collect();
-                smoother.run(coefficients.to_vec(), psi, PLACING)
-            })
-            .filter(|estimate| estimate.cost.is_finite())
-            .min_by(|a, b| a.cost.total_cmp(&b.cost))
     }
 
     /// Placements of a window that is joined to no placed one, best first.
@@ -574,33 +445,6 @@ impl<'a> BeamSearch<'a> {
         let mut placed = self.offset.iter().map(Option::is_some);
         windows.retain(|_| placed.next() == Some(true));
         Arranged { windows, thin, hypotheses }
-    }
-}
-
-/// Where instants lie that are placed from others.
-#[derive(Clone, Copy)]
-enum Side {
-    Before,
-    After,
-}
-
-impl Side {
-    /// What was there, in order of time, with what lies on this side of it.
-    fn joined<T: Copy>(self, mut there: Vec<T>, more: &[T]) -> Vec<T> {
-        let at = match self {
-            Self::Before => 0,
-            Self::After => there.len(),
-        };
-        there.splice(at..at, more.iter().copied());
-        there
-    }
-
-    /// Of what lies on this side, the next after so many that are nearer, `most` of them.
-    fn next<T>(self, there: &[T], nearer: usize, most: usize) -> &[T] {
-        match self {
-            Self::Before => &there[(there.len() - nearer).saturating_sub(most)..there.len() - nearer],
-            Self::After => &there[nearer..(nearer + most).min(there.len())],
-        }
     }
 }
 

@@ -271,7 +271,7 @@ fn a_search_returns_a_few_distinct_placements_best_first() {
     let (measurements, psi, windows) = setting();
     let beam_search = beam_search(&measurements, &windows, &psi, 0..3);
     let hypothesis = &beam_search.beam[0].estimate;
-    let belief = beam_search.belief(hypothesis).expect("a shape");
+    let belief = beam_search.belief(&beam_search.thin, hypothesis).expect("a shape");
     let placements = beam_search.search(&windows[3], hypothesis, &belief);
     assert!((1..=BRANCHES).contains(&placements.len()));
     assert!(placements.windows(2).all(|pair| pair[0].cost <= pair[1].cost));
@@ -510,4 +510,53 @@ fn two_trials_are_one_up_to_a_mean_of_one_less_the_cosine() {
     let is_same = differ_by_less_than(1.1e-4);
     assert!(is_same(&[0.0, 1.0], &[0.02, 1.0]) && is_same(&[0.0, 1.0], &[0.02 + TAU, 1.0]));
     assert!(!is_same(&[0.0, 1.0], &[0.06, 1.0]) && !differ_by_less_than(0.9e-4)(&[0.0, 1.0], &[0.02, 1.0]));
+}
+
+/// How many instants of the window between two placed ones are explained in steps from the one before it, and from the one after it, where those from the
+/// `first` wrong one on (counted from the placed one) are contradicted.
+fn reached(first: usize) -> [Option<usize>; 2] {
+    let (measurements, psi, windows) = setting();
+    [0, 2].map(|placed| {
+        let mut windows = windows.clone();
+        let mut contradicted = windows[1].clone();
+        contradict(&mut contradicted, 0.01);
+        for instant in first..24 {
+            let instant = if placed == 0 { instant } else { 23 - instant };
+            windows[1].thin.instants[instant] = contradicted.thin.instants[instant];
+        }
+        let beam_search = beam_search(&measurements, &windows, &psi, placed..placed + 1);
+        let followed = beam_search.followed(1, Some(placed));
+        let best = followed[0].as_ref().expect("a shape");
+        assert_eq!(best.explained, first == 24, "{first}");
+        best.reached
+    })
+}
+
+#[test]
+fn a_window_is_followed_in_steps_as_far_as_it_is_explained() {
+    assert_eq!(reached(24), [None; 2], "explained as a whole");
+    // In steps of six, and of two where six are not explained.
+    assert_eq!([reached(12), reached(14), reached(15)], [[Some(12); 2], [Some(14); 2], [Some(14); 2]]);
+    assert_eq!(reached(1), [None; 2], "not one step");
+}
+
+#[test]
+fn a_window_is_cut_where_it_is_no_longer_explained_and_its_near_part_is_placed() {
+    let (measurements, psi, windows) = setting();
+    let placed_part = |placed: usize, wrong: Range<usize>| {
+        let mut measurements = measurements.clone();
+        let offset = windows[1].range.start;
+        for (index, instant) in measurements.instants[offset..][wrong].iter_mut().enumerate() {
+            instant.s1 += if index % 2 == 0 { 0.01 } else { -0.01 };
+        }
+        let windows: Vec<Window> = windows.iter().map(|window| window.of(&measurements)).collect();
+        let mut beam_search = beam_search(&measurements, &windows, &psi, placed..placed + 1);
+        beam_search.place(1, Some(placed), &mut Budget::default());
+        let ranges: Vec<Range<usize>> = beam_search.windows.iter().map(|window| window.range.clone()).collect();
+        assert_eq!((ranges.len(), beam_search.offset.len(), beam_search.deferred.len()), (5, 5, 5));
+        let placed = (0..5).filter(|&window| beam_search.offset[window].is_some());
+        placed.map(|window| ranges[window].clone()).collect::<Vec<_>>()
+    };
+    assert_eq!(placed_part(0, 12..24), [0..24, 24..36]);
+    assert_eq!(placed_part(2, 0..12), [36..48, 48..72]);
 }
