@@ -59,6 +59,13 @@ impl Verdict {
         };
         self.doubts.iter().any(is_suspicious)
     }
+
+    /// Whether shape or motion are known too poorly to be certified: digits that are missing may be why.
+    fn is_imprecise(&self) -> bool {
+        let is_uncertain =
+            |doubt: &Doubt| matches!(doubt, Doubt::UncertainOrientation { .. } | Doubt::UncertainBoundary { .. });
+        self.doubts.iter().any(is_uncertain)
+    }
 }
 
 impl Reconstructor<'_> {
@@ -105,7 +112,9 @@ impl Reconstructor<'_> {
             Stage::EqualTrust => is_explained || recognised().is_none(),
         });
         let recognised = match &as_written {
-            Ok(found) if !found.verdict.may_be_a_mistake() => None,
+            Ok(found) if !found.verdict.may_be_a_mistake() => {
+                Mistake::coarse_digits(log).filter(|_| found.verdict.is_imprecise()).map(Recognised::by_readings)
+            }
             Ok(found) => at_once().or_else(|| match later.get() {
                 Some(named) => named.clone().or_else(|| zero_off(found)),
                 None => self.recognised_later(log, Some(found)),
