@@ -245,6 +245,21 @@ mod tests {
     }
 
     #[test]
+    fn contacts_bend_within_a_run_by_less_than_the_search_or_the_noise_hides() {
+        let resting = resting(1000);
+        let size_m = resting.size_m();
+        let runs = |bend_m: f64, noise_m: f64| {
+            let mut measurements = resting.clone();
+            measurements.instants[1..15].iter_mut().for_each(|instant| instant.s1 += bend_m);
+            let thinning = Thinning { longest: 16, extent_m: EXTENT * size_m, size_m, noise_m };
+            thinning.runs(&measurements, &(0..16)).len()
+        };
+        assert!(runs(0.99 * BEND * size_m, 0.0) == 1 && runs(1.01 * BEND * size_m, 0.0) > 1);
+        let noise_m = 0.01 * size_m;
+        assert!(runs(0.99 * BEND_SDS * noise_m, noise_m) == 1 && runs(1.01 * BEND_SDS * noise_m, noise_m) > 1);
+    }
+
+    #[test]
     fn the_samples_behind_the_means_have_the_same_palms_and_contacts() {
         let motion = PalmMotion::random(3, 20.0, 1.0).and_then(|motion| motion.sample(50.0)).expect("possible");
         let shape = NamedShape::Egg.shape(0.03).expect("a positive size");

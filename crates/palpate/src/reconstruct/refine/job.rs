@@ -502,15 +502,13 @@ impl<'a> Job<'a> {
             return all;
         }
         let carried = Fit { estimate: all, noise, ..coarse.clone() };
-        let psi = decode(&self.measurements, &carried, self.floor_m(), None).psi;
-        Estimate { psi, ..carried.estimate }
+        self.decoded(&self.measurements, carried).estimate
     }
 
     /// The first fit with as many harmonics as the evidence prefers, where those of the search do not explain the contacts and these do: decoded by a shape
     /// without its flat sides and corners, a motion that is right would be lost.
     fn with_harmonics_for_contacts(&self, medium: &Measurements, rough: Fit) -> Fit {
-        let limit_m = CONTRADICTED * self.typical_m;
-        let is_contradicted = |fit: &Fit| self.averaged(medium) * fit.noise.sensor_m >= limit_m;
+        let is_contradicted = |fit: &Fit| self.averaged(medium) * fit.noise.sensor_m >= CONTRADICTED * self.typical_m;
         if self.options.harmonics.is_some() || !is_contradicted(&rough) {
             return rough;
         }
@@ -808,6 +806,7 @@ impl<'a> Job<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::estimate::model::layout::coefficients_to_order;
 
     #[test]
     fn a_shape_that_misses_the_balance_does_not_make_it_loose() {
@@ -878,6 +877,77 @@ mod tests {
     }
 
     #[test]
+    fn where_a_contact_is_missing_the_motion_is_decoded_and_not_drawn_as_a_straight_line() {
+        use crate::math::angle::wrapped;
+        use crate::math::statistics::root_mean_square;
+        use crate::palms::PalmMotion;
+        use crate::sensor::Touchpad;
+        use crate::shape::NamedShape;
+        use crate::simulate::{SimulateOptions, simulate};
+
+        let shape = NamedShape::Pebble.shape(0.03).expect("a valid size");
+        let motion = PalmMotion::random(4, 20.0, 0.2).and_then(|motion| motion.sample(10.0)).expect("possible");
+        let touchpad = Touchpad { noise_sd_m: 5e-5, ..Touchpad::ideal() };
+        let mut run =
+            simulate(&shape, &motion, &SimulateOptions { touchpad, ..SimulateOptions::default() }).expect("possible");
+        let truth: Vec<f64> = run.truth.motion.iter().map(|pose| pose.psi_rad).collect();
+        let options = ReconstructOptions::default();
+        let gap = 60..100;
+        let mut straight = truth.clone();
+        for index in gap.clone() {
+            let share = (index - gap.start) as f64 / gap.len() as f64;
+            straight[index] = truth[gap.start] + share * (truth[gap.end] - truth[gap.start]);
+        }
+        let off_rad = |psi: &[f64]| {
+            root_mean_square(&gap.clone().map(|index| wrapped(psi[index] - truth[index])).collect::<Vec<_>>())
+        };
+        assert!(off_rad(&straight) > 0.2, "{}", off_rad(&straight));
+        let filled = |log: &Log, ranges: &[Range<usize>]| {
+            let job = Job::new(log, &options);
+            let estimate = Estimate { coefficients: shape.coefficients(), psi: straight.clone(), cost: 0.0 };
+            let noise = Noise { sensor_m: 5e-5, balance_m: 1e-5 };
+            let order = shape.harmonics_m().len();
+            let fit = Fit { estimate: estimate.clone(), order, noise, prior: job.prior, evidence: Evidence::NONE };
+            job.decoded_in_gaps(&fit, estimate, noise, ranges).psi
+        };
+        let whole = 0..truth.len();
+        let arranged = [0..gap.start, gap.end..truth.len()];
+        assert_eq!(filled(&run.log, std::slice::from_ref(&whole)), straight, "nothing is missing");
+        assert!(off_rad(&filled(&run.log, &arranged)) < 0.05, "what was not arranged");
+        run.log.samples[gap.clone()].iter_mut().for_each(|sample| sample.s2_m = None);
+        assert!(off_rad(&filled(&run.log, std::slice::from_ref(&whole))) < 0.05, "what lacks a contact");
+    }
+
+    #[test]
+    fn a_first_fit_takes_more_harmonics_where_they_explain_contacts_that_fewer_contradict() {
+        use crate::plan::{PalmLimits, plan_turn};
+        use crate::sensor::Touchpad;
+        use crate::shape::rounded_polygon;
+        use crate::simulate::{SimulateOptions, simulate};
+
+        let shape = rounded_polygon(4, 0.15, 0.16).expect("possible").scaled(0.03).translated(0.002, 0.001);
+        let plan = plan_turn(&shape, &PalmLimits::default(), 40.0).expect("a motion without a jump");
+        let motion = plan.motion.sample(15.0).expect("possible");
+        let touchpad = Touchpad { noise_sd_m: 5e-5, ..Touchpad::ideal() };
+        let options = SimulateOptions { touchpad, start_psi_rad: plan.start_psi_rad, ..SimulateOptions::default() };
+        let run = simulate(&shape, &motion, &options).expect("possible");
+        let truth: Vec<f64> = run.truth.motion.iter().map(|pose| pose.psi_rad).collect();
+        let options = ReconstructOptions::default();
+        let job = Job::new(&run.log, &options);
+        let whole = 0..truth.len();
+        let medium = thinned_in_ranges(&job.measurements, std::slice::from_ref(&whole), job.scatter_m, ORDER_SAMPLES);
+        let order = |from: usize, psi: &[f64]| {
+            let mut coefficients = shape.coefficients();
+            coefficients_to_order(&mut coefficients, from);
+            let rough = job.rough(&medium, job.on_medium(&medium, std::slice::from_ref(&whole), &coefficients, psi));
+            job.with_harmonics_for_contacts(&medium, rough.expect("an optimum")).order
+        };
+        let wrong: Vec<f64> = truth.iter().enumerate().map(|(index, psi)| psi + (index / 40 % 2) as f64).collect();
+        let orders = [order(10, &truth), order(24, &truth), order(10, &wrong)];
+        assert!(orders[0] > 10 && orders[1] == 24 && orders[2] == 10, "{orders:?}");
+    }
+
+    #[test]
     fn errors_with_a_memory_are_no_contradiction() {
         use crate::estimate::model::sensor_memory::with_memory;
         use crate::palms::PalmMotion;
@@ -902,7 +972,6 @@ mod tests {
 
     #[test]
     fn the_number_of_harmonics_is_the_one_asked_for_or_else_what_the_evidence_prefers() {
-        use crate::estimate::model::layout::coefficients_to_order;
         use crate::palms::PalmMotion;
         use crate::sensor::Touchpad;
         use crate::simulate::{SimulateOptions, simulate};
