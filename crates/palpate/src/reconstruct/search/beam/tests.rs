@@ -557,6 +557,6 @@ fn a_window_is_cut_where_it_is_no_longer_explained_and_its_near_part_is_placed()
         let placed = (0..5).filter(|&window| beam_search.offset[window].is_some());
         placed.map(|window| ranges[window].clone()).collect::<Vec<_>>()
     };
-    assert_eq!(placed_part(0, 12..24), [0..24, 24..36]);
-    assert_eq!(placed_part(2, 0..12), [36..48, 48..72]);
+    assert_eq!(placed_part(0, 14..24), [0..24, 24..38]);
+    assert_eq!(placed_part(2, 0..10), [34..48, 48..72]);
 }
