@@ -72,6 +72,19 @@ fn a_circle_about_its_centre_modulated_by_one_in_ten_thousand() {
 }
 
 #[test]
+fn a_disc_with_a_relief_of_one_per_cent_about_its_centre() {
+    // What turns it and what shows that it turns is a tenth of a millimetre: a hundredth of the size is too coarse a tolerance for the search.
+    let mut rng = ChaCha8Rng::seed_from_u64(2);
+    let mut harmonics = vec![[0.0, 0.0]];
+    harmonics.extend((2..8).map(|k| [(); 2].map(|()| 0.01 / f64::from(k) * rng.random_range(-1.0..1.0) * SIZE_M)));
+    let shape = SupportFunction::new(SIZE_M, harmonics);
+    let run = random_motion(&shape, 3, 25.0, noisy(2e-5));
+    let found = solve(&run.log).expect("solvable");
+    assert!(found.is_certified(), "{}", found.verdict);
+    assert_right(&found, &run.truth, 2e-5, 1);
+}
+
+#[test]
 fn an_exact_circle() {
     // Its orientation has no meaning at all.
     let shape = NamedShape::Circle.shape(SIZE_M).expect("a positive size");

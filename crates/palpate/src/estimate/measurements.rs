@@ -5,7 +5,7 @@
 
 use crate::estimate::work::Work;
 use crate::log::{Log, Sample};
-use crate::math::statistics::median;
+use crate::math::statistics::{median, root_mean_square};
 use crate::palms::{PalmAngles, contact_angles};
 
 /// One sample, measured from the point where the lines of both palms meet.
@@ -81,6 +81,12 @@ impl Instant {
         self.weight1 > 0.0 && self.weight2 > 0.0
     }
 
+    /// Radii of the discs that touch both palms, and each of them where the object does, metres.
+    pub fn disc_radii_m(&self) -> [f64; 2] {
+        let per_radius = (0.5 * self.phi2).tan();
+        [self.s1 * per_radius, self.s2 * per_radius]
+    }
+
     /// X of the centre of mass from the readings alone (the three lines of force meet in one point).
     pub fn balance_x(&self) -> f64 {
         self.palms.balance_x(self.s1, self.s2)
@@ -129,5 +135,13 @@ impl Measurements {
             .map(|i| (i.s1 * i.s1 + i.s2 * i.s2 - 2.0 * i.s1 * i.s2 * i.palms.cos2).max(0.0).sqrt())
             .collect();
         0.5 * median(&mut chords)
+    }
+
+    /// How far the object is from round: root mean square by which the radii of the discs differ that touch the palms where it does, metres.
+    pub fn out_of_round_m(&self) -> f64 {
+        let seen = self.instants.iter().filter(|instant| instant.both_seen());
+        let radii_m: Vec<f64> = seen.flat_map(Instant::disc_radii_m).collect();
+        let mean_m = radii_m.iter().sum::<f64>() / radii_m.len().max(1) as f64;
+        root_mean_square(&radii_m.iter().map(|radius_m| radius_m - mean_m).collect::<Vec<f64>>())
     }
 }

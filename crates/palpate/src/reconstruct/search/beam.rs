@@ -23,6 +23,7 @@ use crate::estimate::motion::same_motion;
 use crate::estimate::solver::gauss_newton::{Estimate, Smoother, StoppingCriteria};
 use crate::estimate::solver::posterior::Posterior;
 use crate::reconstruct::search::problem::Problem;
+use crate::reconstruct::search::tolerance::Tolerance;
 use crate::reconstruct::search::windows::Window;
 use crate::sensor::Calibration;
 use following::Followed;
@@ -54,20 +55,6 @@ const MOST_BEHIND: f64 = 150.0;
 
 /// Times that deferred windows are cut in two and tried again: to an eighth of their length.
 const SPLITS: usize = 3;
-
-/// A misfit is that of the noise when it is at most this many times its expectation (two squares for each instant).
-const NOISE_MISFIT: f64 = 2.0;
-
-/// Least misfit per instant that counts as that of the noise: an exact log leaves the errors of few harmonics.
-const LEAST_NOISE_MISFIT: f64 = 0.5;
-
-/// Least noise of the search, as a share of the size of the object: loose, so that no start is trapped in the narrow valley of
-/// the exact problem; and sharp, at which arrangements are judged.
-const LOOSE: f64 = 0.01;
-const SHARP: f64 = 0.003;
-
-/// Standard deviation of the balance, over that of the contacts, at which it says nothing.
-const CONTACT_ALONE: f64 = 1e4;
 
 /// Effort of the smoother for target a window, and for a hypothesis at one noise: both are ranked, not yet final.
 const PLACING: StoppingCriteria = StoppingCriteria { iterations: 8, tolerance: 1e-3 };
@@ -113,52 +100,6 @@ pub(crate) struct Arranged {
     pub thin: Measurements,
     /// Arrangements, best first, over the instants of `thin`.
     pub hypotheses: Vec<Hypothesis>,
-}
-
-/// The noise that the search assumes.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Tolerance {
-    /// Scatter of the contact positions, metres.
-    pub scatter_m: f64,
-    /// Size of the object, metres.
-    pub size_m: f64,
-    /// Standard deviation of the balance as a multiple of that of the contacts, for growing and for judging arrangements.
-    pub balance: [f64; 2],
-}
-
-impl Tolerance {
-    /// For a search by contact alone, whatever the forces are.
-    pub fn of_contact_alone(self) -> Self {
-        Self { balance: [CONTACT_ALONE; 2], ..self }
-    }
-
-    /// Whether the balance says nothing, so that objects may roll.
-    pub fn is_of_contact_alone(&self) -> bool {
-        self.balance == [CONTACT_ALONE; 2]
-    }
-
-    /// At a share of the size, never below the scatter.
-    fn at(&self, share: f64, balance: f64) -> Noise {
-        let sd = (share * self.size_m).max(self.scatter_m);
-        Noise { sensor_m: sd, balance_m: balance * sd }
-    }
-
-    /// The noise at which windows are placed.
-    pub fn loose(&self) -> Noise {
-        self.at(LOOSE, self.balance[0])
-    }
-
-    /// The noise at which arrangements are judged.
-    pub fn sharp(&self) -> Noise {
-        self.at(SHARP, self.balance[1])
-    }
-
-    /// The largest misfit per instant that is attributed to the noise of samples thinned to so many instants.
-    pub fn noise_misfit(&self, instants: usize, samples: usize) -> f64 {
-        let noise = self.scatter_m / self.sharp().sensor_m;
-        (NOISE_MISFIT * 2.0 * noise * noise * instants as f64 / samples.max(1) as f64)
-            .clamp(LEAST_NOISE_MISFIT, EXPLAINED)
-    }
 }
 
 /// Work that may still be done, in searches of a window with 8 harmonics (not in seconds: the result must not depend on the

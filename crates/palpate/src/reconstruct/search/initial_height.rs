@@ -4,7 +4,7 @@
 
 use crate::estimate::closed_form::{RATE_SD, feasible_heights, integrate, relative_height};
 use crate::estimate::friction::rolling::rolling_motion;
-use crate::estimate::measurements::Measurements;
+use crate::estimate::measurements::{Instant, Measurements};
 use crate::estimate::model::noise::Noise;
 use crate::estimate::model::prior::Prior;
 use crate::estimate::solver::gauss_newton::{Estimate, Smoother, StoppingCriteria};
@@ -18,9 +18,8 @@ const TRIAL: StoppingCriteria = StoppingCriteria { iterations: 8, tolerance: 1e-
 
 /// Candidates of an object that rolls on one palm all the time.
 pub(crate) fn from_rolling(thin: &Measurements, noise: Noise, prior: Prior, order: usize) -> Vec<Estimate> {
-    // Between the palms a disc touches both at r/tan(φ₂/2).
-    let radii = thin.instants.iter().map(|at| 0.5 * (at.s1 + at.s2) * (0.5 * at.phi2).tan());
-    let mean_r_m = radii.sum::<f64>() / thin.len().max(1) as f64;
+    let radii_m = thin.instants.iter().flat_map(Instant::disc_radii_m);
+    let mean_r_m = 0.5 * radii_m.sum::<f64>() / thin.len().max(1) as f64;
     let smoother = Smoother::new(thin, order, noise, prior);
     let rolls = [0, 1].map(|palm| smoother.run(vec![mean_r_m], rolling_motion(thin, palm), TRIAL));
     rolls.into_iter().filter(|estimate| estimate.cost.is_finite()).collect()

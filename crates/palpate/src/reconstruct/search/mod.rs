@@ -9,4 +9,5 @@ pub(crate) mod problem;
 pub(crate) mod schedule;
 pub(crate) mod seed;
 pub(crate) mod segments;
+pub(crate) mod tolerance;
 pub(crate) mod windows;

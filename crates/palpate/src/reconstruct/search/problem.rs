@@ -3,8 +3,8 @@
 
 use crate::estimate::measurements::Measurements;
 use crate::estimate::model::prior::Prior;
-use crate::reconstruct::search::beam::Tolerance;
 use crate::reconstruct::search::schedule::Found;
+use crate::reconstruct::search::tolerance::Tolerance;
 use crate::reconstruct::search::windows::Window;
 use crate::sensor::Calibration;
 use std::borrow::Cow;

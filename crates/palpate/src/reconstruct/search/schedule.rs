@@ -5,10 +5,11 @@
 use crate::estimate::measurements::Measurements;
 use crate::estimate::model::prior::Prior;
 use crate::estimate::solver::gauss_newton::Estimate;
-use crate::reconstruct::search::beam::{BeamSearch, Budget, EXPLAINED, Tolerance, explained, misfit};
+use crate::reconstruct::search::beam::{BeamSearch, Budget, EXPLAINED, explained, misfit};
 use crate::reconstruct::search::problem::{Calibrate, Corrected, Problem};
 use crate::reconstruct::search::seed::Seed;
 use crate::reconstruct::search::segments::segments;
+use crate::reconstruct::search::tolerance::Tolerance;
 use crate::reconstruct::search::windows::{Window, spans, windows};
 use crate::sensor::Calibration;
 use std::borrow::Cow;
@@ -125,7 +126,7 @@ pub(crate) fn search(
         if is_explained || last {
             return;
         }
-        let tolerance = Tolerance { scatter_m: tolerances_m[trust], size_m: prior.size_m, balance: BALANCES[balance] };
+        let tolerance = Tolerance::new(measurements, tolerances_m[trust], prior.size_m, BALANCES[balance]);
         let calibrate = |found: &Found| calibrate(found, trust);
         let (measurements, windows) = (Cow::Borrowed(measurements), windows.clone());
         let problem = Problem { calibration, measurements, windows, tolerance, prior };
@@ -168,8 +169,7 @@ pub(crate) fn search(
 pub(crate) fn search_by_contact(readings: &Readings, calibrate: &Calibrate, accept: &mut dyn FnMut(Found) -> bool) {
     let Readings { calibration, measurements, scatter_m, tolerances_m, prior, .. } = *readings;
     let windows = windows(measurements, &segments(measurements, scatter_m), scatter_m, SAMPLES);
-    let tolerance =
-        Tolerance { scatter_m: tolerances_m[0], size_m: prior.size_m, balance: BALANCES[0] }.of_contact_alone();
+    let tolerance = Tolerance::new(measurements, tolerances_m[0], prior.size_m, BALANCES[0]).of_contact_alone();
     let problem = Problem { calibration, measurements: Cow::Borrowed(measurements), windows, tolerance, prior };
     let mut partial: Vec<(usize, Found)> = Vec::new();
     let enough = arrange(&problem, &|| false, calibrate, &|_| (), &mut |arranged| match arranged {

@@ -8,7 +8,7 @@ use std::f64::consts::TAU;
 
 const SIZE_M: f64 = 0.03;
 const ORDER: usize = 3;
-const TOLERANCE: Tolerance = Tolerance { scatter_m: 1e-5, size_m: SIZE_M, balance: [1.0, 1.0] };
+const TOLERANCE: Tolerance = Tolerance { scatter_m: 1e-5, scale_m: SIZE_M, balance: [1.0, 1.0] };
 const PRIOR: Prior = Prior::new(SIZE_M, 0.5 * SIZE_M);
 
 fn shape() -> SupportFunction {
@@ -405,31 +405,6 @@ fn the_budget_is_charged_by_a_power_of_the_number_of_unknowns_and_spent_at_nothi
     assert!(!Budget::default().is_spent());
     let share = |left: f64| Budget { left }.share_spent();
     assert_eq!((share(BUDGET), share(0.75 * BUDGET), share(-5.0)), (0.0, 0.25, 1.0));
-}
-
-#[test]
-fn the_noise_misfit_is_that_of_thinned_samples_within_limits() {
-    let tolerance = |scatter_m: f64| Tolerance { scatter_m, ..TOLERANCE };
-    // Noise as large as that at which arrangements are judged: two squares for each instant, several times over.
-    let noisy = tolerance(1e-3);
-    assert_eq!(noisy.sharp().sensor_m, noisy.scatter_m);
-    assert!((noisy.noise_misfit(10, 25) - NOISE_MISFIT * 2.0 * 10.0 / 25.0).abs() < 1e-12);
-    // Half of that noise: a quarter of the squares.
-    let half = tolerance(0.5 * TOLERANCE.sharp().sensor_m);
-    assert!((half.noise_misfit(8, 9) - NOISE_MISFIT * 0.5 * 8.0 / 9.0).abs() < 1e-12);
-    assert_eq!(noisy.noise_misfit(10, 10), EXPLAINED);
-    assert_eq!(tolerance(0.0).noise_misfit(10, 10), LEAST_NOISE_MISFIT);
-    assert_eq!(noisy.noise_misfit(10, 0), EXPLAINED);
-    assert_eq!(noisy.noise_misfit(0, 0), LEAST_NOISE_MISFIT);
-}
-
-#[test]
-fn the_noise_of_the_search_is_never_below_the_scatter() {
-    let exact = Tolerance { scatter_m: 0.0, size_m: SIZE_M, balance: [15.0, 0.3] };
-    let share = |share: f64, balance: f64| Noise { sensor_m: share * SIZE_M, balance_m: balance * (share * SIZE_M) };
-    assert_eq!((exact.loose(), exact.sharp()), (share(0.01, 15.0), share(0.003, 0.3)));
-    let noisy = Tolerance { scatter_m: 0.1 * SIZE_M, ..exact };
-    assert_eq!((noisy.loose(), noisy.sharp()), (share(0.1, 15.0), share(0.1, 0.3)));
 }
 
 #[test]
