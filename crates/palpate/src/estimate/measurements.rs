@@ -93,6 +93,10 @@ impl Instant {
     }
 }
 
+/// An object is nearly round when it is out of round by less than this share of its size: ellipses and polygons by a quarter to a half,
+/// shapes of constant width by 0.05 to 0.1, discs with a relief of one per cent by 0.004 to 0.02.
+const NEARLY_ROUND: f64 = 0.1;
+
 /// All instants of a log, in order of time.
 #[derive(Clone, Debug)]
 pub(crate) struct Measurements {
@@ -137,11 +141,52 @@ impl Measurements {
         0.5 * median(&mut chords)
     }
 
+    /// Length that errors of a search are a share of, metres: the size of the object, or less where that is nearly round. From a disc contacts tell nothing of a
+    /// motion, and an object that is nearly one differs from it by less than what would be tolerated of another of its size.
+    pub fn scale_m(&self) -> f64 {
+        self.size_m().min(self.out_of_round_m() / NEARLY_ROUND)
+    }
+
     /// How far the object is from round: root mean square by which the radii of the discs differ that touch the palms where it does, metres.
-    pub fn out_of_round_m(&self) -> f64 {
+    fn out_of_round_m(&self) -> f64 {
         let seen = self.instants.iter().filter(|instant| instant.both_seen());
         let radii_m: Vec<f64> = seen.flat_map(Instant::disc_radii_m).collect();
         let mean_m = radii_m.iter().sum::<f64>() / radii_m.len().max(1) as f64;
         root_mean_square(&radii_m.iter().map(|radius_m| radius_m - mean_m).collect::<Vec<f64>>())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::palms::PalmPair;
+    use crate::shape::SupportFunction;
+
+    const SIZE_M: f64 = 0.02;
+
+    /// An object turned between palms that open and close, seen without errors.
+    fn felt(shape: &SupportFunction) -> Measurements {
+        let sample = |index: usize| {
+            let along = index as f64 / 100.0;
+            let (phi1, phi2, psi) = (0.4 + 0.2 * (5.0 * along).sin(), 1.5 + 0.4 * along, 6.0 * along);
+            let palms = PalmPair::hinged(phi1, phi2);
+            let (s1, s2) = palms.contact_positions_m(shape, psi);
+            Sample::new(index as f64, palms, s1, s2)
+        };
+        Measurements::new(&Log { samples: (0..100).map(sample).collect() }, None)
+    }
+
+    #[test]
+    fn errors_are_a_share_of_the_size_and_of_what_a_nearly_round_object_differs_from_a_disc() {
+        let felt = |relief: f64, center_m: f64| {
+            felt(&SupportFunction::new(SIZE_M, vec![[center_m, 0.0], [relief * SIZE_M, 0.0]]))
+        };
+        assert_eq!(felt(0.1, 0.0).scale_m(), felt(0.1, 0.0).size_m());
+        let round = felt(0.01, 0.0);
+        assert!(round.scale_m() < 0.5 * round.size_m(), "{}", round.scale_m());
+        // In proportion to the relief, and none of it where the centre of mass of a disc lies.
+        let half = felt(0.005, 0.0).scale_m() / round.scale_m();
+        assert!((half - 0.5).abs() < 0.02, "{half}");
+        assert!(felt(0.0, 0.3 * SIZE_M).scale_m() < 1e-12);
     }
 }

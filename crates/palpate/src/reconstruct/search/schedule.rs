@@ -126,7 +126,7 @@ pub(crate) fn search(
         if is_explained || last {
             return;
         }
-        let tolerance = Tolerance::new(measurements, tolerances_m[trust], prior.size_m, BALANCES[balance]);
+        let tolerance = Tolerance::new(measurements, tolerances_m[trust], BALANCES[balance]);
         let calibrate = |found: &Found| calibrate(found, trust);
         let (measurements, windows) = (Cow::Borrowed(measurements), windows.clone());
         let problem = Problem { calibration, measurements, windows, tolerance, prior };
@@ -169,7 +169,7 @@ pub(crate) fn search(
 pub(crate) fn search_by_contact(readings: &Readings, calibrate: &Calibrate, accept: &mut dyn FnMut(Found) -> bool) {
     let Readings { calibration, measurements, scatter_m, tolerances_m, prior, .. } = *readings;
     let windows = windows(measurements, &segments(measurements, scatter_m), scatter_m, SAMPLES);
-    let tolerance = Tolerance::new(measurements, tolerances_m[0], prior.size_m, BALANCES[0]).of_contact_alone();
+    let tolerance = Tolerance::new(measurements, tolerances_m[0], BALANCES[0]).of_contact_alone();
     let problem = Problem { calibration, measurements: Cow::Borrowed(measurements), windows, tolerance, prior };
     let mut partial: Vec<(usize, Found)> = Vec::new();
     let enough = arrange(&problem, &|| false, calibrate, &|_| (), &mut |arranged| match arranged {

@@ -1,8 +1,5 @@
 //! The noise that the search assumes (`docs/theory.md`, the search): more than that of the contacts, for what the closed forms
 //! and few harmonics leave.
-//!
-//! What they leave grows with the relief of the object, not with its size: from a disc contacts tell nothing of a motion, and an
-//! object that is nearly one differs from it by less than what would be tolerated of another of its size.
 
 use crate::estimate::measurements::Measurements;
 use crate::estimate::model::noise::Noise;
@@ -19,10 +16,6 @@ const LEAST_NOISE_MISFIT: f64 = 0.5;
 const LOOSE: f64 = 0.01;
 const SHARP: f64 = 0.003;
 
-/// An object is nearly round when it is out of round by less than this share of its size: ellipses and polygons by a quarter to a half,
-/// shapes of constant width by 0.05 to 0.1, discs with a relief of one per cent by 0.004 to 0.02.
-const NEARLY_ROUND: f64 = 0.1;
-
 /// Standard deviation of the balance, over that of the contacts, at which it says nothing.
 const CONTACT_ALONE: f64 = 1e4;
 
@@ -31,16 +24,16 @@ const CONTACT_ALONE: f64 = 1e4;
 pub(crate) struct Tolerance {
     /// Scatter of the contact positions, metres.
     pub scatter_m: f64,
-    /// Length that errors of the search are a share of: the size of the object; of one that is nearly round less, metres.
+    /// Length that errors of the search are a share of, metres ([`Measurements::scale_m`]).
     pub scale_m: f64,
     /// Standard deviation of the balance as a multiple of that of the contacts, for growing and for judging arrangements.
     pub balance: [f64; 2],
 }
 
 impl Tolerance {
-    /// For an object of a size, metres, that was felt like this.
-    pub fn new(measurements: &Measurements, scatter_m: f64, size_m: f64, balance: [f64; 2]) -> Self {
-        Self { scatter_m, scale_m: size_m.min(measurements.out_of_round_m() / NEARLY_ROUND), balance }
+    /// For an object that was felt like this.
+    pub fn new(measurements: &Measurements, scatter_m: f64, balance: [f64; 2]) -> Self {
+        Self { scatter_m, scale_m: measurements.scale_m(), balance }
     }
 
     /// For a search by contact alone, whatever the forces are.
@@ -80,23 +73,8 @@ impl Tolerance {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::log::{Log, Sample};
-    use crate::palms::PalmPair;
-    use crate::shape::SupportFunction;
 
     const SIZE_M: f64 = 0.02;
-    /// An object turned between palms that open and close, seen without errors.
-    fn felt(shape: &SupportFunction) -> Measurements {
-        let sample = |index: usize| {
-            let along = index as f64 / 100.0;
-            let (phi1, phi2, psi) = (0.4 + 0.2 * (5.0 * along).sin(), 1.5 + 0.4 * along, 6.0 * along);
-            let palms = PalmPair::hinged(phi1, phi2);
-            let (s1, s2) = palms.contact_positions_m(shape, psi);
-            Sample::new(index as f64, palms, s1, s2)
-        };
-        Measurements::new(&Log { samples: (0..100).map(sample).collect() }, None)
-    }
-
     const TOLERANCE: Tolerance = Tolerance { scatter_m: 1e-5, scale_m: SIZE_M, balance: [1.0, 1.0] };
 
     #[test]
@@ -123,19 +101,5 @@ mod tests {
         assert_eq!((exact.loose(), exact.sharp()), (share(0.01, 15.0), share(0.003, 0.3)));
         let noisy = Tolerance { scatter_m: 0.1 * SIZE_M, ..exact };
         assert_eq!((noisy.loose(), noisy.sharp()), (share(0.1, 15.0), share(0.1, 0.3)));
-    }
-
-    #[test]
-    fn errors_of_the_search_are_a_share_of_the_size_and_of_what_a_nearly_round_object_differs_from_a_disc() {
-        let scale_m = |relief: f64, center_m: f64| {
-            let shape = SupportFunction::new(SIZE_M, vec![[center_m, 0.0], [relief * SIZE_M, 0.0]]);
-            Tolerance::new(&felt(&shape), 1e-5, SIZE_M, [1.0, 1.0]).scale_m
-        };
-        assert_eq!(scale_m(0.1, 0.0), SIZE_M);
-        let round_m = scale_m(0.01, 0.0);
-        assert!(round_m < 0.5 * SIZE_M, "{round_m}");
-        // In proportion to the relief, and none of it where the centre of mass of a disc lies.
-        assert!((scale_m(0.005, 0.0) / round_m - 0.5).abs() < 0.02, "{}", scale_m(0.005, 0.0));
-        assert!(scale_m(0.0, 0.3 * SIZE_M) < 1e-12);
     }
 }

@@ -43,7 +43,7 @@ fn rejected(spend: bool, goes_on: &dyn Fn(Stage) -> bool) -> (usize, usize) {
 fn problem<'a>(job: &'a Job) -> Problem<'a> {
     let Readings { calibration, measurements, scatter_m, tolerances_m, prior, .. } = job.readings();
     let windows = windows(measurements, &segments(measurements, scatter_m), scatter_m, SAMPLES);
-    let tolerance = Tolerance::new(measurements, tolerances_m[0], prior.size_m, BALANCES[0]);
+    let tolerance = Tolerance::new(measurements, tolerances_m[0], BALANCES[0]);
     Problem { calibration, measurements: Cow::Borrowed(measurements), windows, tolerance, prior }
 }
 
