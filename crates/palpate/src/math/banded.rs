@@ -1,29 +1,37 @@
-//! Symmetric positive definite matrices with a narrow band: the normal equations of a spline.
+//! Symmetric positive definite matrices with a narrow band: the normal equations of a spline, or of a motion with its second differences.
 
-/// Entries beside the diagonal: those of a quintic spline reach five coefficients further.
-pub(crate) const HALF_BANDWIDTH: usize = 5;
+/// Entries of a row of the band: those of a quintic spline reach five coefficients further than the diagonal.
+const OF_SPLINE: usize = 6;
 
-/// The lower triangle of a banded matrix: row i has the columns i − 5 to i, those below 0 are not used.
+/// The lower triangle of a banded matrix: with a band of `ROW` entries, row i has the columns i + 1 − `ROW` to i, those below 0 are not used.
 #[derive(Clone, Debug)]
-pub(crate) struct Banded {
-    rows: Vec<[f64; HALF_BANDWIDTH + 1]>,
+pub(crate) struct Banded<const ROW: usize = OF_SPLINE> {
+    rows: Vec<[f64; ROW]>,
 }
 
-impl Banded {
+impl<const ROW: usize> Banded<ROW> {
+    /// Entries beside the diagonal.
+    const HALF_BANDWIDTH: usize = ROW - 1;
+
     /// The zero matrix with so many rows.
     pub fn zeros(rows: usize) -> Self {
-        Self { rows: vec![[0.0; HALF_BANDWIDTH + 1]; rows] }
+        Self { rows: vec![[0.0; ROW]; rows] }
     }
 
-    /// Adds `weight` v vᵀ, where v has these six entries from row `first` on.
-    pub fn add_outer_product(&mut self, first: usize, v: &[f64; HALF_BANDWIDTH + 1], weight: f64) {
+    /// Adds `weight` v vᵀ, where v has these entries from row `first` on.
+    pub fn add_outer_product(&mut self, first: usize, v: &[f64; ROW], weight: f64) {
         for (i, vi) in v.iter().enumerate() {
             let row = &mut self.rows[first + i];
             let scaled = weight * vi;
             for (j, vj) in v[..=i].iter().enumerate() {
-                row[HALF_BANDWIDTH + j - i] += scaled * vj;
+                row[Self::HALF_BANDWIDTH + j - i] += scaled * vj;
             }
         }
+    }
+
+    /// Adds to the entries of the diagonal.
+    pub fn add_diagonal(&mut self, entries: impl Iterator<Item = f64>) {
+        self.rows.iter_mut().zip(entries).for_each(|(row, entry)| row[Self::HALF_BANDWIDTH] += entry);
     }
 
     /// Adds `weight` times another matrix.
@@ -38,46 +46,47 @@ impl Banded {
         self.rows.iter_mut().flatten().for_each(|entry| *entry *= weight);
     }
 
-    /// The entry at row i and column j, which are at most five apart.
+    /// The entry at row i and column j, which are no further apart than the band reaches.
     pub fn at(&self, i: usize, j: usize) -> f64 {
         let (low, high) = (i.min(j), i.max(j));
-        self.rows[high][HALF_BANDWIDTH + low - high]
+        self.rows[high][Self::HALF_BANDWIDTH + low - high]
     }
 
-    /// vᵀ times the matrix times v, where v has these six entries from row `first` on.
-    pub fn quadratic(&self, first: usize, v: &[f64; HALF_BANDWIDTH + 1]) -> f64 {
+    /// vᵀ times the matrix times v, where v has these entries from row `first` on.
+    pub fn quadratic(&self, first: usize, v: &[f64; ROW]) -> f64 {
         let entries = v.iter().enumerate().flat_map(|a| v.iter().enumerate().map(move |b| (a, b)));
         entries.map(|((i, vi), (j, vj))| vi * vj * self.at(first + i, first + j)).sum()
     }
 
     /// The trace of the product with another symmetric matrix, of which only the band matters.
     pub fn trace_of_product(&self, other: impl Fn(usize, usize) -> f64) -> f64 {
-        let of_row = |(i, row): (usize, &[f64; HALF_BANDWIDTH + 1])| {
-            let below: f64 =
-                (i.saturating_sub(HALF_BANDWIDTH)..i).map(|j| row[HALF_BANDWIDTH + j - i] * other(i, j)).sum();
-            2.0 * below + row[HALF_BANDWIDTH] * other(i, i)
+        let of_row = |(i, row): (usize, &[f64; ROW])| {
+            let below: f64 = (i.saturating_sub(Self::HALF_BANDWIDTH)..i)
+                .map(|j| row[Self::HALF_BANDWIDTH + j - i] * other(i, j))
+                .sum();
+            2.0 * below + row[Self::HALF_BANDWIDTH] * other(i, i)
         };
         self.rows.iter().enumerate().map(of_row).sum()
     }
 
     /// Changes the entries of the diagonal.
     pub fn map_diagonal(&mut self, change: impl Fn(f64) -> f64) {
-        self.rows.iter_mut().for_each(|row| row[HALF_BANDWIDTH] = change(row[HALF_BANDWIDTH]));
+        self.rows.iter_mut().for_each(|row| row[Self::HALF_BANDWIDTH] = change(row[Self::HALF_BANDWIDTH]));
     }
 
     /// The Cholesky factor; `None` where the matrix is not positive definite.
-    pub fn cholesky(mut self) -> Option<BandedCholesky> {
+    pub fn cholesky(mut self) -> Option<BandedCholesky<ROW>> {
         for i in 0..self.rows.len() {
-            for j in i.saturating_sub(HALF_BANDWIDTH)..=i {
-                let mut sum = self.rows[i][HALF_BANDWIDTH + j - i];
-                for k in i.saturating_sub(HALF_BANDWIDTH)..j {
-                    let reaches = k + HALF_BANDWIDTH >= j;
+            for j in i.saturating_sub(Self::HALF_BANDWIDTH)..=i {
+                let mut sum = self.rows[i][Self::HALF_BANDWIDTH + j - i];
+                for k in i.saturating_sub(Self::HALF_BANDWIDTH)..j {
+                    let reaches = k + Self::HALF_BANDWIDTH >= j;
                     if reaches {
-                        sum -= self.rows[i][HALF_BANDWIDTH + k - i] * self.rows[j][HALF_BANDWIDTH + k - j];
+                        sum -= self.rows[i][Self::HALF_BANDWIDTH + k - i] * self.rows[j][Self::HALF_BANDWIDTH + k - j];
                     }
                 }
-                self.rows[i][HALF_BANDWIDTH + j - i] = if j < i {
-                    sum / self.rows[j][HALF_BANDWIDTH]
+                self.rows[i][Self::HALF_BANDWIDTH + j - i] = if j < i {
+                    sum / self.rows[j][Self::HALF_BANDWIDTH]
                 } else if sum > 0.0 && sum.is_finite() {
                     sum.sqrt()
                 } else {
@@ -91,22 +100,25 @@ impl Banded {
 
 /// L of L Lᵀ.
 #[derive(Clone, Debug)]
-pub(crate) struct BandedCholesky {
-    rows: Vec<[f64; HALF_BANDWIDTH + 1]>,
+pub(crate) struct BandedCholesky<const ROW: usize = OF_SPLINE> {
+    rows: Vec<[f64; ROW]>,
 }
 
-impl BandedCholesky {
+impl<const ROW: usize> BandedCholesky<ROW> {
+    /// Entries beside the diagonal.
+    const HALF_BANDWIDTH: usize = ROW - 1;
+
     /// Replaces right-hand sides, `columns` of them side by side in each row, by L⁻¹ times them.
     pub fn solve_lower(&self, sides: &mut [f64], columns: usize) {
         for (i, row) in self.rows.iter().enumerate() {
             let (above, here) = sides.split_at_mut(i * columns);
             let here = &mut here[..columns];
-            for j in i.saturating_sub(HALF_BANDWIDTH)..i {
-                let factor = row[HALF_BANDWIDTH + j - i];
+            for j in i.saturating_sub(Self::HALF_BANDWIDTH)..i {
+                let factor = row[Self::HALF_BANDWIDTH + j - i];
                 let there = &above[j * columns..(j + 1) * columns];
                 here.iter_mut().zip(there).for_each(|(here, there)| *here -= factor * there);
             }
-            let scale = 1.0 / row[HALF_BANDWIDTH];
+            let scale = 1.0 / row[Self::HALF_BANDWIDTH];
             here.iter_mut().for_each(|value| *value *= scale);
         }
     }
@@ -116,27 +128,28 @@ impl BandedCholesky {
         for i in (0..self.rows.len()).rev() {
             let (before, after) = sides.split_at_mut((i + 1) * columns);
             let here = &mut before[i * columns..];
-            for j in i + 1..(i + HALF_BANDWIDTH + 1).min(self.rows.len()) {
-                let factor = self.rows[j][HALF_BANDWIDTH + i - j];
+            for j in i + 1..(i + Self::HALF_BANDWIDTH + 1).min(self.rows.len()) {
+                let factor = self.rows[j][Self::HALF_BANDWIDTH + i - j];
                 let there = &after[(j - i - 1) * columns..(j - i) * columns];
                 here.iter_mut().zip(there).for_each(|(here, there)| *here -= factor * there);
             }
-            let scale = 1.0 / self.rows[i][HALF_BANDWIDTH];
+            let scale = 1.0 / self.rows[i][Self::HALF_BANDWIDTH];
             here.iter_mut().for_each(|value| *value *= scale);
         }
     }
 
     /// The inverse of the matrix within the band, by the recursion of Takahashi, Fagan and Chen (1973).
-    pub fn inverse_in_band(&self) -> Banded {
+    pub fn inverse_in_band(&self) -> Banded<ROW> {
         let rows = self.rows.len();
         let mut inverse = Banded::zeros(rows);
         for i in (0..rows).rev() {
-            let below = i + 1..(i + HALF_BANDWIDTH + 1).min(rows);
-            let scale = 1.0 / self.rows[i][HALF_BANDWIDTH];
+            let below = i + 1..(i + Self::HALF_BANDWIDTH + 1).min(rows);
+            let scale = 1.0 / self.rows[i][Self::HALF_BANDWIDTH];
             for j in (i..below.end).rev() {
-                let sum: f64 = below.clone().map(|k| self.rows[k][HALF_BANDWIDTH + i - k] * inverse.at(k, j)).sum();
+                let sum: f64 =
+                    below.clone().map(|k| self.rows[k][Self::HALF_BANDWIDTH + i - k] * inverse.at(k, j)).sum();
                 let of_factor = if j == i { scale } else { 0.0 };
-                inverse.rows[j][HALF_BANDWIDTH + i - j] = scale * (of_factor - sum);
+                inverse.rows[j][Self::HALF_BANDWIDTH + i - j] = scale * (of_factor - sum);
             }
         }
         inverse
@@ -144,7 +157,7 @@ impl BandedCholesky {
 
     /// ln of the determinant of the matrix.
     pub fn ln_determinant(&self) -> f64 {
-        2.0 * self.rows.iter().map(|row| row[HALF_BANDWIDTH].ln()).sum::<f64>()
+        2.0 * self.rows.iter().map(|row| row[Self::HALF_BANDWIDTH].ln()).sum::<f64>()
     }
 }
 
@@ -154,10 +167,11 @@ mod tests {
     use nalgebra::{DMatrix, DVector};
 
     const ROWS: usize = 12;
+    const HALF_BANDWIDTH: usize = OF_SPLINE - 1;
 
     /// A matrix as a band, and in full.
     fn both() -> (Banded, DMatrix<f64>) {
-        let (mut banded, mut full) = (Banded::zeros(ROWS), DMatrix::zeros(ROWS, ROWS));
+        let (mut banded, mut full): (Banded, _) = (Banded::zeros(ROWS), DMatrix::zeros(ROWS, ROWS));
         for first in 0..ROWS - HALF_BANDWIDTH {
             for which in 0..3 {
                 let v: [f64; 6] =

@@ -59,6 +59,12 @@ impl PivotCalibration {
         [self.zero_m, self.scale, self.tilt_rad]
     }
 
+    /// What readings say where the rig errs so.
+    pub(super) fn measured(self, readings: &[Reading]) -> impl Iterator<Item = Measured> {
+        let turn = self.tilt_rad.sin_cos();
+        readings.iter().map(move |reading| reading.turned(&self, turn))
+    }
+
     /// With others in place of these.
     pub(super) fn with_told(self, [zero_m, scale, tilt_rad]: [f64; TOLD]) -> Self {
         Self { zero_m, scale, tilt_rad, ..self }
@@ -92,7 +98,11 @@ impl Reading {
 
     /// What it says where the rig errs so.
     pub fn measured(&self, errors: &PivotCalibration) -> Measured {
-        let (sin, cos) = errors.tilt_rad.sin_cos();
+        self.turned(errors, errors.tilt_rad.sin_cos())
+    }
+
+    /// The same from sine and cosine of the tilt.
+    fn turned(&self, errors: &PivotCalibration, (sin, cos): (f64, f64)) -> Measured {
         let (along, above) = (self.along_m * cos + self.above_m * sin, self.above_m * cos - self.along_m * sin);
         let position = (self.s_m - errors.zero_m) / (1.0 + errors.scale);
         let stretch = 1.0 / (1.0 + errors.scale);

@@ -49,6 +49,7 @@ mod calibration;
 mod center_of_mass;
 mod closed_form;
 mod compare;
+mod curve;
 mod decode;
 mod error;
 mod error_bars;

@@ -6,7 +6,7 @@
 
 use std::ops::Range;
 
-use crate::math::banded::{Banded, BandedCholesky, HALF_BANDWIDTH};
+use crate::math::banded::{Banded, BandedCholesky};
 
 /// Degrees of freedom.
 const DEGREES: f64 = 2.0;
@@ -20,11 +20,14 @@ pub(super) const LEAST_SD_RAD: f64 = 1e-3;
 /// Scale that a fit begins with, radians.
 pub(super) const FIRST_SD_RAD: f64 = 0.02;
 
+/// Readings of a second difference, which is as far as the angles depend on each other.
+pub(super) const SPAN: usize = 3;
+
 /// Second differences of the angles of three readings one after another: shares of each.
 #[derive(Clone, Copy, Debug)]
 struct Triple {
     first: usize,
-    shares: [f64; 3],
+    shares: [f64; SPAN],
 }
 
 /// The second differences of a log.
@@ -49,10 +52,7 @@ impl MotionBetween {
         };
         let within = ranges.iter().flat_map(|range| range.start..range.end.saturating_sub(2).max(range.start));
         let readings = numbers.len();
-        Self {
-            triples: if readings > HALF_BANDWIDTH { within.filter_map(triple).collect() } else { Vec::new() },
-            readings,
-        }
+        Self { triples: if readings >= SPAN { within.filter_map(triple).collect() } else { Vec::new() }, readings }
     }
 
     fn second_difference(&self, triple: &Triple, theta_rad: &[f64]) -> f64 {
@@ -71,14 +71,6 @@ impl MotionBetween {
         (DEGREES + 1.0) / (DEGREES * sd_rad * sd_rad + difference * difference)
     }
 
-    /// The place of a triple in a row of the band: where it begins, and its entries.
-    fn row(&self, triple: &Triple) -> (usize, [f64; HALF_BANDWIDTH + 1]) {
-        let begins = triple.first.min(self.readings - HALF_BANDWIDTH - 1);
-        let mut row = [0.0; HALF_BANDWIDTH + 1];
-        row[triple.first - begins..triple.first - begins + 3].copy_from_slice(&triple.shares);
-        (begins, row)
-    }
-
     /// The information on the angles, of their own readings and of each other, and the gradient of the cost by them: to what readings alone say this adds
     /// the prior. `None` where it is no minimum of either.
     pub fn joined(
@@ -87,20 +79,13 @@ impl MotionBetween {
         theta_rad: &[f64],
         sd_rad: f64,
         gradient: &mut [f64],
-    ) -> Option<BandedCholesky> {
+    ) -> Option<BandedCholesky<SPAN>> {
         let mut information = Banded::zeros(self.readings);
-        let mut unit = [0.0; HALF_BANDWIDTH + 1];
-        for (index, own) in own.enumerate() {
-            let begins = index.min(self.readings.saturating_sub(HALF_BANDWIDTH + 1));
-            unit[index - begins] = 1.0;
-            information.add_outer_product(begins, &unit, own);
-            unit[index - begins] = 0.0;
-        }
+        information.add_diagonal(own);
         for triple in &self.triples {
             let difference = self.second_difference(triple, theta_rad);
             let weight = Self::weight(difference, sd_rad);
-            let (begins, row) = self.row(triple);
-            information.add_outer_product(begins, &row, weight);
+            information.add_outer_product(triple.first, &triple.shares, weight);
             let places = gradient[triple.first..].iter_mut();
             places.zip(triple.shares).for_each(|(place, share)| *place += weight * difference * share);
         }
@@ -108,14 +93,13 @@ impl MotionBetween {
     }
 
     /// The scale by what the second differences leave over their redundancy; `inverse` is that of [`joined`](Self::joined).
-    pub fn scale_rad(&self, theta_rad: &[f64], sd_rad: f64, inverse: &Banded) -> f64 {
+    pub fn scale_rad(&self, theta_rad: &[f64], sd_rad: f64, inverse: &Banded<SPAN>) -> f64 {
         let (mut squares, mut redundancy) = (0.0, 0.0);
         for triple in &self.triples {
             let difference = self.second_difference(triple, theta_rad);
             let weight = Self::weight(difference, sd_rad) * sd_rad * sd_rad;
-            let (begins, row) = self.row(triple);
             squares += weight * difference * difference;
-            redundancy += 1.0 - (weight * inverse.quadratic(begins, &row) / (sd_rad * sd_rad)).min(1.0);
+            redundancy += 1.0 - (weight * inverse.quadratic(triple.first, &triple.shares) / (sd_rad * sd_rad)).min(1.0);
         }
         if redundancy > 3.0 { (squares / redundancy).sqrt().max(LEAST_SD_RAD) } else { sd_rad }
     }
@@ -176,8 +160,10 @@ mod tests {
         let mut leaps = [false; 18];
         leaps[9] = true;
         assert_eq!(MotionBetween::new(std::slice::from_ref(&(0..18)), &numbers, &leaps).triples.len(), 14);
-        let few = MotionBetween::new(std::slice::from_ref(&(0..5)), &[0, 1, 2, 3, 4], &[false; 5]);
-        assert!(few.is_empty());
+        let first = |readings: usize| {
+            MotionBetween::new(std::slice::from_ref(&(0..readings)), &numbers[..readings], &vec![false; readings])
+        };
+        assert!(first(SPAN - 1).is_empty() && !first(SPAN).is_empty());
     }
 
     #[test]

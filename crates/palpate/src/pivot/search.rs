@@ -123,7 +123,7 @@ impl Segments<'_> {
         let problem = Problem { readings: &readings, ..problem.clone() };
         let linear = problem.linearised(&arrangement.state);
         let factor = linear.factorised(&arrangement.state.coefficients, 0.0)?;
-        let known = Known { problem: &problem, state: &arrangement.state, factor };
+        let known = Known::new(&problem, &arrangement.state, factor);
         let clear = |segment: usize| {
             let placements = known.placements(&self.readings[self.ranges[segment].clone()], self.relative_of(segment));
             match placements[..] {
@@ -141,7 +141,7 @@ impl Segments<'_> {
         let before = Problem { readings: &readings, ..problem.clone() };
         let linear = before.linearised(&arrangement.state);
         let Some(factor) = linear.factorised(&arrangement.state.coefficients, 0.0) else { return Vec::new() };
-        let known = Known { problem: &before, state: &arrangement.state, factor };
+        let known = Known::new(&before, &arrangement.state, factor);
         let added = &self.readings[self.ranges[segment].clone()];
         let placements = known.placements(added, self.relative_of(segment));
         let Some(best) = placements.first().map(|placement| placement.cost) else { return Vec::new() };

@@ -12,7 +12,8 @@ use crate::estimate::model::contact::support;
 use crate::estimate::model::layout::{Layout, coefficients_to_order};
 use crate::math::banded::BandedCholesky;
 use crate::pivot::calibration::{Measured, PivotCalibration, Reading, TOLD};
-use crate::pivot::motion_between::MotionBetween;
+use crate::pivot::curve::curve;
+use crate::pivot::motion_between::{MotionBetween, SPAN};
 use crate::shape::ContactSupport;
 
 /// Steps at most.
@@ -110,7 +111,7 @@ pub(super) struct Linear {
     /// Gradient of the cost.
     pub gradient: DVector<f64>,
     /// Where angles depend on each other: their information, and its products with coefficients and open constants, one column per sample.
-    pub joined: Option<(BandedCholesky, DMatrix<f64>)>,
+    pub joined: Option<(BandedCholesky<SPAN>, DMatrix<f64>)>,
 }
 
 impl Linear {
@@ -202,12 +203,10 @@ impl Problem<'_> {
     }
 
     /// The cost at a state: half of χ² with the priors.
-    pub fn cost(&self, state: &State) -> f64 {
+    fn cost(&self, state: &State, contacts: &[ContactSupport]) -> f64 {
         let errors = self.stated.with_told(state.told);
         let mut square = 0.0;
-        for (reading, theta) in self.readings.iter().zip(&state.theta_rad) {
-            let measured = reading.measured(&errors);
-            let contact = support(&state.coefficients, *theta);
+        for (measured, contact) in errors.measured(self.readings).zip(contacts) {
             square += ((contact.r - measured.r_m) / self.noise.r_m).powi(2);
             square += ((contact.d - measured.d_m) / self.noise.d_m).powi(2);
         }
@@ -218,6 +217,11 @@ impl Problem<'_> {
 
     /// Residuals and derivatives at a state, every θ eliminated.
     pub fn told(&self, state: &State) -> Told {
+        self.told_at(state, &curve(&state.coefficients, &state.theta_rad))
+    }
+
+    /// The same with the contacts of the state.
+    fn told_at(&self, state: &State, contacts: &[ContactSupport]) -> Told {
         let (samples, unknowns, order) = (self.readings.len(), self.unknowns(), self.order);
         let errors = self.stated.with_told(state.told);
         let mut residuals = Vec::with_capacity(samples);
@@ -225,9 +229,9 @@ impl Problem<'_> {
         let mut columns = DMatrix::zeros(unknowns, samples);
         let mut left = DVector::zeros(samples);
         let mut along = DMatrix::zeros(unknowns, if self.between.is_some() { samples } else { 0 });
-        for (index, (reading, theta)) in self.readings.iter().zip(&state.theta_rad).enumerate() {
-            let measured = reading.measured(&errors);
-            let (residual, slope) = self.missed(&state.coefficients, &measured, *theta);
+        let measured = errors.measured(self.readings).zip(&state.theta_rad).zip(contacts);
+        for (index, ((measured, theta), &contact)) in measured.enumerate() {
+            let (residual, slope) = self.missed(contact, &measured);
             let across = across(slope);
             let turn = theta.sin_cos();
             let by_constants = |[r_share, d_share]: [f64; 2], constant: usize| {
@@ -252,14 +256,18 @@ impl Problem<'_> {
 
     /// The same with information and gradient.
     pub fn linearised(&self, state: &State) -> Linear {
-        let mut told = self.told(state);
+        self.linearised_at(state, &curve(&state.coefficients, &state.theta_rad))
+    }
+
+    /// The same with the contacts of the state.
+    fn linearised_at(&self, state: &State, contacts: &[ContactSupport]) -> Linear {
+        let mut told = self.told_at(state, contacts);
         let unknowns = self.unknowns();
         let errors = self.stated.with_told(state.told);
-        let by_constants = |reading: &Reading| {
-            let measured = reading.measured(&errors);
+        let by_constants = |measured: Measured| {
             self.open.iter().map(|&(which, _)| [measured.r_by[which], measured.d_by[which]]).collect()
         };
-        let constants = self.readings.iter().map(by_constants).collect();
+        let constants = errors.measured(self.readings).map(by_constants).collect();
         let mut information = &told.columns * told.columns.transpose();
         let mut gradient = &told.columns * &told.left;
         for (index, (off, sd)) in self.off_prior(state).into_iter().zip(self.prior_sds()).enumerate() {
@@ -293,15 +301,19 @@ impl Problem<'_> {
         Linear { told, scales, constants, information, gradient, joined }
     }
 
-    /// Residuals of r and d over their noise where the contact is at θ, and their derivatives by it.
-    fn missed(&self, coefficients: &[f64], measured: &Measured, theta_rad: f64) -> ([f64; 2], [f64; 2]) {
-        let ContactSupport { r, d, v } = support(coefficients, theta_rad);
+    /// Residuals of r and d over their noise where the contact is there, and their derivatives by θ.
+    fn missed(&self, ContactSupport { r, d, v }: ContactSupport, measured: &Measured) -> ([f64; 2], [f64; 2]) {
         let Noise { r_m, d_m } = self.noise;
         ([(r - measured.r_m) / r_m, (d - measured.d_m) / d_m], [-d / r_m, (r - v) / d_m])
     }
 
     /// Information on the angles that depend on each other, and the gradient by them.
-    fn joined(&self, state: &State, residuals: &[[f64; 2]], slopes: &[[f64; 2]]) -> Option<(BandedCholesky, Vec<f64>)> {
+    fn joined(
+        &self,
+        state: &State,
+        residuals: &[[f64; 2]],
+        slopes: &[[f64; 2]],
+    ) -> Option<(BandedCholesky<SPAN>, Vec<f64>)> {
         let (between, sd_rad) = self.between?;
         let own = residuals.iter().zip(slopes).map(|(residual, slope)| residual[0] * slope[0] + residual[1] * slope[1]);
         let mut gradient: Vec<f64> = own.collect();
@@ -330,12 +342,13 @@ impl Problem<'_> {
         let mut state = start;
         coefficients_to_order(&mut state.coefficients, self.order);
         self.settle(&mut state);
-        let mut cost = self.cost(&state);
+        let contacts = curve(&state.coefficients, &state.theta_rad);
+        let mut cost = self.cost(&state, &contacts);
         if !cost.is_finite() {
             return None;
         }
         let (mut damping, mut growth) = (FIRST_DAMPING, 2.0);
-        let mut linear = self.linearised(&state);
+        let mut linear = self.linearised_at(&state, &contacts);
         for _ in 0..MOST_STEPS {
             let Some(factor) = linear.factorised(&state.coefficients, damping) else {
                 damping = (growth * damping).max(1e-12);
@@ -347,13 +360,14 @@ impl Problem<'_> {
             };
             let step = -factor.solve(&linear.gradient);
             let next = self.stepped(&state, &step);
-            let lower = self.cost(&next);
+            let contacts = curve(&next.coefficients, &next.theta_rad);
+            let lower = self.cost(&next, &contacts);
             let gain = cost - lower;
             if lower.is_finite() && gain >= 0.0 {
                 let stiff: f64 = step.iter().zip(linear.information.diagonal().iter()).map(|(x, h)| x * x * h).sum();
                 let predicted = 0.5 * (damping * stiff - linear.gradient.dot(&step));
                 (state, cost) = (next, lower);
-                linear = self.linearised(&state);
+                linear = self.linearised_at(&state, &contacts);
                 if gain <= SETTLED && predicted <= SETTLED {
                     break;
                 }
@@ -377,7 +391,7 @@ impl Problem<'_> {
         let mut theta = theta_rad;
         let mut square = 0.0;
         for _ in 0..SETTLING_STEPS {
-            let (residual, slope) = self.missed(&state.coefficients, &measured, theta);
+            let (residual, slope) = self.missed(support(&state.coefficients, theta), &measured);
             square = residual[0] * residual[0] + residual[1] * residual[1];
             theta += turn(residual, slope);
         }
@@ -387,12 +401,10 @@ impl Problem<'_> {
     /// One Newton step of every θ.
     fn settle(&self, state: &mut State) {
         let errors = self.stated.with_told(state.told);
-        let (residuals, slopes): (Vec<[f64; 2]>, Vec<[f64; 2]>) = self
-            .readings
-            .iter()
-            .zip(&state.theta_rad)
-            .map(|(reading, theta)| self.missed(&state.coefficients, &reading.measured(&errors), *theta))
-            .unzip();
+        let contacts = curve(&state.coefficients, &state.theta_rad);
+        let measured = contacts.into_iter().zip(errors.measured(self.readings));
+        let (residuals, slopes): (Vec<[f64; 2]>, Vec<[f64; 2]>) =
+            measured.map(|(contact, measured)| self.missed(contact, &measured)).unzip();
         match self.joined(state, &residuals, &slopes) {
             Some((factor, mut steps)) => {
                 factor.solve_lower(&mut steps, 1);
@@ -439,7 +451,7 @@ fn fill_curve_row(row: &mut [f64], (sin1, cos1): (f64, f64), [r_share, d_share]:
 
 /// The unit vector across a slope; along d where there is none.
 pub(super) fn across(slope: [f64; 2]) -> [f64; 2] {
-    let length = slope[0].hypot(slope[1]);
+    let length = (slope[0] * slope[0] + slope[1] * slope[1]).sqrt();
     if length > 0.0 { [slope[1] / length, -slope[0] / length] } else { [0.0, 1.0] }
 }
 
@@ -505,7 +517,11 @@ mod tests {
         let linear = problem.linearised(&off(0, 0.0));
         for unknown in 0..problem.unknowns() {
             let step = if unknown < 7 { 1e-8 } else { 1e-6 };
-            let slope = (problem.cost(&off(unknown, step)) - problem.cost(&off(unknown, -step))) / (2.0 * step);
+            let cost = |by: f64| {
+                let state = off(unknown, by);
+                problem.cost(&state, &curve(&state.coefficients, &state.theta_rad))
+            };
+            let slope = (cost(step) - cost(-step)) / (2.0 * step);
             let exact = linear.gradient[unknown];
             assert!((slope - exact).abs() < 1e-4 * exact.abs().max(1e3), "{unknown}: {slope} {exact}");
         }
