@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 use std::ops::Range;
 
 use crate::estimate::coverage::{LONGEST_SLIDE, NODES, touches};
-use crate::math::angle::wrapped;
+use crate::math::angle::{mean_direction, wrapped};
 use crate::math::statistics::{median, root_mean_square, typical_sd};
 use crate::pivot::calibration::{Reading, TOLD};
 use crate::pivot::center_of_mass::{self, FirstContact};
@@ -20,7 +20,7 @@ use crate::pivot::posterior::PivotPosterior;
 use crate::pivot::result::{PivotPose, PivotReconstruction};
 use crate::pivot::rig::PivotRig;
 use crate::pivot::rivals::{Rivals, Whole};
-use crate::pivot::search::{Arrangement, SEARCH_ORDER, Segments, same, search_noise};
+use crate::pivot::search::{Arrangement, SEARCH_ORDER, Segments, same, search_noise, shape_given_angles};
 use crate::pivot::segments::{LIFTED_SAMPLES, segments};
 use crate::pivot::smoother::{Noise, Problem, State};
 use crate::pivot::thinning::Thinning;
@@ -46,8 +46,8 @@ const ASTRAY_SDS: f64 = 5.0;
 /// A fit that leaves more than this, χ² per degree of freedom, is not certified: its rivals are not looked for.
 const EXPLAINED_CHI2: f64 = 1.6;
 
-/// Second differences of the contact angle that a result believes in, standard deviation in radians: those across a gap in the shape are ten times
-/// as large, those of an object that begins to slide as large.
+/// Second differences of the contact angle that the angles of a result believe in, standard deviation in radians: those across a gap in the shape are
+/// ten times as large, those of an object that begins to slide as large.
 const LOOSE_SD_RAD: f64 = 0.02;
 
 /// Rivals that turn out better are examined in their turn, so many times.
@@ -232,8 +232,9 @@ impl<'a> Prepared<'a> {
         self.ranges.iter().flat_map(Clone::clone).collect()
     }
 
-    /// The best result with crossings so wide, rolled through or not, and its evidence. Where another start explains the log, this one is left if it
-    /// leads to the same, or explains it with as many harmonics so little that no decoding makes a rival of it.
+    /// The best result with crossings so wide, rolled through or not, and its evidence. Where another start explains the log, this one is left if its
+    /// segments, laid on that, lead back to it, or if what they are arranged to leads there, or explains the log with as many harmonics so little that no
+    /// decoding makes a rival of it.
     fn solved(&self, (width, may_roll): (f64, bool), explained: Option<&Found>) -> Option<Found> {
         let [relative_rad, other_rad] = [may_roll, !may_roll].map(|may_roll| self.relative(width, may_roll));
         let told = self.options.rig.tolerances.told();
@@ -252,18 +253,6 @@ impl<'a> Prepared<'a> {
         let used = self.used();
         let readings: Vec<Reading> = used.iter().map(|&index| self.readings[index]).collect();
         let thinning = Thinning::new(&self.ranges_of_used());
-        let segments = Segments {
-            readings: &thinning.of(&readings),
-            ranges: &thinning.ranges,
-            relative_rad: &thinning.of(&relative_rad),
-            begins_at_rest: &self.begins_at_rest(),
-        };
-        let arrangements = segments.arrangements(&search);
-        let whole_state = |arrangement: &Arrangement| {
-            let state = segments.in_order(arrangement)?;
-            Some(State { theta_rad: thinning.spread(&relative_rad, &state.theta_rad), ..state })
-        };
-        let start = whole_state(arrangements.first()?)?;
         let of_used = |all: &[bool]| used.iter().map(|&index| all[index]).collect();
         let prior = MotionPrior {
             ranges: self.ranges_of_used(),
@@ -278,22 +267,52 @@ impl<'a> Prepared<'a> {
         let between = MotionBetween::new(&prior.ranges, &numbers, &may_leap);
         let believed = (!between.is_empty()).then_some((&between, FIRST_SD_RAD));
         let problem = Problem { readings: &readings, noise, between: believed, ..search.clone() };
-        let choose = |start: State| {
-            let mut fit = match self.options.harmonics {
-                Some(order) => evidence::fit(Problem { order, ..problem.clone() }, start, self.stated()),
-                None => choose_order(&problem, start, self.stated()),
+        // What is believed of the motion decides on which side of d = 0 readings are, and which of several starts is likelier. Noise, spread and number of
+        // harmonics are what the readings alone ask for: where an object slides or tips over, that belief is wrong and would pay for it with them.
+        let choose = |order: usize, start: State| {
+            let order = self.options.harmonics.unwrap_or(order);
+            let decided = evidence::fit(Problem { order, ..problem.clone() }, start, self.stated())?;
+            let alone = decided.like(Problem { order, between: None, ..problem.clone() });
+            let state = decided.optimum.state.clone();
+            let by_readings = match self.options.harmonics {
+                Some(_) => evidence::fit(alone, state, self.stated()),
+                None => choose_order(&alone, state, self.stated()),
             }?;
-            fit.log_evidence -= prior.cost(&fit.optimum.state.theta_rad);
-            Some(fit)
+            let between = Fit { between_rad: decided.between_rad, ..by_readings };
+            let joined = between.like(Problem { order: between.order, ..problem.clone() });
+            let optimum = joined.solve(between.optimum.state)?;
+            let log_evidence = evidence::log_evidence(&joined, &optimum)? - prior.cost(&optimum.state.theta_rad);
+            Some(Fit { optimum, log_evidence, ..between })
         };
+        let alike =
+            |start: State, order: usize| evidence::fit(Problem { order, ..problem.clone() }, start, self.stated());
         if let Some(Found { state, .. }) = explained {
             let order = state.coefficients.len() / 2;
-            let alike = evidence::fit(Problem { order, ..problem.clone() }, start.clone(), self.stated())?;
+            let laid = laid_on(&prior.ranges, &relative_rad, &state.theta_rad);
+            let start = shape_given_angles(&Problem { order, ..problem.clone() }, laid)?;
+            if same(&alike(start, order)?.optimum.state, state) {
+                return None;
+            }
+        }
+        let segments = Segments {
+            readings: &thinning.of(&readings),
+            ranges: &thinning.ranges,
+            relative_rad: &thinning.of(&relative_rad),
+            begins_at_rest: &self.begins_at_rest(),
+        };
+        let arrangements = segments.arrangements(&search);
+        let whole_state = |arrangement: &Arrangement| {
+            let state = segments.in_order(arrangement)?;
+            Some(State { theta_rad: thinning.spread(&relative_rad, &state.theta_rad), ..state })
+        };
+        let start = whole_state(arrangements.first()?)?;
+        if let Some(Found { state, .. }) = explained {
+            let alike = alike(start.clone(), state.coefficients.len() / 2)?;
             if same(&alike.optimum.state, state) || self.chi2_per_dof(&alike).0 > EXPLAINED_CHI2 {
                 return None;
             }
         }
-        let mut fit = choose(start)?;
+        let mut fit = choose(SEARCH_ORDER, start)?;
         for _ in 0..MOST_DECODINGS {
             let state = &fit.optimum.state;
             let continuous = prior.without_leaps(&state.theta_rad);
@@ -302,7 +321,8 @@ impl<'a> Prepared<'a> {
             let bridged = prior.bridged(&state.theta_rad, &|index, theta_rad| own.settled(state, index, theta_rad));
             let bridged = bridged.map(|theta_rad| State { theta_rad, ..state.clone() });
             let starts = [continuous, bridged, self.mended(&readings, &fit)];
-            let tried = starts.into_iter().flatten().filter_map(choose);
+            // From few harmonics, which do not follow what is wrong.
+            let tried = starts.into_iter().flatten().filter_map(|start| choose(SEARCH_ORDER, start));
             let Some(next) = tried.max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence)) else { break };
             if next.log_evidence <= fit.log_evidence + 1.0 {
                 break;
@@ -320,7 +340,7 @@ impl<'a> Prepared<'a> {
             let found = rivals.of(&Whole { problem: &whole(&fit), fit: &fit }, beam);
             match found.first().filter(|rival| rival.log_evidence > fit.log_evidence) {
                 Some(better) => {
-                    let next = choose(better.optimum.state.clone())?;
+                    let next = choose(SEARCH_ORDER, better.optimum.state.clone())?;
                     if next.log_evidence <= fit.log_evidence {
                         alternatives = found;
                         break;
@@ -333,7 +353,7 @@ impl<'a> Prepared<'a> {
                 }
             }
         }
-        let fit = self.loosened(&whole(&fit), fit);
+        let fit = self.by_readings(&whole(&fit), fit);
         let (mut reconstruction, posterior) = self.assembled(&whole(&fit), &fit, &prior, 1 + alternatives.len())?;
         let others = alternatives
             .iter()
@@ -343,16 +363,15 @@ impl<'a> Prepared<'a> {
         Some(Found { reconstruction, posterior, log_evidence: fit.log_evidence, state: fit.optimum.state })
     }
 
-    /// The optimum next to a fit where the motion between readings is believed to be smooth no more than decides on which side of d = 0 they are: what is
-    /// believed of it beyond that bends the shape where the object begins to slide.
-    fn loosened(&self, problem: &Problem, fit: Fit) -> Fit {
+    /// What a fit comes to: shape and constants by the readings alone, next to where it is, and for them the angles, of which some are hardly told, by the
+    /// motion between readings as well. A prior of the motion that errs where the object slides or tips over would bend the shape, and take up noise.
+    fn by_readings(&self, problem: &Problem, fit: Fit) -> Fit {
         let Some((between, sd_rad)) = problem.between else { return fit };
+        let alone = Problem { between: None, ..problem.clone() };
+        let Some(optimum) = alone.solve(fit.optimum.state.clone()) else { return fit };
         let loose_rad = sd_rad.max(LOOSE_SD_RAD);
         let loose = Problem { between: Some((between, loose_rad)), ..problem.clone() };
-        match loose.solve(fit.optimum.state.clone()) {
-            Some(optimum) => Fit { optimum, between_rad: Some(loose_rad), ..fit },
-            None => fit,
-        }
+        Fit { optimum: loose.with_angles_settled(optimum.state), between_rad: Some(loose_rad), ..fit }
     }
 
     /// What a fit leaves over what the noise explains, per degree of freedom; and these.
@@ -617,6 +636,16 @@ impl<'a> Prepared<'a> {
     }
 }
 
+/// Angles of segments, each up to a constant, laid on others as well as one rotation of each segment can.
+fn laid_on(ranges: &[Range<usize>], relative_rad: &[f64], theta_rad: &[f64]) -> Vec<f64> {
+    let laid = |range: &Range<usize>| {
+        let (own, there) = (&relative_rad[range.clone()], &theta_rad[range.clone()]);
+        let turn_rad = mean_direction(own.iter().zip(there).map(|(own, there)| there - own));
+        own.iter().map(move |own| own + turn_rad)
+    };
+    ranges.iter().flat_map(laid).collect()
+}
+
 /// The noise of a signal by its third differences, which hardly know of a smooth motion: those of independent errors spread by √20.
 fn scatter(values: &[f64], ranges: &[Range<usize>]) -> f64 {
     let thirds: Vec<f64> = ranges
@@ -666,4 +695,23 @@ pub(super) fn fault_of(before: Option<&PivotSample>, sample: &PivotSample) -> Op
         return Some("time, pivot and contact must be finite numbers, in seconds and metres");
     }
     before.is_some_and(|before| sample.time_s < before.time_s).then_some("time runs backwards")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn segments_are_laid_on_others_by_one_rotation_each() {
+        let theta_rad: Vec<f64> = (0..12).map(|index| 0.1 * f64::from(index)).collect();
+        let turned = |index: usize| theta_rad[index] + if index < 5 { 2.0 } else { -7.0 };
+        // One angle that is off turns its segment by its share.
+        let mut relative_rad: Vec<f64> = (0..12).map(turned).collect();
+        relative_rad[8] += 0.07;
+        let laid = laid_on(&[0..5, 5..12], &relative_rad, &theta_rad);
+        for (index, (laid, theta)) in laid.iter().zip(&theta_rad).enumerate() {
+            let expected = [0.0, -0.01, 0.06][usize::from(index >= 5) + usize::from(index == 8)];
+            assert!((wrapped(laid - theta) - expected).abs() < 1e-4, "{index}: {laid} {theta}");
+        }
+    }
 }
