@@ -12,9 +12,6 @@ pub(super) const MOST_HARMONICS: usize = ORDERS[ORDERS.len() - 1];
 /// Numbers tried beyond the best one.
 const BEYOND: usize = 1;
 
-/// More harmonics are not excluded where the evidence for them is less by no more than this, nats.
-const NOT_EXCLUDED_NATS: f64 = 12.0;
-
 /// A number of harmonics is left when its evidence would be less by so many nats were the noise as its residuals are: rounds of variance
 /// components change the optimum too, and the spread of the harmonics.
 const OUT_OF_REACH_NATS: f64 = 40.0;
@@ -105,25 +102,22 @@ fn fit_above(mut problem: Problem, start: State, stated: Stated, least: f64) -> 
     })
 }
 
-/// The optimum with as many harmonics as the evidence likes best: from those of the start up, then down. Too few of them would spoil the
-/// angles of the start. Of the next number that it does not exclude the error bars tell what few harmonics leave out.
+/// The optimum with as many harmonics as the evidence likes best, and one step more, so that the error bars include harmonics that were not resolved:
+/// from those of the start up, then down. Too few of them would spoil the angles of the start.
 pub(super) fn choose_order(problem: &Problem, start: State, stated: Stated) -> Option<Fit> {
     let first = ORDERS.iter().position(|order| *order >= problem.order).unwrap_or(ORDERS.len() - 1);
     let mut best = fit(Problem { order: ORDERS[first], ..problem.clone() }, start, stated)?;
+    // Half as many unknowns as readings leave little to check them by.
+    let is_checked = |order: &usize| 2 * (2 * order + 1) <= problem.readings.len();
     let up: Vec<usize> = ORDERS[first + 1..].to_vec();
     let down: Vec<usize> = ORDERS[..first].iter().rev().copied().collect();
+    // The optimum of one step more than the best, where it is known.
     let mut richer = None;
     for orders in [up, down] {
         let mut worse = 0;
-        for order in orders {
-            // Half as many unknowns as readings leave little to check them by.
-            if 2 * (2 * order + 1) > problem.readings.len() {
-                break;
-            }
+        for order in orders.into_iter().take_while(is_checked) {
             let tried = best.like(Problem { order, ..problem.clone() });
-            // Fewer harmonics are better or they are none; more of them may be wanted for what they tell.
-            let least = if order < best.order { best.log_evidence } else { best.log_evidence - NOT_EXCLUDED_NATS };
-            match fit_above(tried, best.optimum.state.clone(), stated, least) {
+            match fit_above(tried, best.optimum.state.clone(), stated, best.log_evidence) {
                 Some(fit) if fit.log_evidence > best.log_evidence => {
                     // What it is better than has more harmonics, on the way down.
                     let before = std::mem::replace(&mut best, fit);
@@ -140,8 +134,9 @@ pub(super) fn choose_order(problem: &Problem, start: State, stated: Stated) -> O
             }
         }
     }
-    let richer = richer.filter(|richer| richer.log_evidence > best.log_evidence - NOT_EXCLUDED_NATS);
-    Some(richer.unwrap_or(best))
+    let next = ORDERS.into_iter().find(|order| *order > best.order).filter(is_checked);
+    let fitted = |order| fit(best.like(Problem { order, ..problem.clone() }), best.optimum.state.clone(), stated);
+    richer.or_else(|| next.and_then(fitted)).or(Some(best))
 }
 
 /// Squares of the residuals of r and of d over their noise, and how many of each are redundant.
