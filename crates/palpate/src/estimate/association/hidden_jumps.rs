@@ -1,14 +1,14 @@
 //! Jumps that the contacts do not show. Where an object falls to a copy of its pose, as one with a nearly symmetric form does, its contacts may go on as
 //! if it had not. So the samples beside an end of the log or beside a jump may be behind one more jump, on boundary that nothing else felt: windows
 //! of them are searched for motions that the shape which all other samples leave explains about as well ([`super::rival_pieces`]). What the other samples
-//! leave is taken from the normal equations of all, to first order.
+//! leave is taken from the normal equations of all, to first order. Behind an edge such a motion may last longer than any window: until statics ends it.
 
 use crate::estimate::association::alternatives::Alternative;
 use crate::estimate::association::motion_grid::first_distinct;
 use crate::estimate::association::predictive::PredictiveShape;
 use crate::estimate::association::rival_pieces::{Predicted, Rival, likeliest_motions, loose_m};
 use crate::estimate::association::transitions::near;
-use crate::estimate::measurements::Measurements;
+use crate::estimate::measurements::{Instant, Measurements};
 use crate::estimate::model::layout::Layout;
 use crate::estimate::model::noise::Noise;
 use crate::estimate::model::prior::Convexity;
@@ -17,6 +17,10 @@ use crate::estimate::solver::convex_step::Penalised;
 use crate::estimate::solver::gauss_newton::{Estimate, Fit, Smoother};
 use crate::estimate::solver::normal_equations::Normal;
 use crate::estimate::solver::posterior::Posterior;
+use crate::mechanics::Forces;
+use crate::mechanics::passage::carried;
+use crate::palms::PalmPair;
+use crate::shape::SupportFunction;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -36,6 +40,7 @@ const HEIGHTS: usize = 6;
 pub(crate) fn motions_with_hidden_jumps(measurements: &Measurements, fit: &Fit, starts: &[usize]) -> Vec<Alternative> {
     let of_others = OfOthers::new(measurements, fit);
     let period = fit.prior.symmetry.period_rad();
+    let shape = SupportFunction::from_coefficients(&fit.estimate.coefficients);
     let beside = |(edge, windows): (usize, Vec<Range<usize>>)| {
         // Where the shortest window cannot be elsewhere, no longer one can.
         let rivals = |window: Range<usize>| (window.clone(), of_others.rivals(measurements, window));
@@ -50,12 +55,50 @@ pub(crate) fn motions_with_hidden_jumps(measurements: &Measurements, fit: &Fit, 
         let is_same = |a: &[f64], b: &[f64]| near(a[0], b[0], period);
         let distinct =
             first_distinct(poses.iter().zip(found).collect(), usize::MAX, |(pose, _)| pose.as_slice(), is_same);
-        distinct
-            .into_iter()
-            .map(|(_, (window, rival))| of_motion(&fit.estimate.psi, window, &rival))
-            .collect::<Vec<_>>()
+        let segment_end = starts.iter().copied().find(|start| *start > edge).unwrap_or(measurements.len());
+        let begins = segment_before(starts, edge, &fit.estimate.psi, period);
+        let longer = |(window, rival): &(Range<usize>, Rival)| {
+            let last = carried_on(measurements, &shape, window, rival, segment_end).filter(|_| window.start == edge)?;
+            let turn = rival.psi[0] - fit.estimate.psi[edge];
+            let before = fit.estimate.psi[begins..edge].iter().map(|psi| psi + turn);
+            let psi: Vec<f64> = before.chain(last).collect();
+            Some((begins..begins + psi.len(), Rival { psi, cost: rival.cost }))
+        };
+        let each = distinct.into_iter().flat_map(|(_, found)| longer(&found).into_iter().chain([found]));
+        each.map(|(window, rival)| of_motion(&fit.estimate.psi, window, &rival)).collect::<Vec<_>>()
     };
     windows(starts, measurements.len()).into_par_iter().flat_map_iter(beside).collect()
+}
+
+/// Where a motion from a sample on begins that takes along what is before it: a segment that is too short for a window, and from which no jump leads there.
+fn segment_before(starts: &[usize], edge: usize, psi: &[f64], period: f64) -> usize {
+    let start = starts.iter().copied().rfind(|start| *start < edge).unwrap_or(0);
+    let goes_on = || (start + 1..=edge).all(|sample| near(psi[sample - 1], psi[sample], period));
+    if edge - start < WINDOWS[0] && goes_on() { start } else { edge }
+}
+
+/// A motion at the beginning of a segment carried on by statics to where its pose ends and the object jumps: there it may come to the present one. `None`
+/// where that is no further, or the segment ends before.
+fn carried_on(
+    measurements: &Measurements,
+    shape: &SupportFunction,
+    window: &Range<usize>,
+    rival: &Rival,
+    segment_end: usize,
+) -> Option<Vec<f64>> {
+    let palms = |sample: usize| {
+        let Instant { phi1, phi2, .. } = measurements.instants[sample];
+        PalmPair::hinged(phi1, phi2)
+    };
+    let mut psi = rival.psi.clone();
+    for sample in window.end..segment_end {
+        let (next, jumped) = carried(&Forces::default(), shape, &[palms(sample - 1), palms(sample)], *psi.last()?);
+        if jumped {
+            return (sample > window.end).then_some(psi);
+        }
+        psi.push(next);
+    }
+    None
 }
 
 /// The motion with a window elsewhere.
