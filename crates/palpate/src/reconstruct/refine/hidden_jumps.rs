@@ -6,9 +6,10 @@ use crate::estimate::association::hidden_jumps::motions_with_hidden_jumps;
 use crate::estimate::evidence::fit::{Fitted, ROUNDS, fit};
 use crate::estimate::evidence::form_symmetry::likeliest_form;
 use crate::estimate::measurements::Measurements;
+use crate::estimate::model::layout::coefficients_to_order;
 use crate::estimate::motion::piece_starts;
 use crate::estimate::solver::gauss_newton::{Estimate, Fit};
-use crate::reconstruct::refine::job::{Job, Refined};
+use crate::reconstruct::refine::job::{Job, PROMISING, Refined};
 use crate::reconstruct::verdict::open_poses::open_pieces;
 
 /// Where samples are held against poses on boundary that nothing else felt, a shape has half as many harmonics more, up to this: those that the evidence
@@ -23,7 +24,10 @@ impl Job<'_> {
     /// An optimum with what jumps that the contacts do not show leave open of it, fitted without the pieces that may be elsewhere where these are short.
     /// `None` where that is the same, or the log does not determine it.
     pub(crate) fn with_hidden_jumps(&self, of: &Refined) -> Option<Refined> {
-        let behind = self.behind_hidden_jumps(&of.fine, &of.measurements)?;
+        let (behind, likelier) = self.behind_hidden_jumps(&of.fine, &of.measurements)?;
+        if let Some(there) = likelier.and_then(|likelier| self.likelier_at(&likelier, of)) {
+            return Some(self.with_hidden_jumps(&there).unwrap_or(there));
+        }
         let ambiguity_rad: Vec<f64> = of.ambiguity_rad.iter().zip(behind).map(|(a, b)| a.max(b)).collect();
         let pieces = open_pieces(&ambiguity_rad);
         if pieces.is_empty() && ambiguity_rad == of.ambiguity_rad {
@@ -40,8 +44,17 @@ impl Job<'_> {
         Some(Refined { coarse, fine, measurements, ambiguity_rad, symmetry, settled, posterior, rivals, as_likely })
     }
 
-    /// How far away each sample may be behind a jump that the contacts do not show, radians; 0 where it is not.
-    fn behind_hidden_jumps(&self, fine: &Fit, measurements: &Measurements) -> Option<Vec<f64>> {
+    /// An optimum with another motion, where that is likelier.
+    fn likelier_at(&self, there: &Estimate, of: &Refined) -> Option<Refined> {
+        let mut estimate = there.clone();
+        coefficients_to_order(&mut estimate.coefficients, of.fine.order);
+        let refitted = self.refitted_from(estimate, of)?;
+        (refitted.posterior.log_ratio(&of.posterior) > PROMISING).then_some(refitted)
+    }
+
+    /// How far away each sample may be behind a jump that the contacts do not show, radians, 0 where it is not; and the motion behind such a jump that is
+    /// likelier, if one is.
+    fn behind_hidden_jumps(&self, fine: &Fit, measurements: &Measurements) -> Option<(Vec<f64>, Option<Estimate>)> {
         let Fitted { mut fit, weighted: measurements } =
             self.fitted_again(fine.clone(), measurements, harmonics_more(fine.order))?;
         let prior = likeliest_form(&measurements, &fit);
@@ -58,8 +71,8 @@ impl Job<'_> {
         let alternatives = motions_with_hidden_jumps(&measurements, &fit, &starts);
         let mut ambiguity = Ambiguity::new(vec![f64::INFINITY; measurements.len()]);
         alternatives.iter().for_each(|alternative| ambiguity.doubt(&alternative.samples));
-        compare_evidence(&measurements, &fit, &alternatives, &jumps_of, &mut ambiguity);
-        Some(ambiguity.ambiguity_rad())
+        let compared = compare_evidence(&measurements, &fit, &alternatives, &jumps_of, &mut ambiguity);
+        Some((ambiguity.ambiguity_rad(), compared.likelier))
     }
 
     /// A fit to all samples from another one, with so many harmonics more.

@@ -88,7 +88,7 @@ const STAYS_EXACT: f64 = 0.5;
 
 /// A restart whose log evidence on the thinned log is larger by this, in nats, is taken to its optimum over all samples: less is
 /// within the differences between two runs.
-const PROMISING: f64 = 1.0;
+pub(super) const PROMISING: f64 = 1.0;
 
 /// Rivals of an optimum, and of those found from them, that are taken to an optimum of their own: each costs as much as the first.
 const MOST_RIVALS: usize = 2;
@@ -656,7 +656,12 @@ impl<'a> Job<'a> {
 
     /// An optimum fitted again, with readings that are a little better.
     pub(super) fn refitted(&self, of: &Refined) -> Option<Refined> {
-        let Fit { estimate, order, noise, prior, .. } = of.fine.clone();
+        self.refitted_from(of.fine.estimate.clone(), of)
+    }
+
+    /// The same from another estimate.
+    pub(super) fn refitted_from(&self, estimate: Estimate, of: &Refined) -> Option<Refined> {
+        let Fit { order, noise, prior, .. } = of.fine;
         let fitted = fit(&self.measurements, order, estimate, noise, prior, self.variance_components_of_all(), ROUNDS)?;
         let Optimum { coarse, fine, measurements, posterior, .. } = self.optimum(of.coarse.clone(), fitted);
         let (ambiguity_rad, symmetry, settled) = (of.ambiguity_rad.clone(), of.symmetry, of.settled);

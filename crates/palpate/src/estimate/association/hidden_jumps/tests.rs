@@ -1,6 +1,10 @@
 use super::*;
 use crate::estimate::association::predictive::MotionMisfit;
 use crate::estimate::association::simulated::{fitted, thrown_triangle, turned_pebble};
+use crate::estimate::motion::LONGEST_STEP;
+use crate::palms::PalmMotion;
+use crate::shape::NamedShape;
+use crate::simulate::{SimulateOptions, simulate};
 use std::f64::consts::TAU;
 
 #[test]
@@ -58,4 +62,35 @@ fn windows_lie_at_both_ends_of_every_segment() {
     assert_eq!(found[3].1.last(), Some(&(62..100)));
     // No window is a whole segment: that would be another jump, and not one more.
     assert!(windows(&[6], 13)[0].1.is_empty() && windows(&[7], 13)[0].1.len() == 1);
+}
+
+#[test]
+fn a_motion_is_carried_on_to_the_jump_that_ends_it_and_no_further() {
+    let shape = NamedShape::Stone.shape(0.03).expect("a positive size");
+    let motion = PalmMotion::random(2, 30.0, 1.0).and_then(|motion| motion.sample(20.0)).expect("possible");
+    let run = simulate(&shape, &motion, &SimulateOptions::default()).expect("possible");
+    let measurements = Measurements::new(&run.log, None);
+    let truth: Vec<f64> = run.truth.motion.iter().map(|pose| pose.psi_rad).collect();
+    let jump = truth.windows(2).position(|step| (step[1] - step[0]).abs() > 0.2).expect("a jump") + 1;
+    let begun = |end: usize| (0..end, Rival { psi: truth[..end].to_vec(), cost: 0.0 });
+    let carried_to = |end: usize, segment_end: usize| {
+        let (window, rival) = begun(end);
+        carried_on(&measurements, &shape, &window, &rival, segment_end)
+    };
+    let found = carried_to(6, truth.len()).expect("a jump ends it");
+    assert_eq!(found.len(), jump);
+    assert!(found.iter().zip(&truth).all(|(found, truth)| (found - truth).abs() < 1e-6));
+    // Where it ends with the window, or the segment does before, there is nothing to carry on.
+    assert!(carried_to(jump, truth.len()).is_none() && carried_to(6, jump).is_none());
+}
+
+#[test]
+fn a_short_segment_from_which_no_jump_leads_on_goes_with_what_is_behind_it() {
+    let step = LONGEST_STEP;
+    let psi = |jump: f64| [vec![0.0; 5], vec![jump; 20]].concat();
+    assert_eq!(segment_before(&[5], 5, &psi(0.99 * step), TAU), 0);
+    assert_eq!(segment_before(&[5], 5, &psi(1.01 * step), TAU), 5);
+    // One that is a window itself does not.
+    assert_eq!(segment_before(&[6], 6, &[0.0; 20], TAU), 6);
+    assert_eq!((segment_before(&[], 0, &[0.0; 20], TAU), segment_before(&[3, 8], 8, &[0.0; 20], TAU)), (0, 3));
 }
