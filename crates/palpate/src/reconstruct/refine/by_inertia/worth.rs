@@ -39,8 +39,9 @@ const FURTHEST_SDS: f64 = 5.0;
 const TOLD_SHARE: f64 = 0.03;
 
 /// Where the contacts are missed over more samples in a row than errors of the sensors hang together, by so many times, a motion is wrong: it goes where
-/// the forces let it, beside the contacts. Right ones hang together 1.2 times as long at most, one that was certified wrongly 14 times.
-const MOST_MEMORY: f64 = 3.0;
+/// the forces let it, beside the contacts. Right ones hang together 1.2 times as long, five times where sensors remember what readings of neighbouring samples
+/// do not show; one that was certified wrongly 14 times.
+const MOST_MEMORY: f64 = 8.0;
 
 /// Inertia explains what balance misses where it leaves less than this share of it.
 pub(super) const EXPLAINED_SHARE: f64 = 0.3;
