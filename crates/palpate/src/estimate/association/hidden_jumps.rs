@@ -58,7 +58,10 @@ pub(crate) fn motions_with_hidden_jumps(measurements: &Measurements, fit: &Fit, 
         let segment_end = starts.iter().copied().find(|start| *start > edge).unwrap_or(measurements.len());
         let begins = segment_before(starts, edge, &fit.estimate.psi, period);
         let longer = |(window, rival): &(Range<usize>, Rival)| {
-            let last = carried_on(measurements, &shape, window, rival, segment_end).filter(|_| window.start == edge)?;
+            if window.start != edge {
+                return None;
+            }
+            let last = carried_on(measurements, &shape, &rival.psi, window.end..segment_end)?;
             let turn = rival.psi[0] - fit.estimate.psi[edge];
             let before = fit.estimate.psi[begins..edge].iter().map(|psi| psi + turn);
             let psi: Vec<f64> = before.chain(last).collect();
@@ -77,24 +80,23 @@ fn segment_before(starts: &[usize], edge: usize, psi: &[f64], period: f64) -> us
     if edge - start < WINDOWS[0] && goes_on() { start } else { edge }
 }
 
-/// A motion at the beginning of a segment carried on by statics to where its pose ends and the object jumps: there it may come to the present one. `None`
-/// where that is no further, or the segment ends before.
+/// A motion at the beginning of a segment carried on by statics over the rest of it, to where its pose ends and the object jumps: there it may come to the
+/// present one. `None` where that is no further, or the segment ends before.
 fn carried_on(
     measurements: &Measurements,
     shape: &SupportFunction,
-    window: &Range<usize>,
-    rival: &Rival,
-    segment_end: usize,
+    begun: &[f64],
+    rest: Range<usize>,
 ) -> Option<Vec<f64>> {
     let palms = |sample: usize| {
         let Instant { phi1, phi2, .. } = measurements.instants[sample];
         PalmPair::hinged(phi1, phi2)
     };
-    let mut psi = rival.psi.clone();
-    for sample in window.end..segment_end {
+    let mut psi = begun.to_vec();
+    for sample in rest {
         let (next, jumped) = carried(&Forces::default(), shape, &[palms(sample - 1), palms(sample)], *psi.last()?);
         if jumped {
-            return (sample > window.end).then_some(psi);
+            return (psi.len() > begun.len()).then_some(psi);
         }
         psi.push(next);
     }

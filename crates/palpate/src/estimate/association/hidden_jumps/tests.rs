@@ -72,11 +72,8 @@ fn a_motion_is_carried_on_to_the_jump_that_ends_it_and_no_further() {
     let measurements = Measurements::new(&run.log, None);
     let truth: Vec<f64> = run.truth.motion.iter().map(|pose| pose.psi_rad).collect();
     let jump = truth.windows(2).position(|step| (step[1] - step[0]).abs() > 0.2).expect("a jump") + 1;
-    let begun = |end: usize| (0..end, Rival { psi: truth[..end].to_vec(), cost: 0.0 });
-    let carried_to = |end: usize, segment_end: usize| {
-        let (window, rival) = begun(end);
-        carried_on(&measurements, &shape, &window, &rival, segment_end)
-    };
+    let carried_to =
+        |end: usize, segment_end: usize| carried_on(&measurements, &shape, &truth[..end], end..segment_end);
     let found = carried_to(6, truth.len()).expect("a jump ends it");
     assert_eq!(found.len(), jump);
     assert!(found.iter().zip(&truth).all(|(found, truth)| (found - truth).abs() < 1e-6));

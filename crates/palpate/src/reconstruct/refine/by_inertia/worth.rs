@@ -63,8 +63,9 @@ impl OfInertia<'_> {
         let Self { job, problem, optimum, .. } = self;
         let Optimum { unknowns, corrected, noise, .. } = optimum;
         let of_balance = refined.fine.noise;
+        let floor_m = FORCES_FLOOR * unknowns.coefficients[0];
         let explained = noise.forces_m < EXPLAINED_SHARE * self.static_balance_m
-            && noise.sensor_m < (CONTACTS_ALLOWANCE * of_balance.sensor_m).max(FORCES_FLOOR * unknowns.coefficients[0]);
+            && noise.sensor_m < (CONTACTS_ALLOWANCE * of_balance.sensor_m).max(floor_m);
         if !optimum.settled || !explained || !self.is_possible() {
             return None;
         }
@@ -74,7 +75,6 @@ impl OfInertia<'_> {
         }
         let psi = problem.motion(unknowns);
         let samples_per_error = samples_per_error_by(&corrected.measurements, &unknowns.coefficients, &psi);
-        let floor_m = FORCES_FLOOR * unknowns.coefficients[0];
         if is_contradicted_by_memory(noise.sensor_m, floor_m, samples_per_error / job.samples_per_error) {
             return None;
         }
