@@ -14,6 +14,7 @@
 pub(crate) mod falls;
 pub(crate) mod modes;
 pub(crate) mod normal_forces;
+pub(crate) mod posterior;
 pub(crate) mod problem;
 pub(crate) mod regimes;
 pub(crate) mod rolling;

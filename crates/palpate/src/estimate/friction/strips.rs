@@ -41,10 +41,10 @@ const PRIOR: (f64, f64) = (0.2, 0.5);
 pub(crate) const LEAST_FRICTION: f64 = 1e-4;
 
 /// The same of the centre of mass: from the origin of the form, as a share of its size.
-const CENTER_SD: f64 = 0.5;
+pub(super) const CENTER_SD: f64 = 0.5;
 
 /// Error of W that the form is allowed, as a share of the size: that of the smallest moments is else taken to be exact.
-const FORM_ALLOWANCE: f64 = 1e-3;
+pub(super) const FORM_ALLOWANCE: f64 = 1e-3;
 
 /// Rounds of the fit, and the change (in standard deviations) at which it ends.
 const ROUNDS: usize = 60;

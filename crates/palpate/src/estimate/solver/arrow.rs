@@ -141,10 +141,15 @@ impl Eliminated {
     /// depends on it: Λ − (1 − 1/f²) g gᵀ/(gᵀ Λ⁻¹ g).
     pub fn loosen(&mut self, function: &DVector<f64>, factor: f64) {
         let variance = function.dot(&self.factor.solve(function));
+        self.inform(function, -(1.0 - factor.powi(-2)) / variance);
+    }
+
+    /// Adds so much information on a linear function of the dense unknowns, as long as what is left determines them: Λ + i g gᵀ.
+    pub fn inform(&mut self, function: &DVector<f64>, information: f64) {
         let mut corner = self.corner.clone();
-        corner.ger(-(1.0 - factor.powi(-2)) / variance, function, function, 1.0);
-        if let Some(loosened) = corner.clone().cholesky() {
-            (self.corner, self.factor) = (corner, loosened);
+        corner.ger(information, function, function, 1.0);
+        if let Some(informed) = corner.clone().cholesky() {
+            (self.corner, self.factor) = (corner, informed);
         }
     }
 
@@ -271,5 +276,9 @@ mod tests {
         assert!((eliminated.covariance() - &expected).amax() < 1e-9 * expected.amax());
         eliminated.loosen(&function, 1.0);
         assert!((eliminated.covariance() - &expected).amax() < 1e-9 * expected.amax());
+        // As much information as there was about it halves its variance.
+        let variance = function.dot(&(&expected * &function));
+        eliminated.inform(&function, 1.0 / variance);
+        assert!((function.dot(&(eliminated.covariance() * &function)) / variance - 0.5).abs() < 1e-9);
     }
 }

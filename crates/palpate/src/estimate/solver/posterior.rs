@@ -54,14 +54,27 @@ impl Posterior {
 
     /// The same after the best rotation and translation: that of the form, wherever the centre of mass may be in it.
     pub fn covariance_of_form(&self, felt: &[f64]) -> Option<DMatrix<f64>> {
+        self.covariance_without(&self.rotation_and_translation(), felt)
+    }
+
+    /// The rows of the best translation over that boundary, beside the best rotation: where the form lies about the centre of mass. `None` where too
+    /// little is felt to tell one.
+    pub fn translation_over(&self, felt: &[f64]) -> Option<[DVector<f64>; 2]> {
+        let directions = self.rotation_and_translation();
+        let weights = self.weights(&directions, felt);
+        let rows = weights.tr_mul(&directions).try_inverse()? * weights.transpose();
+        Some([1, 2].map(|row| rows.row(row).transpose()))
+    }
+
+    /// How the unknowns change with a rotation, and with a translation along either axis.
+    fn rotation_and_translation(&self) -> DMatrix<f64> {
         let along = |harmonic: usize| {
             let mut translation = DVector::zeros(self.layout.unknowns());
             translation[harmonic] = 1.0;
             translation
         };
         // r grows by x cos θ + y sin θ.
-        let directions = [self.rotation(), along(1), along(1 + self.layout.order)];
-        self.covariance_without(&DMatrix::from_columns(&directions), felt)
+        DMatrix::from_columns(&[self.rotation(), along(1), along(1 + self.layout.order)])
     }
 
     /// The covariance with the rotation that a linear function of the unknowns tells, by its row, taken out.
@@ -80,12 +93,17 @@ impl Posterior {
 
     /// The covariance after the best steps along some directions, in the least squares of r at `felt`.
     fn covariance_without(&self, directions: &DMatrix<f64>, felt: &[f64]) -> Option<DMatrix<f64>> {
+        Some(projected(self.covariance()?, directions, &self.weights(directions, felt)))
+    }
+
+    /// The Gram matrix of the basis over the boundary at `felt`, times these directions.
+    fn weights(&self, directions: &DMatrix<f64>, felt: &[f64]) -> DMatrix<f64> {
         let mut weights = DMatrix::zeros(directions.nrows(), directions.ncols());
         for &theta in felt {
             let row = self.layout.support_row(theta);
             weights += &row * row.tr_mul(directions);
         }
-        Some(projected(self.covariance()?, directions, &weights))
+        weights
     }
 
     /// The direction with the largest variance, of unit length, and the standard deviation along it. `None` when that is not
@@ -161,6 +179,10 @@ mod tests {
         let of_form = free.covariance_of_form(&felt).expect("determined");
         assert!(along(&of_form) < 1e-12 * before && of_form[(1, 1)] < 1e-12 && of_form[(3, 3)] < 1e-12);
         assert!(free.covariance_over(&felt).expect("determined")[(1, 1)] > 1e-3);
+        // Over any boundary, a translation is told as it is, and a rotation as none.
+        let [x, y] = free.translation_over(&felt[..20]).expect("enough is felt");
+        let moved = DVector::from_vec(vec![0.0, 0.2, 0.0, -0.1, 0.0]) + &rotation * 0.3;
+        assert!((x.dot(&moved) - 0.2).abs() < 1e-9 && (y.dot(&moved) + 0.1).abs() < 1e-9);
         let psi = DVector::from_vec(vec![0.3, -0.2, 0.5, 0.1, 0.7]);
         let turned = free.covariance_turned_by(&psi).expect("determined");
         assert!((&turned * &psi).dot(&psi) < 1e-12 && along(&turned) > 1e-3);

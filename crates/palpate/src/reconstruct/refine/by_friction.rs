@@ -3,6 +3,7 @@
 //! From what the contacts alone leave follow rough contact modes, friction and centre of mass. Then the optimum with these modes, and the modes
 //! that mechanics finds with that object, follow each other to a fixed point.
 
+mod confined;
 mod continuation;
 mod growth;
 mod nearly_symmetric;
@@ -13,6 +14,7 @@ mod stretch;
 use self::growth::Grown;
 use super::calibrated::trusts;
 use super::job::{Job, Refined};
+use crate::estimate::coverage::{ENOUGH_PASSED_BEFORE, passed_before};
 use crate::estimate::friction::falls::falls;
 use crate::estimate::friction::modes::{Decoded, Object, Sds, decode};
 use crate::estimate::friction::normal_forces::weight_without_friction_n;
@@ -35,7 +37,7 @@ use crate::palms::PalmPair;
 use crate::reconstruct::result::friction::{FrictionEstimate, is_hinged};
 use crate::reconstruct::result::inertia::InertiaEstimate;
 use crate::reconstruct::result::reconstruction::FoundSymmetry;
-use crate::reconstruct::verdict::assemble::{Candidate, assemble, is_mostly_felt_again};
+use crate::reconstruct::verdict::assemble::{Candidate, assemble};
 use crate::reconstruct::verdict::doubt::{Doubt, Verdict};
 use crate::reconstruct::verdict::joint_error_bars::JointErrorBars;
 use crate::reconstruct::verdict::uncertainty::{FoundRig, PoseErrorBars, Uncertainty};
@@ -425,8 +427,8 @@ impl<'a> Setting<'a> {
         let explains = settled.leaves_at_most(self.bounds, EXPLAINED)
             && (settled.optimum.settled || settled.leaves_at_most(self.bounds, far_below));
         let mut candidate = OfFriction { job: self.job, settled }.candidate(self.order, self.prior)?;
-        // What rolls over boundary that is felt once agrees with some smooth shape, whatever the motion was.
-        let is_told = is_mostly_felt_again(&candidate.result.outline);
+        let passes = candidate.result.outline.iter().map(|point| point.touches);
+        let is_told = passed_before(passes) >= ENOUGH_PASSED_BEFORE;
         if !explains || !is_told {
             let friction = candidate.result.friction?;
             let doubt = Doubt::Friction { coefficients: friction.coefficients, sds: friction.coefficient_sds };

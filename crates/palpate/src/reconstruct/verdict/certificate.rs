@@ -239,7 +239,7 @@ mod tests {
         let unphysical = Findings { unphysical_jumps: 2, first_unphysical_jump: Some((2.0, 1.5)), ..sound() };
         let expected = Doubt::UnphysicalJumps { time_s: 2.0, turn_rad: 1.5, jumps: 2 };
         crosses(&Findings { shortest_jump_rad: 1.5, ..sound() }, &unphysical, &expected);
-        assert!(expected.to_string().contains("2 s and 1 more"), "{expected}");
+        assert!(expected.to_string().contains("2.000 s and 1 more"), "{expected}");
     }
 
     #[test]

@@ -332,7 +332,7 @@ impl fmt::Display for Doubt {
                 let others = if *jumps > 1 { format!(" and {} more", jumps - 1) } else { String::new() };
                 write!(
                     f,
-                    "the object found would not turn by {:.0} deg at {time_s} s{others}: a jump goes downhill to the next pose",
+                    "the object found would not turn by {:.0} deg at {time_s:.3} s{others}: a jump goes downhill to the next pose",
                     turn_rad.to_degrees()
                 )
             }

@@ -2,7 +2,8 @@
 //! the centre of mass with it, than the equations with the modes as they are.
 //!
 //! Both coefficients are held off the optimum along the axes of their covariance, ever further while the likelihood hardly falls. What the fall
-//! leaves of the information stands for the error bars (profile likelihood); a likelier optimum takes the place of the present one.
+//! leaves of the information stands for the error bars: the posterior spreads as the profile does (profile likelihood, integrated over what was
+//! followed). A likelier optimum takes the place of the present one.
 
 use super::{ROUNDS, Setting, Settled, UPDATES};
 use crate::estimate::friction::problem::Unknowns;
@@ -14,8 +15,16 @@ use rayon::prelude::*;
 const NEAREST: f64 = 3.0;
 const DOUBLED: usize = 5;
 
-/// Fall of the ln likelihood at one standard deviation: within it, the profile is followed further.
+/// Fall of the ln likelihood at two standard deviations: the profile is followed to there, beyond which little of the posterior is left. Modes that are
+/// found anew leave it uneven by a few tenths.
+const FOLLOWED: f64 = 2.0;
+
+/// Least fall that is believed of the last place: at one standard deviation.
 const ONE_SD: f64 = 0.5;
+
+/// Midpoints on each side of the integral over a profile, which is followed beyond the last place for so many of its standard deviations.
+const MIDPOINTS: usize = 400;
+const TAIL_SDS: f64 = 4.0;
 
 /// Rounds of fit and modes with coefficients that are held.
 const HELD_ROUNDS: usize = 3;
@@ -37,34 +46,61 @@ pub(super) fn profiled(setting: &Setting, mut settled: Settled) -> Settled {
     let mut replaced = 0;
     loop {
         let profile = profile(setting, &settled);
-        let all = profile.iter().flat_map(|(_, held)| held);
+        let all = profile.iter().flat_map(|(_, sides)| sides.iter().flatten());
         let likeliest = all.min_by(|a, b| a.fall.total_cmp(&b.fall)).filter(|held| held.fall < -LIKELIER);
         let released = likeliest.filter(|_| replaced < REPLACED).and_then(|held| setting.released(&held.settled));
         replaced += 1;
         match released.filter(|other| other.missed_at(settled.optimum.noise) < settled.missed() - LIKELIER) {
             Some(other) => settled = other,
             None => {
-                profile.into_iter().for_each(|(axis, held)| settled.optimum.loosen(&axis, widening(&held)));
+                settled.confine();
+                for (axis, sides) in profile {
+                    let [less, more] =
+                        sides.map(|side| side.iter().map(|held| (held.away_sds, held.fall)).collect::<Vec<_>>());
+                    settled.optimum.loosen(&axis, widening([&less, &more]));
+                }
                 return settled;
             }
         }
     }
 }
 
-/// By how much a standard deviation is larger than the equations say: the profile falls as that of a Gaussian no wider than this.
-fn widening(profile: &[Held]) -> f64 {
-    widening_of(&profile.iter().map(|held| (held.away_sds, held.fall)).collect::<Vec<_>>())
+/// By how much a standard deviation is larger than the equations say, at least 1: the root mean square of the distance from the optimum, where the
+/// likelihood falls as on both sides of it (distances in standard deviations, increasing, and how far its ln falls there).
+fn widening(sides: [&[(f64, f64)]; 2]) -> f64 {
+    let top = sides.iter().copied().flatten().fold(0.0, |top: f64, (_, fall)| top.min(*fall));
+    let moments = sides.map(|side| moments(side, top));
+    let [mass, square] = [0, 1].map(|power| moments.iter().map(|of_side| of_side[power]).sum::<f64>());
+    (square / mass).sqrt().max(1.0)
 }
 
-/// The same of distances in standard deviations, and how far the ln likelihood falls there.
-fn widening_of(profile: &[(f64, f64)]) -> f64 {
-    let top = profile.iter().fold(0.0, |top: f64, (_, fall)| top.min(*fall));
-    let of = |(away_sds, fall): &(f64, f64)| away_sds / (2.0 * (fall - top).max(ONE_SD)).sqrt();
-    profile.iter().map(of).fold(1.0, f64::max)
+/// Integrals of the likelihood over that at the top, and of it times the square of the distance, on one side of the optimum.
+fn moments(side: &[(f64, f64)], top: f64) -> [f64; 2] {
+    let standard = [(1.0, ONE_SD)];
+    let side = if side.is_empty() { &standard[..] } else { side };
+    let (farthest, last) = side[side.len() - 1];
+    // Before the first place and beyond the last it falls as that of a Gaussian.
+    let parabola = |x: f64, (away, fall): (f64, f64)| fall * (x / away).powi(2);
+    let beyond = (farthest, (last - top).max(ONE_SD));
+    let fall = |x: f64| match side.iter().position(|(away, _)| x <= *away) {
+        Some(0) => parabola(x, side[0]) - top,
+        Some(next) => {
+            let [(from, fell), (to, falls)] = [side[next - 1], side[next]];
+            fell + (falls - fell) * (x - from) / (to - from) - top
+        }
+        None => parabola(x, beyond),
+    };
+    let reach = farthest * (1.0 + TAIL_SDS / (2.0 * beyond.1).sqrt());
+    let step = reach / MIDPOINTS as f64;
+    let places = (0..MIDPOINTS).map(|index| (index as f64 + 0.5) * step);
+    places.fold([0.0; 2], |[mass, square], x| {
+        let share = step * (-fall(x)).exp();
+        [mass + share, square + share * x * x]
+    })
 }
 
-/// The profile along each axis of the covariance of both coefficients.
-fn profile(setting: &Setting, settled: &Settled) -> Vec<(Vector2<f64>, Vec<Held>)> {
+/// The profile along each axis of the covariance of both coefficients, to both sides.
+fn profile(setting: &Setting, settled: &Settled) -> Vec<(Vector2<f64>, [Vec<Held>; 2])> {
     let axes = settled.optimum.covariance_of_friction().symmetric_eigen();
     let sides: Vec<(usize, f64)> = [0, 1].into_iter().flat_map(|axis| [(axis, -1.0), (axis, 1.0)]).collect();
     let held: Vec<Vec<Held>> = sides
@@ -75,12 +111,8 @@ fn profile(setting: &Setting, settled: &Settled) -> Vec<(Vector2<f64>, Vec<Held>
         })
         .collect();
     let mut held = held.into_iter();
-    [0, 1]
-        .map(|axis| {
-            let both = held.by_ref().take(2).flatten().collect();
-            (axes.eigenvectors.column(axis).into_owned(), both)
-        })
-        .into()
+    let mut side = || held.next().unwrap_or_default();
+    [0, 1].map(|axis| (axes.eigenvectors.column(axis).into_owned(), [side(), side()])).into()
 }
 
 /// The profile to one side, in steps of one standard deviation.
@@ -95,7 +127,7 @@ fn side_of(setting: &Setting, settled: &Settled, sd: Vector2<f64>) -> Vec<Held> 
         };
         let fall = there.missed_at(settled.optimum.noise) - settled.missed();
         found.push(Held { away_sds, fall, settled: there });
-        if fall > ONE_SD {
+        if fall > FOLLOWED {
             break;
         }
         away_sds *= 2.0;
@@ -144,20 +176,36 @@ impl Settled {
 
 #[cfg(test)]
 mod tests {
-    use super::{LIKELIER, NEAREST, ONE_SD, widening_of};
+    use super::{FOLLOWED, NEAREST, widening};
 
-    #[test]
-    fn a_profile_as_the_equations_have_it_widens_nothing() {
-        let gaussian = [NEAREST, -NEAREST].map(|away_sds: f64| (away_sds.abs(), 0.5 * away_sds * away_sds));
-        assert!((widening_of(&gaussian) - 1.0).abs() < 1e-12);
-        // A steeper one neither: contact modes never tell more than their equations.
-        assert!((widening_of(&[(NEAREST, 20.0)]) - 1.0).abs() < 1e-12);
+    fn symmetric(side: &[(f64, f64)]) -> f64 {
+        widening([side, side])
     }
 
     #[test]
-    fn a_flat_profile_reaches_as_far_as_it_was_followed() {
-        assert!((widening_of(&[(3.0, 0.1), (6.0, 0.2), (12.0, 40.0)]) - 6.0).abs() < 1e-12);
-        // Where another place is likelier, that is the top.
-        assert!((widening_of(&[(3.0, -LIKELIER), (3.0, ONE_SD)]) - 3.0).abs() < 1e-12);
+    fn a_profile_as_the_equations_have_it_widens_nothing() {
+        let gaussian = (NEAREST, 0.5 * NEAREST * NEAREST);
+        assert!((symmetric(&[gaussian]) - 1.0).abs() < 1e-2);
+        assert!((symmetric(&[]) - 1.0).abs() < 1e-2);
+        // A steeper one neither: contact modes never tell more than their equations.
+        assert_eq!(symmetric(&[(NEAREST, 20.0)]), 1.0);
+        // One that is twice as wide, however far it was followed.
+        let twice = |away: f64| (away, 0.125 * away * away);
+        assert!((symmetric(&[twice(6.0)]) - 2.0).abs() < 1e-2);
+        assert!((symmetric(&[twice(3.0), twice(6.0), twice(12.0)]) - 2.0).abs() < 0.4);
+    }
+
+    #[test]
+    fn a_flat_profile_is_as_wide_as_it_is_long() {
+        // An even distribution over ±6 standard deviations.
+        assert!((symmetric(&[(3.0, 0.0), (6.0, 0.0), (6.1, 40.0)]) - 6.0 / 3.0_f64.sqrt()).abs() < 0.1);
+        // Where the place of the top is another one, the distance to it counts.
+        assert!(widening([&[(3.0, -8.0), (6.0, 8.0)], &[(3.0, 8.0)]]) > 2.5);
+    }
+
+    #[test]
+    fn an_uneven_profile_hardly_changes_the_width() {
+        let [lower, higher] = [-0.3, 0.3].map(|more| symmetric(&[(3.0, 0.5 + more), (6.0, FOLLOWED + more)]));
+        assert!(higher < lower && lower < 1.3 * higher, "{lower} {higher}");
     }
 }

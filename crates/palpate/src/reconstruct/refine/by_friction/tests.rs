@@ -368,6 +368,55 @@ fn a_few_samples_that_jump_away_and_back_are_no_rival_but_a_mistake() {
     });
 }
 
+/// Standard deviations of both coefficients of friction, before and after the intervals confine them.
+fn confined(mut settled: Settled, sliding: usize) -> [[f64; 2]; 2] {
+    let first = settled.optimum.unknowns.coefficients.len();
+    let sds = |settled: &Settled| {
+        let covariance = settled.optimum.eliminated.covariance();
+        [first, first + 1].map(|unknown| covariance[(unknown, unknown)].sqrt())
+    };
+    // What slides beyond so many samples tells nothing.
+    let mut left = sliding;
+    for index in 0..settled.regimes.len() {
+        let slides = settled.regimes[index].place == Place::Between;
+        settled.regimes[index].place = match settled.regimes[index].place {
+            Place::Between if left == 0 => Place::Anywhere,
+            place => place,
+        };
+        left -= usize::from(slides && left > 0);
+    }
+    settled.optimum.eliminated.loosen(&unit(first, &settled), 1e3);
+    settled.optimum.eliminated.loosen(&unit(first + 1, &settled), 1e3);
+    let before = sds(&settled);
+    settled.confine();
+    [before, sds(&settled)]
+}
+
+fn unit(unknown: usize, settled: &Settled) -> nalgebra::DVector<f64> {
+    let unknowns = settled.optimum.eliminated.information().nrows();
+    nalgebra::DVector::from_fn(unknowns, |index, _| f64::from(u8::from(index == unknown)))
+}
+
+#[test]
+fn intervals_confine_friction_that_equations_do_not_tell() {
+    from_truth(|_, settled| {
+        let off = [0, 1].map(|palm| (settled.optimum.unknowns.friction[palm] - FRICTION[palm]).abs());
+        let [before, after] = confined(settled, 2);
+        for palm in 0..2 {
+            assert!(before[palm] > 0.02 && after[palm] < 0.02, "{before:?} {after:?}");
+            assert!(off[palm] < 4.0 * after[palm], "{off:?} {after:?}");
+        }
+    });
+}
+
+#[test]
+fn where_nothing_slides_on_both_palms_intervals_tell_nothing_more() {
+    from_truth(|_, settled| {
+        let [before, after] = confined(settled, 0);
+        assert_eq!(before, after);
+    });
+}
+
 #[test]
 fn a_few_samples_between_jumps_may_be_elsewhere() {
     from_truth(|_, mut settled| {
