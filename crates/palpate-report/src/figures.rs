@@ -141,6 +141,9 @@ pub(crate) fn verdict(result: &Reconstruction) -> String {
 /// With a χ² per degree of freedom below this, noise was expected that is not there.
 const HARDLY_ANY_NOISE: f64 = 0.05;
 
+/// A coefficient of friction below so many of its standard deviations is not told: an object that hardly slides is held by any friction above some.
+const TOLD_SDS: f64 = 2.0;
+
 /// What a χ² of nearly 0 means: no fit is that good by chance.
 fn quiet(result: &Reconstruction) -> String {
     let chi2 = result.chi2_per_dof;
@@ -322,11 +325,14 @@ fn key_figures_of(input: &ReportInput, result: &Reconstruction) -> String {
          is as good as the sensors are. Far above 1: something in the log is not explained. Far below 1: the log has hardly any noise.",
     );
     if let Some(friction) = result.friction {
-        let of = |palm: usize| format!("{:.3}", friction.coefficients[palm]);
-        let sd = |palm: usize| number(friction.coefficient_sds[palm]);
+        let (of, sd) =
+            (|palm: usize| friction.coefficients[palm], |palm: usize| number(friction.coefficient_sds[palm]));
+        let is_told = |palm: usize| of(palm) > TOLD_SDS * friction.coefficient_sds[palm];
+        let value = |palm: usize| if is_told(palm) { format!("{:.3}", of(palm)) } else { "?".to_owned() };
+        let both = if is_told(0) || is_told(1) { format!("{}, {}", value(0), value(1)) } else { "–".to_owned() };
         add(
             "Friction",
-            (format!("{}, {}", of(0), of(1)), ""),
+            (both, ""),
             &format!(
                 "Coefficients of friction of palm 1 (± {}) and palm 2 (± {}), one standard deviation: tangential over normal force where \
                  the object slides.",

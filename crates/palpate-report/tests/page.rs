@@ -49,7 +49,7 @@ fn friction_is_told_with_what_the_contacts_do() {
             && first(&without)["modes"].is_null()
             && !without.contains("<dt>Friction</dt>")
     );
-    egg.reconstruction.friction = Some(FrictionEstimate {
+    let found = FrictionEstimate {
         coefficients: [0.1, 0.25],
         coefficient_sds: [0.002, 0.003],
         center_m: [0.0; 2],
@@ -57,10 +57,20 @@ fn friction_is_told_with_what_the_contacts_do() {
         misfit: 1.0,
         slides: 10,
         rolls: [1, 2],
-    });
+    };
+    egg.reconstruction.friction = Some(found);
     egg.reconstruction.motion[0].modes = Some([ContactMode::Stick, ContactMode::SlideMinus]);
     let html = page(&input(&egg.log, &egg.reconstruction));
     assert!(html.contains("0.100, 0.250"));
+    // What is not told is no number.
+    let with_sds = |first: f64, second: f64| {
+        let mut egg = fixture(50, 1.0, 1.0);
+        let friction = FrictionEstimate { coefficient_sds: [first, second], ..found };
+        egg.reconstruction.friction = Some(friction);
+        page(&input(&egg.log, &egg.reconstruction))
+    };
+    assert!(with_sds(0.049, 0.126).contains("0.100, ?"));
+    assert!(with_sds(0.051, 0.126).contains("<dt>Friction</dt><dd>–</dd>"));
     let modes = &first(&html)["modes"];
     assert_eq!((modes[0][0].as_i64(), modes[1][0].as_i64()), (Some(0), Some(-1)));
     assert!(modes[0][1].is_null());

@@ -54,7 +54,8 @@ pub(crate) struct Optimum {
     /// Half the squares of all residuals, and what the prior adds.
     pub cost: f64,
     squares: Squares,
-    /// Root mean square of what the forces miss, in standard deviations.
+    /// Samples whose forces miss something, and the root mean square of what they miss, in standard deviations.
+    pub missed: usize,
     pub misfit: f64,
     /// The normal equations there: what error bars need.
     pub eliminated: Eliminated,
@@ -83,6 +84,11 @@ impl Optimum {
     /// Standard deviation of an unknown that all samples share.
     pub fn sd(&self, covariance: &DMatrix<f64>, unknown: usize) -> f64 {
         (self.inflation * covariance[(unknown, unknown)].max(0.0)).sqrt()
+    }
+
+    /// Root mean square of what the forces of all samples miss, metres: nothing where they are within the cones.
+    pub fn forces_missed_m(&self) -> f64 {
+        self.noise.forces_m * self.misfit * (self.missed as f64 / self.unknowns.psi.len().max(1) as f64).sqrt()
     }
 
     /// Its cost at other standard deviations.
@@ -197,11 +203,24 @@ impl Problem<'_> {
         let linearised = self.linearise(&at.unknowns, &at.corrected, &sliding);
         let eliminated = of_cost.summed(&at.unknowns, &linearised).eliminated(0.0)?;
         let squares = at.residuals.squares();
-        let misfit = (squares.forces / at.residuals.missed().max(1) as f64).sqrt() / noise.forces_m;
+        let missed = at.residuals.missed();
+        let misfit = (squares.forces / missed.max(1) as f64).sqrt() / noise.forces_m;
         let inflation = at.residuals.inflation(noise.slip_m, noise.forces_m, noise.pads_n);
         let measured = at.residuals.measured();
         let Point { unknowns, corrected, .. } = at;
-        Some(Optimum { unknowns, corrected, noise, settled, measured, cost, squares, misfit, eliminated, inflation })
+        Some(Optimum {
+            unknowns,
+            corrected,
+            noise,
+            settled,
+            measured,
+            cost,
+            squares,
+            missed,
+            misfit,
+            eliminated,
+            inflation,
+        })
     }
 }
 

@@ -64,9 +64,11 @@ pub(super) const SENSOR_FLOOR: f64 = 1e-4;
 /// the forces tell.
 const CENTER_SD: f64 = 0.3;
 
-/// Friction explains the log where slip and forces come down to these shares of the mean radius: right arrangements leave half of it at most, and
-/// wrong ones three times as much. With up to the others it may: a result then, but no certificate.
-const EXPLAINED: [f64; 2] = [5e-4, 1.5e-3];
+/// Friction explains the log where the slip over a step that rolls, and what the forces of all samples miss, come down to this share of the mean radius:
+/// right arrangements leave half of it at most, wrong ones half as much again of either or of both.
+const EXPLAINED: f64 = 5e-4;
+
+/// Up to these shares of slip and of what the forces of a sample miss that misses any it may: a result then, but no certificate.
 const PLAUSIBLE: [f64; 2] = [2e-3, 3e-3];
 
 const FAR_BELOW: f64 = 0.2;
@@ -182,11 +184,22 @@ impl Settled {
         ambiguity_rad
     }
 
-    /// Whether the contacts are explained, and slip and forces come down to these shares of the mean radius.
+    /// Whether the contacts are explained.
+    fn meets_contacts(&self, bounds: Bounds) -> bool {
+        self.optimum.noise.sensor_m < bounds.sensor_m[1].max(FORCES_FLOOR * self.optimum.unknowns.coefficients[0])
+    }
+
+    /// Whether they are, and the standard deviations of slip and forces come down to these shares of the mean radius.
     fn leaves_at_most(&self, bounds: Bounds, [slip, forces]: [f64; 2]) -> bool {
         let size_m = self.optimum.unknowns.coefficients[0];
-        let FrictionNoise { sensor_m, slip_m, forces_m, .. } = self.optimum.noise;
-        sensor_m < bounds.sensor_m[1].max(FORCES_FLOOR * size_m) && slip_m < slip * size_m && forces_m < forces * size_m
+        let FrictionNoise { slip_m, forces_m, .. } = self.optimum.noise;
+        self.meets_contacts(bounds) && slip_m < slip * size_m && forces_m < forces * size_m
+    }
+
+    /// Whether they are, and slip and what the forces of all samples miss come down to this share of the mean radius.
+    fn misses_at_most(&self, bounds: Bounds, share: f64) -> bool {
+        let most_m = share * self.optimum.unknowns.coefficients[0];
+        self.meets_contacts(bounds) && self.optimum.noise.slip_m < most_m && self.optimum.forces_missed_m() < most_m
     }
 }
 
@@ -423,9 +436,8 @@ impl<'a> Setting<'a> {
             return None;
         }
         // Standard deviations far below what is asked need not have settled.
-        let far_below = EXPLAINED.map(|share| FAR_BELOW * share);
-        let explains = settled.leaves_at_most(self.bounds, EXPLAINED)
-            && (settled.optimum.settled || settled.leaves_at_most(self.bounds, far_below));
+        let share = if settled.optimum.settled { EXPLAINED } else { FAR_BELOW * EXPLAINED };
+        let explains = settled.misses_at_most(self.bounds, share);
         let mut candidate = OfFriction { job: self.job, settled }.candidate(self.order, self.prior)?;
         let passes = candidate.result.outline.iter().map(|point| point.touches);
         let is_told = passed_before(passes) >= ENOUGH_PASSED_BEFORE;

@@ -176,7 +176,7 @@ impl Arranged {
         let unknowns = Unknowns { coefficients, friction, weight_n, calibration, psi };
         let setting = Setting { starts: &starts, ..*setting };
         let settled = setting.settled((unknowns, regimes), noise, (ROUNDS, UPDATES))?;
-        let explains = settled.leaves_at_most(setting.bounds, EXPLAINED) && settled.falls(&setting.job.palms());
+        let explains = settled.misses_at_most(setting.bounds, EXPLAINED) && settled.falls(&setting.job.palms());
         explains.then_some(settled)
     }
 }

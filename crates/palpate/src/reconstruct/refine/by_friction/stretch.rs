@@ -1,6 +1,6 @@
 //! A stretch of the log at its optimum with friction, and what that tells of friction by itself.
 
-use super::{EXPLAINED, Settled};
+use super::Settled;
 use crate::estimate::friction::smoother::Optimum;
 use crate::estimate::solver::gauss_newton::Fit;
 use std::ops::Range;
@@ -9,6 +9,10 @@ use std::ops::Range;
 /// object rolls for this share of the samples, the coefficient is the least that holds it, however little is known of how much more it may be.
 const ACTS: f64 = 0.012;
 const ROLLS: f64 = 0.5;
+
+/// A stretch is explained where the standard deviations of slip and of the forces come down to these shares of the mean radius: right ones leave half of
+/// it at most, and wrong ones three times as much.
+const EXPLAINED: [f64; 2] = [5e-4, 1.5e-3];
 
 /// A stretch tells that there is friction, or none, where so many standard deviations less, or more, would still be on the same side of that.
 const TOLD_SDS: f64 = 2.0;
