@@ -10,6 +10,7 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 
 use crate::estimate::model::layout::{rotate, rotated_covariance};
 use crate::pivot::calibration::Reading;
+use crate::pivot::rows::sums_of_outer_products;
 use crate::pivot::smoother::{Problem, State};
 
 /// Rotations of each group: five degrees apart, for which each θ, which is free, makes up.
@@ -26,8 +27,8 @@ impl Form {
     /// At a state that explains the readings.
     fn at(problem: &Problem, state: &State) -> Self {
         let told = problem.told(state);
-        let information = &told.columns * told.columns.transpose();
-        let linear = &told.columns * &told.left - &information * DVector::from_column_slice(&state.coefficients);
+        let (information, gradient) = sums_of_outer_products(&[(&told.columns, &told.left)], problem.unknowns());
+        let linear = gradient - &information * DVector::from_column_slice(&state.coefficients);
         Self { information, linear }
     }
 

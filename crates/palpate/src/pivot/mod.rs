@@ -66,6 +66,7 @@ mod reconstruct;
 mod result;
 mod rig;
 mod rivals;
+mod rows;
 mod search;
 mod segments;
 mod simulate;

@@ -15,6 +15,7 @@ use crate::information::{Information, InformationError};
 use crate::pivot::calibration::{Reading, TOLD};
 use crate::pivot::error_bars::ErrorBars;
 use crate::pivot::rig::PivotRig;
+use crate::pivot::rows::sums_of_outer_products;
 use crate::pivot::smoother::{Noise, Problem, State};
 use crate::shape::SupportFunction;
 
@@ -101,7 +102,8 @@ pub fn observability(
         .map(|(&(index, _), _)| index)
         .collect();
     // The data's own information: no prior of the shape. That of the rig's constants stays.
-    linear.information = &linear.told.columns * linear.told.columns.transpose();
+    let rows = (&linear.told.columns, &linear.told.left[..]);
+    (linear.information, _) = sums_of_outer_products(&[rows], problem.unknowns());
     let shape_unknowns = state.coefficients.len();
     for (place, &(_, sd)) in problem.open.iter().enumerate() {
         let index = shape_unknowns + place;

@@ -214,7 +214,7 @@ impl Rivals<'_> {
         let problem = Problem { readings: &kept, ..search.clone() };
         let Some(optimum) = problem.solve(State { theta_rad: kept_rad, ..state.clone() }) else { return Vec::new() };
         let Some(factor) = optimum.linear.factorised(&optimum.state.coefficients, 0.0) else { return Vec::new() };
-        let known = Known::new(&problem, &optimum.state, factor);
+        let known = Known::new(&problem, &optimum.state, &factor);
         let placements = known.placements(&taken, &taken_rad);
         let Some(best) = placements.first().map(|placement| placement.cost) else { return Vec::new() };
         placements

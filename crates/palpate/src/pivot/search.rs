@@ -85,9 +85,11 @@ impl Segments<'_> {
         let Some(start) = self.first(problem, first) else { return Vec::new() };
         let mut beam = vec![start];
         for _ in 1..self.ranges.len() {
-            let Some(next) = self.next(problem, &beam[0]) else { break };
+            let known: Vec<Known> = beam.iter().map_while(|arrangement| self.known(problem, arrangement)).collect();
+            let Some(next) = known.first().and_then(|known| self.next(known, &beam[0])) else { break };
+            let of_beam = beam.iter().zip(&known);
             let mut grown: Vec<Arrangement> =
-                beam.iter().flat_map(|arrangement| self.grown(problem, arrangement, next)).collect();
+                of_beam.flat_map(|(arrangement, known)| self.grown(problem, arrangement, known, next)).collect();
             if grown.is_empty() {
                 break;
             }
@@ -116,14 +118,18 @@ impl Segments<'_> {
         Some(Arrangement { placed: vec![segment], state: optimum.state, log_evidence })
     }
 
-    /// The segment whose place is clearest.
-    fn next(&self, problem: &Problem, arrangement: &Arrangement) -> Option<usize> {
-        let open = (0..self.ranges.len()).filter(|segment| !arrangement.placed.contains(segment));
+    /// What an arrangement tells of shape and constants.
+    fn known(&self, problem: &Problem, arrangement: &Arrangement) -> Option<Known> {
         let readings = self.readings_of(&arrangement.placed);
         let problem = Problem { readings: &readings, ..problem.clone() };
         let linear = problem.linearised(&arrangement.state);
         let factor = linear.factorised(&arrangement.state.coefficients, 0.0)?;
-        let known = Known::new(&problem, &arrangement.state, factor);
+        Some(Known::new(&problem, &arrangement.state, &factor))
+    }
+
+    /// The segment whose place is clearest.
+    fn next(&self, known: &Known, arrangement: &Arrangement) -> Option<usize> {
+        let open = (0..self.ranges.len()).filter(|segment| !arrangement.placed.contains(segment));
         let clear = |segment: usize| {
             let placements = known.placements(&self.readings[self.ranges[segment].clone()], self.relative_of(segment));
             match placements[..] {
@@ -131,17 +137,11 @@ impl Segments<'_> {
                 _ => 0.0,
             }
         };
-        let scored: Vec<(usize, f64)> = open.map(|segment| (segment, clear(segment))).collect();
-        scored.into_iter().max_by(|a, b| a.1.total_cmp(&b.1)).map(|(segment, _)| segment)
+        open.map(|segment| (segment, clear(segment))).max_by(|a, b| a.1.total_cmp(&b.1)).map(|(segment, _)| segment)
     }
 
     /// An arrangement with one more segment, at each of the rotations that may be right.
-    fn grown(&self, problem: &Problem, arrangement: &Arrangement, segment: usize) -> Vec<Arrangement> {
-        let readings = self.readings_of(&arrangement.placed);
-        let before = Problem { readings: &readings, ..problem.clone() };
-        let linear = before.linearised(&arrangement.state);
-        let Some(factor) = linear.factorised(&arrangement.state.coefficients, 0.0) else { return Vec::new() };
-        let known = Known::new(&before, &arrangement.state, factor);
+    fn grown(&self, problem: &Problem, arrangement: &Arrangement, known: &Known, segment: usize) -> Vec<Arrangement> {
         let added = &self.readings[self.ranges[segment].clone()];
         let placements = known.placements(added, self.relative_of(segment));
         let Some(best) = placements.first().map(|placement| placement.cost) else { return Vec::new() };

@@ -14,6 +14,7 @@ use crate::math::banded::BandedCholesky;
 use crate::pivot::calibration::{Measured, PivotCalibration, Reading, TOLD};
 use crate::pivot::curve::curve;
 use crate::pivot::motion_between::{MotionBetween, SPAN};
+use crate::pivot::rows::{fill_curve_rows, sums_of_outer_products};
 use crate::shape::ContactSupport;
 
 /// Steps at most.
@@ -33,6 +34,9 @@ const LEAST_SHRINKAGE: f64 = 0.05;
 
 /// Newton steps of a single angle to its minimum.
 const SETTLING_STEPS: usize = 10;
+
+/// Holds an angle that its own reading does not tell, per radian squared: far less than any reading does.
+pub(super) const HELD_INFORMATION: f64 = 1e-3;
 
 /// With so much damping no step helps.
 const MOST_DAMPING: f64 = 1e6;
@@ -92,10 +96,8 @@ pub(super) struct Told {
     pub slopes: Vec<[f64; 2]>,
     /// One column per sample: derivative of the residual that is left without θ by coefficients and open constants.
     pub columns: DMatrix<f64>,
-    /// The same of the residuals along their slope, times its length; empty where angles do not depend on each other.
-    pub along: DMatrix<f64>,
     /// The residual that is left.
-    pub left: DVector<f64>,
+    pub left: Vec<f64>,
 }
 
 /// The problem linearised at a state.
@@ -110,7 +112,7 @@ pub(super) struct Linear {
     pub information: DMatrix<f64>,
     /// Gradient of the cost.
     pub gradient: DVector<f64>,
-    /// Where angles depend on each other: their information, and its products with coefficients and open constants, one column per sample.
+    /// Where angles depend on each other: their information L Lᵀ, and L⁻¹ times its products with coefficients and open constants, one column per sample.
     pub joined: Option<(BandedCholesky<SPAN>, DMatrix<f64>)>,
 }
 
@@ -164,10 +166,9 @@ impl Linear {
 
     /// How far the angles go as shape and constants do, one column per sample.
     pub fn angles_by_unknowns(&self) -> Option<DMatrix<f64>> {
-        let (factor, products) = self.joined.as_ref()?;
-        let mut gains = products.clone();
+        let (factor, solved) = self.joined.as_ref()?;
+        let mut gains = solved.clone();
         let unknowns = gains.nrows();
-        factor.solve_lower(gains.as_mut_slice(), unknowns);
         factor.solve_upper(gains.as_mut_slice(), unknowns);
         Some(-gains)
     }
@@ -222,36 +223,28 @@ impl Problem<'_> {
 
     /// The same with the contacts of the state.
     fn told_at(&self, state: &State, contacts: &[ContactSupport]) -> Told {
-        let (samples, unknowns, order) = (self.readings.len(), self.unknowns(), self.order);
-        let errors = self.stated.with_told(state.told);
-        let mut residuals = Vec::with_capacity(samples);
-        let mut slopes = Vec::with_capacity(samples);
-        let mut columns = DMatrix::zeros(unknowns, samples);
-        let mut left = DVector::zeros(samples);
-        let mut along = DMatrix::zeros(unknowns, if self.between.is_some() { samples } else { 0 });
-        let measured = errors.measured(self.readings).zip(&state.theta_rad).zip(contacts);
-        for (index, ((measured, theta), &contact)) in measured.enumerate() {
-            let (residual, slope) = self.missed(contact, &measured);
-            let across = across(slope);
-            let turn = theta.sin_cos();
-            let by_constants = |[r_share, d_share]: [f64; 2], constant: usize| {
-                -r_share * measured.r_by[constant] - d_share * measured.d_by[constant]
-            };
-            let fill = |column: &mut [f64], shares: [f64; 2]| {
-                let shares = [shares[0] / self.noise.r_m, shares[1] / self.noise.d_m];
-                fill_curve_row(&mut column[..2 * order + 1], turn, shares);
-                let constants = column[2 * order + 1..].iter_mut().zip(&self.open);
-                constants.for_each(|(value, &(constant, _))| *value = by_constants(shares, constant));
-            };
-            fill(columns.column_mut(index).as_mut_slice(), across);
-            if self.between.is_some() {
-                fill(along.column_mut(index).as_mut_slice(), slope);
-            }
-            left[index] = across[0] * residual[0] + across[1] * residual[1];
-            residuals.push(residual);
-            slopes.push(slope);
+        let measured: Vec<Measured> = self.stated.with_told(state.told).measured(self.readings).collect();
+        let missed = contacts.iter().zip(&measured).map(|(contact, measured)| self.missed(*contact, measured));
+        let (residuals, slopes): (Vec<[f64; 2]>, Vec<[f64; 2]>) = missed.unzip();
+        let shares: Vec<[f64; 2]> = slopes.iter().map(|slope| across(*slope)).collect();
+        let columns = self.by_unknowns(state, &measured, &shares);
+        let left = shares.iter().zip(&residuals).map(|(share, residual)| dot(*share, *residual)).collect();
+        Told { residuals, slopes, columns, left }
+    }
+
+    /// Derivatives of shares of the residuals of r and d by coefficients and open constants, one column per sample.
+    fn by_unknowns(&self, state: &State, measured: &[Measured], shares: &[[f64; 2]]) -> DMatrix<f64> {
+        let of_shape = 2 * self.order + 1;
+        let scaled: Vec<[f64; 2]> = shares.iter().map(|[r, d]| [r / self.noise.r_m, d / self.noise.d_m]).collect();
+        let mut columns = DMatrix::zeros(self.unknowns(), measured.len());
+        fill_curve_rows(&mut columns, self.order, &state.theta_rad, &scaled);
+        for (place, &(constant, _)) in self.open.iter().enumerate() {
+            let of_samples = measured.iter().zip(&scaled).enumerate();
+            of_samples.for_each(|(index, (measured, [r, d]))| {
+                columns[(of_shape + place, index)] = -r * measured.r_by[constant] - d * measured.d_by[constant];
+            });
         }
-        Told { residuals, slopes, columns, along, left }
+        columns
     }
 
     /// The same with information and gradient.
@@ -261,48 +254,51 @@ impl Problem<'_> {
 
     /// The same with the contacts of the state.
     fn linearised_at(&self, state: &State, contacts: &[ContactSupport]) -> Linear {
-        let mut told = self.told_at(state, contacts);
+        let told = self.told_at(state, contacts);
         let unknowns = self.unknowns();
-        let errors = self.stated.with_told(state.told);
-        let by_constants = |measured: Measured| {
+        let measured: Vec<Measured> = self.stated.with_told(state.told).measured(self.readings).collect();
+        let by_constants = |measured: &Measured| {
             self.open.iter().map(|&(which, _)| [measured.r_by[which], measured.d_by[which]]).collect()
         };
-        let constants = errors.measured(self.readings).map(by_constants).collect();
-        let mut information = &told.columns * told.columns.transpose();
-        let mut gradient = &told.columns * &told.left;
+        let constants = measured.iter().map(by_constants).collect();
+        let across = (&told.columns, &told.left[..]);
+        let (mut information, mut gradient, joined) = match self.joined(state, &told.residuals, &told.slopes) {
+            None => {
+                let (information, gradient) = sums_of_outer_products(&[across], unknowns);
+                (information, gradient, None)
+            }
+            // What readings tell along the curve as well, less what the angles take of it.
+            Some((factor, mut of_angles)) => {
+                let lengths: Vec<f64> = told.slopes.iter().map(|slope| own_information(*slope).sqrt()).collect();
+                let shares: Vec<[f64; 2]> =
+                    told.slopes.iter().zip(&lengths).map(|([r, d], length)| [r / length, d / length]).collect();
+                let left: Vec<f64> =
+                    shares.iter().zip(&told.residuals).map(|(u, residual)| dot(*u, *residual)).collect();
+                let mut along = self.by_unknowns(state, &measured, &shares);
+                let (mut information, mut gradient) = sums_of_outer_products(&[across, (&along, &left)], unknowns);
+                along.column_iter_mut().zip(lengths).for_each(|(mut column, length)| column *= length);
+                factor.solve_lower(along.as_mut_slice(), unknowns);
+                factor.solve_lower(&mut of_angles, 1);
+                let taken = sums_of_outer_products(&[(&along, &of_angles)], unknowns);
+                information -= taken.0;
+                gradient -= taken.1;
+                (information, gradient, Some((factor, along)))
+            }
+        };
         for (index, (off, sd)) in self.off_prior(state).into_iter().zip(self.prior_sds()).enumerate() {
             information[(index, index)] += 1.0 / (sd * sd);
             gradient[index] += off / (sd * sd);
         }
-        let along = std::mem::replace(&mut told.along, DMatrix::zeros(0, 0));
-        let joined = self.joined(state, &told.residuals, &told.slopes).map(|(factor, mut solved)| {
-            // What the readings tell along the curve, less what the angles take of it.
-            let lengths = told.slopes.iter().map(|slope| own_information(*slope));
-            let mut scratch = along.clone();
-            for (mut column, length) in scratch.column_iter_mut().zip(lengths) {
-                column /= length.sqrt();
-            }
-            information.gemm(1.0, &scratch, &scratch.transpose(), 1.0);
-            scratch.copy_from(&along);
-            factor.solve_lower(scratch.as_mut_slice(), unknowns);
-            information.gemm(-1.0, &scratch, &scratch.transpose(), 1.0);
-            let of_own =
-                told.residuals.iter().zip(&told.slopes).map(|(residual, slope)| {
-                    (residual[0] * slope[0] + residual[1] * slope[1]) / own_information(*slope)
-                });
-            factor.solve_lower(&mut solved, 1);
-            factor.solve_upper(&mut solved, 1);
-            let samples = told.left.len();
-            let shares = DVector::from_iterator(samples, of_own.zip(&solved).map(|(own, solved)| own - solved));
-            gradient += &along * shares;
-            (factor, along)
-        });
         let scales = [self.noise.r_m, self.noise.d_m];
         Linear { told, scales, constants, information, gradient, joined }
     }
 
     /// Residuals of r and d over their noise where the contact is there, and their derivatives by θ.
-    fn missed(&self, ContactSupport { r, d, v }: ContactSupport, measured: &Measured) -> ([f64; 2], [f64; 2]) {
+    pub(super) fn missed(
+        &self,
+        ContactSupport { r, d, v }: ContactSupport,
+        measured: &Measured,
+    ) -> ([f64; 2], [f64; 2]) {
         let Noise { r_m, d_m } = self.noise;
         ([(r - measured.r_m) / r_m, (d - measured.d_m) / d_m], [-d / r_m, (r - v) / d_m])
     }
@@ -315,8 +311,7 @@ impl Problem<'_> {
         slopes: &[[f64; 2]],
     ) -> Option<(BandedCholesky<SPAN>, Vec<f64>)> {
         let (between, sd_rad) = self.between?;
-        let own = residuals.iter().zip(slopes).map(|(residual, slope)| residual[0] * slope[0] + residual[1] * slope[1]);
-        let mut gradient: Vec<f64> = own.collect();
+        let mut gradient: Vec<f64> = residuals.iter().zip(slopes).map(|(a, b)| dot(*a, *b)).collect();
         let information = slopes.iter().map(|slope| own_information(*slope));
         let factor = between.joined(information, &state.theta_rad, sd_rad, &mut gradient)?;
         Some((factor, gradient))
@@ -439,15 +434,9 @@ pub(super) fn prior_sds(order: usize, size_m: f64, spread_m: f64) -> Vec<f64> {
 }
 
 /// Derivative of r(θ) times one share plus d(θ) times another by the coefficients.
-pub(super) fn curve_row(theta: f64, order: usize, shares: [f64; 2]) -> DVector<f64> {
+pub(super) fn curve_row(theta: f64, order: usize, [r_share, d_share]: [f64; 2]) -> DVector<f64> {
     let mut row = DVector::zeros(2 * order + 1);
-    fill_curve_row(row.as_mut_slice(), theta.sin_cos(), shares);
-    row
-}
-
-/// The same from sine and cosine of θ.
-fn fill_curve_row(row: &mut [f64], (sin1, cos1): (f64, f64), [r_share, d_share]: [f64; 2]) {
-    let order = row.len() / 2;
+    let (sin1, cos1) = theta.sin_cos();
     let (mut cos, mut sin) = (1.0, 0.0);
     row[0] = r_share;
     for k in 1..=order {
@@ -456,6 +445,7 @@ fn fill_curve_row(row: &mut [f64], (sin1, cos1): (f64, f64), [r_share, d_share]:
         row[k] = r_share * cos + k_share * sin;
         row[order + k] = r_share * sin - k_share * cos;
     }
+    row
 }
 
 /// The unit vector across a slope; along d where there is none.
@@ -464,15 +454,19 @@ pub(super) fn across(slope: [f64; 2]) -> [f64; 2] {
     if length > 0.0 { [slope[1] / length, -slope[0] / length] } else { [0.0, 1.0] }
 }
 
-/// Information of a reading on its own θ. Without a slope it has none: a thousandth of a unit per radian squared holds it.
+fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
+    a[0] * b[0] + a[1] * b[1]
+}
+
+/// Information of a reading on its own θ, per radian squared. Without a slope it has none.
 fn own_information(slope: [f64; 2]) -> f64 {
-    slope[0] * slope[0] + slope[1] * slope[1] + 1e-3
+    dot(slope, slope) + HELD_INFORMATION
 }
 
 /// The change of θ that lowers two residuals most.
 fn turn(residual: [f64; 2], slope: [f64; 2]) -> f64 {
     let square = own_information(slope);
-    (-(slope[0] * residual[0] + slope[1] * residual[1]) / square).clamp(-LONGEST_TURN_RAD, LONGEST_TURN_RAD)
+    (-dot(slope, residual) / square).clamp(-LONGEST_TURN_RAD, LONGEST_TURN_RAD)
 }
 
 #[cfg(test)]
