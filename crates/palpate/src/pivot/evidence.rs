@@ -22,6 +22,10 @@ const ROUNDS: usize = 6;
 /// Noise has settled when it changes by less than this share.
 const SETTLED: f64 = 0.01;
 
+/// Until then an optimum is sought to where a step lowers the cost by so little, in units of half a χ²: a fifth of a standard deviation, which moves the
+/// noise by far less than a round does.
+const ROUGHLY_SETTLED: f64 = 0.02;
+
 /// No reading is more exact than this share of the object's size: rounding of what is measured.
 pub(super) const LEAST_NOISE: f64 = 1e-9;
 
@@ -69,12 +73,13 @@ fn fit_above(mut problem: Problem, start: State, stated: Stated, least: f64) -> 
     if let Some(d_m) = stated.d_m {
         problem.noise.d_m = d_m.max(least_m);
     }
-    let mut optimum = problem.solve(start)?;
-    if attainable(&problem, &optimum, stated)? < least - OUT_OF_REACH_NATS {
-        return None;
-    }
-    for _ in 0..ROUNDS {
-        let noise = components(&problem, &optimum, stated)?;
+    let mut optimum = problem.solve_to(start, ROUGHLY_SETTLED)?;
+    for round in 1..=ROUNDS {
+        let told = squares_and_redundancies(&optimum)?;
+        if round == 1 && attainable(&problem, &optimum, told, stated)? < least - OUT_OF_REACH_NATS {
+            return None;
+        }
+        let noise = components(&problem, told, stated);
         let spread_m = spread(&problem, &optimum)?;
         let change = |new: f64, old: f64| (new / old).ln().abs();
         let settled = change(noise.r_m, problem.noise.r_m).max(change(noise.d_m, problem.noise.d_m)) < SETTLED
@@ -85,10 +90,11 @@ fn fit_above(mut problem: Problem, start: State, stated: Stated, least: f64) -> 
             let sd_rad = between.scale_rad(&optimum.state.theta_rad, sd_rad, &factor.inverse_in_band());
             problem.between = Some((between, sd_rad));
         }
-        optimum = problem.solve(optimum.state)?;
-        if settled {
+        if settled || round == ROUNDS {
+            optimum = problem.solve(optimum.state)?;
             break;
         }
+        optimum = problem.solve_to(optimum.state, ROUGHLY_SETTLED)?;
     }
     let log_evidence = log_evidence(&problem, &optimum)?;
     let between_rad = problem.between.map(|(_, sd_rad)| sd_rad);
@@ -165,8 +171,12 @@ pub(super) fn squares_and_redundancies(optimum: &Optimum) -> Option<[[f64; 2]; 2
 
 /// The evidence of an optimum, were its noise what its residuals leave over their redundancy: ln of a normal density with n degrees of freedom
 /// and squares S gains (S − n − n ln(S/n))/2.
-fn attainable(problem: &Problem, optimum: &Optimum, stated: Stated) -> Option<f64> {
-    let [squares, redundancies] = squares_and_redundancies(optimum)?;
+fn attainable(
+    problem: &Problem,
+    optimum: &Optimum,
+    [squares, redundancies]: [[f64; 2]; 2],
+    stated: Stated,
+) -> Option<f64> {
     let gain = |which: usize, stated: Option<f64>| {
         let (square, count) = (squares[which], redundancies[which]);
         let gain = 0.5 * (square - count - count * (square / count).ln());
@@ -176,8 +186,7 @@ fn attainable(problem: &Problem, optimum: &Optimum, stated: Stated) -> Option<f6
 }
 
 /// Noise by what its residuals leave over their redundancy.
-fn components(problem: &Problem, optimum: &Optimum, stated: Stated) -> Option<Noise> {
-    let [squares, redundancies] = squares_and_redundancies(optimum)?;
+fn components(problem: &Problem, [squares, redundancies]: [[f64; 2]; 2], stated: Stated) -> Noise {
     let least_m = LEAST_NOISE * problem.size_m;
     let most_m = problem.size_m;
     let new = |which: usize, old: f64, stated: Option<f64>| {
@@ -185,7 +194,7 @@ fn components(problem: &Problem, optimum: &Optimum, stated: Stated) -> Option<No
             if redundancies[which] > 3.0 { old * (squares[which] / redundancies[which]).sqrt() } else { old };
         stated.unwrap_or(estimated).clamp(least_m, most_m)
     };
-    Some(Noise { r_m: new(0, problem.noise.r_m, stated.r_m), d_m: new(1, problem.noise.d_m, stated.d_m) })
+    Noise { r_m: new(0, problem.noise.r_m, stated.r_m), d_m: new(1, problem.noise.d_m, stated.d_m) }
 }
 
 /// The spread of the harmonics from the second on: their mean square times k⁴, with what is not known of them.

@@ -22,7 +22,7 @@ use crate::pivot::rig::PivotRig;
 use crate::pivot::rivals::{Rivals, Whole};
 use crate::pivot::search::{Arrangement, SEARCH_ORDER, Segments, same, search_noise, shape_given_angles};
 use crate::pivot::segments::{LIFTED_SAMPLES, segments};
-use crate::pivot::smoother::{Noise, Problem, State};
+use crate::pivot::smoother::{Noise, Optimum, Problem, State};
 use crate::pivot::thinning::Thinning;
 use crate::pivot::verdict::{Findings, MODEL_ALLOWANCE, PivotDoubt, RIVAL_NATS};
 use crate::reconstruct::OutlinePoint;
@@ -141,8 +141,8 @@ struct Found {
     reconstruction: PivotReconstruction,
     posterior: PivotPosterior,
     log_evidence: f64,
-    /// Shape and contact angles of the readings that are used.
-    state: State,
+    /// Noise, shape and contact angles of the readings that are used.
+    fit: Fit,
 }
 
 impl Found {
@@ -284,13 +284,12 @@ impl<'a> Prepared<'a> {
             let log_evidence = evidence::log_evidence(&joined, &optimum)? - prior.cost(&optimum.state.theta_rad);
             Some(Fit { optimum, log_evidence, ..between })
         };
-        let alike =
-            |start: State, order: usize| evidence::fit(Problem { order, ..problem.clone() }, start, self.stated());
-        if let Some(Found { state, .. }) = explained {
-            let order = state.coefficients.len() / 2;
-            let laid = laid_on(&prior.ranges, &relative_rad, &state.theta_rad);
-            let start = shape_given_angles(&Problem { order, ..problem.clone() }, laid)?;
-            if same(&alike(start, order)?.optimum.state, state) {
+        let whole = |fit: &Fit| fit.like(Problem { order: fit.order, ..problem.clone() });
+        if let Some(Found { fit, .. }) = explained {
+            let alike = whole(fit);
+            let laid = laid_on(&prior.ranges, &relative_rad, &fit.optimum.state.theta_rad);
+            let there = alike.solve(shape_given_angles(&alike, laid)?)?;
+            if same(&there.state, &fit.optimum.state) {
                 return None;
             }
         }
@@ -306,9 +305,9 @@ impl<'a> Prepared<'a> {
             Some(State { theta_rad: thinning.spread(&relative_rad, &state.theta_rad), ..state })
         };
         let start = whole_state(arrangements.first()?)?;
-        if let Some(Found { state, .. }) = explained {
-            let alike = alike(start.clone(), state.coefficients.len() / 2)?;
-            if same(&alike.optimum.state, state) || self.chi2_per_dof(&alike).0 > EXPLAINED_CHI2 {
+        if let Some(Found { fit, .. }) = explained {
+            let there = whole(fit).solve(start.clone())?;
+            if same(&there.state, &fit.optimum.state) || self.chi2_per_dof(fit.noise, &there).0 > EXPLAINED_CHI2 {
                 return None;
             }
         }
@@ -330,28 +329,24 @@ impl<'a> Prepared<'a> {
             fit = next;
         }
         let rivals = Rivals { search: &search, readings: &readings, thinning: &thinning, prior: &prior };
-        let whole = |fit: &Fit| fit.like(Problem { order: fit.order, ..problem.clone() });
         // Rivals that turn out better take its place, and are examined in their turn.
         let mut alternatives = Vec::new();
         // What is not explained is not certified, whatever its rivals.
-        let rounds = if self.chi2_per_dof(&fit).0 > EXPLAINED_CHI2 { 0 } else { MOST_BETTER_RIVALS };
+        let rounds = if self.chi2_per_dof(fit.noise, &fit.optimum).0 > EXPLAINED_CHI2 { 0 } else { MOST_BETTER_RIVALS };
         for _ in 0..rounds {
             let beam = arrangements.iter().skip(1).filter_map(whole_state);
             let found = rivals.of(&Whole { problem: &whole(&fit), fit: &fit }, beam);
-            match found.first().filter(|rival| rival.log_evidence > fit.log_evidence) {
-                Some(better) => {
-                    let next = choose(SEARCH_ORDER, better.optimum.state.clone())?;
-                    if next.log_evidence <= fit.log_evidence {
-                        alternatives = found;
-                        break;
-                    }
-                    fit = next;
-                }
-                None => {
-                    alternatives = found;
-                    break;
-                }
+            let better = found.first().filter(|rival| rival.log_evidence > fit.log_evidence);
+            let next = better.map(|better| choose(SEARCH_ORDER, better.optimum.state.clone()));
+            alternatives = found;
+            let Some(next) = next else { break };
+            let next = next?;
+            if next.log_evidence <= fit.log_evidence {
+                break;
             }
+            // What it takes the place of is an alternative to it, until others are looked for.
+            alternatives.push(std::mem::replace(&mut fit, next));
+            alternatives.retain(|other| !same(&other.optimum.state, &fit.optimum.state));
         }
         let fit = self.by_readings(&whole(&fit), fit);
         let (mut reconstruction, posterior) = self.assembled(&whole(&fit), &fit, &prior, 1 + alternatives.len())?;
@@ -360,7 +355,7 @@ impl<'a> Prepared<'a> {
             .take(4)
             .filter_map(|other| self.assembled(&whole(&fit), other, &prior, 1 + alternatives.len()));
         reconstruction.others = others.map(|(other, _)| other).collect();
-        Some(Found { reconstruction, posterior, log_evidence: fit.log_evidence, state: fit.optimum.state })
+        Some(Found { reconstruction, posterior, log_evidence: fit.log_evidence, fit })
     }
 
     /// What a fit comes to: shape and constants by the readings alone, next to where it is, and for them the angles, of which some are hardly told, by the
@@ -375,12 +370,12 @@ impl<'a> Prepared<'a> {
     }
 
     /// What a fit leaves over what the noise explains, per degree of freedom; and these.
-    fn chi2_per_dof(&self, fit: &Fit) -> (f64, f64) {
+    fn chi2_per_dof(&self, noise: Noise, optimum: &Optimum) -> (f64, f64) {
         let reference = self.reference();
-        let Some([squares, redundancies]) = squares_and_redundancies(&fit.optimum) else { return (f64::NAN, 1.0) };
+        let Some([squares, redundancies]) = squares_and_redundancies(optimum) else { return (f64::NAN, 1.0) };
         let dof = redundancies.iter().sum::<f64>().max(1.0);
         let [r, d] = squares;
-        let square = r * (fit.noise.r_m / reference.r_m).powi(2) + d * (fit.noise.d_m / reference.d_m).powi(2);
+        let square = r * (noise.r_m / reference.r_m).powi(2) + d * (noise.d_m / reference.d_m).powi(2);
         (square / dof, dof)
     }
 
@@ -512,7 +507,7 @@ impl<'a> Prepared<'a> {
         let motion = self.motion(problem, fit, &bars, turn_rad, tilt_rad);
         let theta_sd_rad = root_mean_square(&bars.theta_sd_rad);
         let r_sd_m = root_mean_square(&felt.iter().map(|&node| outline[node].r_sd_m).collect::<Vec<f64>>());
-        let (chi2_per_dof, dof) = self.chi2_per_dof(fit);
+        let (chi2_per_dof, dof) = self.chi2_per_dof(fit.noise, &fit.optimum);
         let coverage = felt.len() as f64 / NODES as f64;
         let concave_sds = felt_before
             .iter()

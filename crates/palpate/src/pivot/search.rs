@@ -5,9 +5,10 @@ use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::estimate::model::contact::support;
+use crate::math::angle::{mean_direction, wrapped};
 use crate::pivot::association::{Known, Placement};
 use crate::pivot::calibration::{Reading, TOLD};
+use crate::pivot::curve::curve;
 use crate::pivot::evidence::log_evidence;
 use crate::pivot::motion_prior::MotionPrior;
 use crate::pivot::smoother::{Noise, Problem, State};
@@ -26,6 +27,12 @@ const BRANCHES: usize = 4;
 
 /// Rotations, and arrangements, that are worse by more than so many nats are dropped.
 const DROPPED_NATS: f64 = 60.0;
+
+/// Two states are the same where all contact angles are within so much of each other, radians, …
+const SAME_RAD: f64 = 0.1;
+
+/// … and the boundary there, as a share of the size.
+const SAME_R: f64 = 0.01;
 
 /// Segments with their readings and relative contact angles.
 pub(super) struct Segments<'a> {
@@ -234,12 +241,52 @@ pub(super) fn shape_given_angles(problem: &Problem, theta_rad: Vec<f64>) -> Opti
     Some(State { coefficients: coefficients.iter().copied().collect(), told, theta_rad })
 }
 
-/// Whether two states are one shape up to a rotation: their curves have the same form at the same readings.
+/// Whether two states are one shape up to a rotation: contacts at the same angles, and the same boundary there. What was not felt does not count: readings
+/// do not tell it.
 pub(super) fn same(a: &State, b: &State) -> bool {
-    let turn = crate::math::angle::mean_direction(a.theta_rad.iter().zip(&b.theta_rad).map(|(a, b)| a - b));
-    let size = a.coefficients[0].abs();
-    (0..72).all(|node| {
-        let theta = std::f64::consts::TAU * f64::from(node) / 72.0;
-        (support(&a.coefficients, theta).r - support(&b.coefficients, theta - turn).r).abs() < 0.01 * size
-    }) && a.theta_rad.iter().zip(&b.theta_rad).all(|(a, b)| crate::math::angle::wrapped(a - b - turn).abs() < 0.1)
+    let turn = mean_direction(a.theta_rad.iter().zip(&b.theta_rad).map(|(a, b)| a - b));
+    let turned: Vec<f64> = a.theta_rad.iter().map(|theta| theta - turn).collect();
+    let near_m = SAME_R * a.coefficients[0].abs();
+    turned.iter().zip(&b.theta_rad).all(|(a, b)| wrapped(a - b).abs() < SAME_RAD) && {
+        let (there, here) = (curve(&a.coefficients, &a.theta_rad), curve(&b.coefficients, &turned));
+        there.iter().zip(here).all(|(a, b)| (a.r - b.r).abs() < near_m)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn states_are_the_same_where_contacts_and_the_boundary_at_these_are() {
+        let theta_rad: Vec<f64> = (0..100).map(|index| 0.01 * f64::from(index)).collect();
+        let one = State { coefficients: vec![0.03, 0.002, 0.001, 0.003, 0.0], told: [0.0; TOLD], theta_rad };
+        let mut turned = one.clone();
+        crate::estimate::model::layout::rotate(&mut turned.coefficients, 1.3);
+        turned.theta_rad.iter_mut().for_each(|theta| *theta += 1.3);
+        assert!(same(&one, &turned));
+        // One of a hundred angles hardly moves their mean.
+        let moved = |by: f64| {
+            let mut moved = turned.clone();
+            moved.theta_rad[50] += by;
+            same(&one, &moved)
+        };
+        assert!(moved(0.97 * SAME_RAD) && !moved(1.03 * SAME_RAD));
+        let larger = |by: f64| {
+            let mut larger = turned.clone();
+            larger.coefficients[0] += by * 0.03;
+            same(&one, &larger)
+        };
+        assert!(larger(0.99 * SAME_R) && !larger(1.01 * SAME_R));
+        // A bump of a tenth on the other side, where nothing was felt: ((1 + cos(θ − there))/2)².
+        let there = std::f64::consts::PI + 0.5;
+        let mut elsewhere = one.clone();
+        let bump =
+            [0.375, 0.5 * there.cos(), 0.125 * (2.0 * there).cos(), 0.5 * there.sin(), 0.125 * (2.0 * there).sin()];
+        elsewhere.coefficients.iter_mut().zip(bump).for_each(|(value, bump)| *value += 0.1 * 0.03 * bump);
+        let off = |theta: f64| {
+            (curve(&one.coefficients, &[theta])[0].r - curve(&elsewhere.coefficients, &[theta])[0].r).abs()
+        };
+        assert!(off(there) > 5.0 * SAME_R * 0.03 && same(&one, &elsewhere));
+    }
 }

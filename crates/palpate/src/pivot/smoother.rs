@@ -331,9 +331,14 @@ impl Problem<'_> {
         next
     }
 
-    /// The optimum nearest to a start; `None` where nothing is finite. The damping follows the ratio of gain and prediction (Madsen, Nielsen &
-    /// Tingleff, *Methods for Non-linear Least Squares Problems*, 2004, section 3.2).
+    /// The optimum nearest to a start; `None` where nothing is finite.
     pub fn solve(&self, start: State) -> Option<Optimum> {
+        self.solve_to(start, SETTLED)
+    }
+
+    /// The same until a step lowers the cost by no more than `settled`. The damping follows the ratio of gain and prediction (Madsen, Nielsen &
+    /// Tingleff, *Methods for Non-linear Least Squares Problems*, 2004, section 3.2).
+    pub fn solve_to(&self, start: State, settled: f64) -> Option<Optimum> {
         let mut state = start;
         coefficients_to_order(&mut state.coefficients, self.order);
         self.settle(&mut state);
@@ -363,7 +368,7 @@ impl Problem<'_> {
                 let predicted = 0.5 * (damping * stiff - linear.gradient.dot(&step));
                 (state, cost) = (next, lower);
                 linear = self.linearised_at(&state, &contacts);
-                if gain <= SETTLED && predicted <= SETTLED {
+                if gain <= settled && predicted <= settled {
                     break;
                 }
                 let ratio = gain / predicted.max(1e-300);
