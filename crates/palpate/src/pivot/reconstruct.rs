@@ -49,9 +49,9 @@ const ASTRAY_SDS: f64 = 5.0;
 /// A fit that leaves more than this, χ² per degree of freedom, is not certified: its rivals are not looked for.
 const EXPLAINED_CHI2: f64 = 1.6;
 
-/// Second differences of the contact angle that the angles of a result believe in, standard deviation in radians: those across a gap in the shape are
-/// ten times as large, those of an object that begins to slide as large.
-const LOOSE_SD_RAD: f64 = 0.02;
+/// Second differences of the contact angle that a result believes in, standard deviation in radians at least: those of an object that begins to slide are a
+/// few times smaller, and an angle that readings hardly tell, around d = 0, could be off by a few times as much.
+const LOOSE_SD_RAD: f64 = 0.05;
 
 /// Rivals that turn out better are examined in their turn, so many times.
 const MOST_BETTER_RIVALS: usize = 3;
@@ -361,7 +361,7 @@ impl<'a> Prepared<'a> {
             alternatives.push(std::mem::replace(&mut fit, next));
             alternatives.retain(|other| !same(&other.optimum.state, &fit.optimum.state));
         }
-        let fit = self.by_readings(&whole(&fit), fit);
+        let fit = loosened(&whole(&fit), fit);
         let (mut reconstruction, posterior) = self.assembled(&whole(&fit), &fit, &prior, 1 + alternatives.len())?;
         let others = alternatives
             .iter()
@@ -369,17 +369,6 @@ impl<'a> Prepared<'a> {
             .filter_map(|other| self.assembled(&whole(&fit), other, &prior, 1 + alternatives.len()));
         reconstruction.others = others.map(|(other, _)| other).collect();
         Some(Found { reconstruction, posterior, log_evidence: fit.log_evidence, fit })
-    }
-
-    /// What a fit comes to: shape and constants by the readings alone, next to where it is, and for them the angles, of which some are hardly told, by the
-    /// motion between readings as well. A prior of the motion that errs where the object slides or tips over would bend the shape, and take up noise.
-    fn by_readings(&self, problem: &Problem, fit: Fit) -> Fit {
-        let Some((between, sd_rad)) = problem.between else { return fit };
-        let alone = Problem { between: None, ..problem.clone() };
-        let Some(optimum) = alone.solve(fit.optimum.state.clone()) else { return fit };
-        let loose_rad = sd_rad.max(LOOSE_SD_RAD);
-        let loose = Problem { between: Some((between, loose_rad)), ..problem.clone() };
-        Fit { optimum: loose.with_angles_settled(optimum.state), between_rad: Some(loose_rad), ..fit }
     }
 
     /// What a fit leaves over what the noise explains, per degree of freedom; and these.
@@ -691,6 +680,16 @@ impl<'a> Prepared<'a> {
         }
         first
     }
+}
+
+/// What a fit comes to: the motion between readings is believed loosely only, in its final shape too. Believed as it was fitted it would bend the shape
+/// where the object slides or tips over; without it, angles that are hardly told would.
+fn loosened(problem: &Problem, fit: Fit) -> Fit {
+    let Some((between, sd_rad)) = problem.between else { return fit };
+    let loose_rad = sd_rad.max(LOOSE_SD_RAD);
+    let loose = Problem { between: Some((between, loose_rad)), ..problem.clone() };
+    let Some(optimum) = loose.solve(fit.optimum.state.clone()) else { return fit };
+    Fit { optimum, between_rad: Some(loose_rad), ..fit }
 }
 
 /// Angles of segments, each up to a constant, laid on others by the rotation of each segment that suits most of it: some of either may be elsewhere.

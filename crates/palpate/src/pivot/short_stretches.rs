@@ -20,19 +20,22 @@ pub(super) fn placed(
     relative_rad: &[f64],
 ) -> Option<Vec<f64>> {
     let placements = known.placements(readings, relative_rad);
-    let (best, others) = placements.split_first()?;
-    let is_rival = |other: &Placement| {
-        other.cost < best.cost + RIVAL_NATS && wrapped(other.rotation_rad - best.rotation_rad).abs() > ITSELF_RAD
-    };
-    if others.iter().any(is_rival) {
-        return None;
-    }
     let own = Problem { readings, between: None, ..problem.clone() };
-    let settled = relative_rad.iter().enumerate().map(|(index, relative)| {
-        let (half_square, theta_rad) = own.settled(state, index, relative + best.rotation_rad);
-        (2.0 * half_square < MOST_SDS * MOST_SDS).then_some(theta_rad)
-    });
-    settled.collect()
+    // Half the squared distance of each reading in standard deviations, and its contact angle.
+    let settled = |placement: &Placement| -> Vec<(f64, f64)> {
+        let turned = relative_rad.iter().enumerate();
+        turned.map(|(index, theta_rad)| own.settled(state, index, theta_rad + placement.rotation_rad)).collect()
+    };
+    let (best, others) = placements.split_first()?;
+    let angles = settled(best);
+    // Placements are compared along tangents of the curve: two of them may be one.
+    let is_elsewhere = |other: &Placement| {
+        settled(other).iter().zip(&angles).any(|(other, best)| wrapped(other.1 - best.1).abs() > ITSELF_RAD)
+    };
+    let is_rival = |other: &&Placement| other.cost < best.cost + RIVAL_NATS;
+    let is_explained = angles.iter().all(|(half_square, _)| 2.0 * half_square < MOST_SDS * MOST_SDS);
+    let is_alone = !others.iter().filter(is_rival).any(is_elsewhere);
+    (is_explained && is_alone).then(|| angles.into_iter().map(|(_, theta_rad)| theta_rad).collect())
 }
 
 #[cfg(test)]
@@ -45,7 +48,7 @@ mod tests {
 
     const NOISE: Noise = Noise { r_m: 2e-5, d_m: 1e-4 };
 
-    /// A shape that was felt all around, and a stretch of three readings on it that are off its curve by so many
+    /// A shape that was felt all around, and a stretch of seven readings on it that are off its curve by so many
     /// standard deviations.
     fn laid(second_harmonic_m: f64, first_harmonic_m: f64, off_sds: f64) -> Option<Vec<f64>> {
         let coefficients = vec![0.03, first_harmonic_m, second_harmonic_m, 0.0, 0.0];
@@ -69,17 +72,16 @@ mod tests {
         let state = State { coefficients: coefficients.clone(), told: [0.0; 3], theta_rad };
         let factor = problem.linearised(&state).factorised(&state.coefficients, 0.0)?;
         let known = Known::new(&problem, &state, &factor);
-        let short = [0.7, 0.75, 0.8].map(|theta| reading(theta, off_sds));
-        placed(&problem, &known, &state, &short, &[0.0, 0.05, 0.1])
+        let relative_rad: Vec<f64> = (0..7).map(|index| 0.08 * f64::from(index)).collect();
+        let short: Vec<Reading> = relative_rad.iter().map(|theta| reading(0.7 + theta, off_sds)).collect();
+        placed(&problem, &known, &state, &short, &relative_rad)
     }
 
     #[test]
     fn a_short_stretch_is_laid_where_it_alone_can_be() {
         let found = laid(0.002, 0.004, 0.0).expect("one place");
-        assert!(
-            found.iter().zip([0.7, 0.75, 0.8]).all(|(found, theta)| (wrapped(found - theta)).abs() < 0.01),
-            "{found:?}"
-        );
+        let off = found.iter().enumerate().map(|(index, found)| wrapped(found - 0.7 - 0.08 * index as f64).abs());
+        assert!(off.into_iter().all(|off| off < 0.01), "{found:?}");
         // Held in its middle, an ellipse feels alike on both sides.
         assert_eq!(laid(0.004, 0.0, 0.0), None);
     }

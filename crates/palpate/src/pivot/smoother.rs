@@ -398,15 +398,6 @@ impl Problem<'_> {
         (0.5 * square, theta)
     }
 
-    /// The optimum of the angles for the shape and constants of a state.
-    pub fn with_angles_settled(&self, mut state: State) -> Optimum {
-        for _ in 0..SETTLING_STEPS {
-            self.settle(&mut state);
-        }
-        let contacts = curve(&state.coefficients, &state.theta_rad);
-        Optimum { cost: self.cost(&state, &contacts), linear: self.linearised_at(&state, &contacts), state }
-    }
-
     /// One Newton step of every θ.
     fn settle(&self, state: &mut State) {
         let errors = self.stated.with_told(state.told);
