@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::estimate::model::layout::Layout;
 use crate::estimate::solver::posterior::Posterior;
-use crate::pivot::smoother::{Linear, State, curve_row, own_information};
+use crate::pivot::smoother::{Linear, State, curve_row};
 
 /// Covariance of the unknowns where a common rotation is no error.
 #[derive(Clone, Debug)]
@@ -47,11 +47,6 @@ impl ErrorBars {
         (&self.covariance * &row).dot(&row).max(0.0).sqrt()
     }
 
-    /// Standard deviation of a contact angle that its own reading alone tells, radians.
-    pub fn angle_sd_rad(&self, theta_rad: f64, reading: &Own) -> f64 {
-        angle(&self.covariance, self.layout.order, theta_rad, reading)
-    }
-
     /// Covariance of the coefficients alone, row by row, square metres.
     pub fn of_shape(&self) -> Vec<f64> {
         let unknowns = Layout::of_shape(self.layout.order).unknowns();
@@ -67,33 +62,17 @@ fn angles(linear: &Linear, state: &State, covariance: &DMatrix<f64>, order: usiz
         let added = gains.column_iter().zip(spread.column_iter()).map(|(gain, spread)| gain.dot(&spread).max(0.0));
         return own.iter().zip(added).map(|(own, added)| (own + added).sqrt()).collect();
     }
-    let samples = state.theta_rad.iter().zip(&linear.told.slopes).zip(&linear.constants);
+    let unknowns = covariance.nrows();
+    let mut row = DVector::zeros(unknowns);
+    let samples = state.theta_rad.iter().zip(&linear.told.slopes).zip(&linear.constants).zip(own);
     samples
-        .map(|((theta, slope), by)| {
-            angle(covariance, order, *theta, &Own { slope: *slope, scales: linear.scales, by_constants: by })
+        .map(|(((theta, slope), constants), own)| {
+            let along = [slope[0] / linear.scales[0], slope[1] / linear.scales[1]];
+            row.rows_mut(0, 2 * order + 1).copy_from(&curve_row(*theta, order, along));
+            for (place, by) in constants.iter().enumerate() {
+                row[2 * order + 1 + place] = -(along[0] * by[0] + along[1] * by[1]);
+            }
+            (own + (covariance * &row).dot(&row).max(0.0) * own * own).sqrt()
         })
         .collect()
-}
-
-/// What a reading alone tells of its contact angle.
-pub(super) struct Own<'a> {
-    /// Derivatives of its residuals of r and d by the angle.
-    pub slope: [f64; 2],
-    /// The noise of r and d, metres.
-    pub scales: [f64; 2],
-    /// Derivatives of r and d, as measured, by the open constants.
-    pub by_constants: &'a [[f64; 2]],
-}
-
-/// Standard deviation of a contact angle that its own reading alone tells.
-fn angle(covariance: &DMatrix<f64>, order: usize, theta_rad: f64, reading: &Own) -> f64 {
-    let Own { slope, scales, by_constants } = reading;
-    let own = 1.0 / own_information(*slope);
-    let along = [slope[0] / scales[0], slope[1] / scales[1]];
-    let mut row = DVector::zeros(covariance.nrows());
-    row.rows_mut(0, 2 * order + 1).copy_from(&curve_row(theta_rad, order, along));
-    for (place, by) in by_constants.iter().enumerate() {
-        row[2 * order + 1 + place] = -(along[0] * by[0] + along[1] * by[1]);
-    }
-    (own + (covariance * &row).dot(&row).max(0.0) * own * own).sqrt()
 }

@@ -69,7 +69,6 @@ mod rivals;
 mod rows;
 mod search;
 mod segments;
-mod short_stretches;
 mod simulate;
 mod smoother;
 mod statics;

@@ -4,16 +4,14 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 use std::ops::Range;
 
 use crate::estimate::coverage::{LONGEST_SLIDE, NODES, touches};
-use crate::estimate::model::contact::support;
 use crate::math::angle::{mean_direction, wrapped};
 use crate::math::statistics::{median, root_mean_square, typical_sd};
-use crate::pivot::association::Known;
 use crate::pivot::calibration::{Reading, TOLD};
 use crate::pivot::center_of_mass::{self, FirstContact};
 use crate::pivot::closed_form::Stretch;
 use crate::pivot::decode::decoded;
 use crate::pivot::error::PivotReconstructError;
-use crate::pivot::error_bars::{ErrorBars, Own};
+use crate::pivot::error_bars::ErrorBars;
 use crate::pivot::evidence::{self, Fit, MOST_HARMONICS, Stated, choose_order, squares_and_redundancies};
 use crate::pivot::log::{PivotLog, PivotSample};
 use crate::pivot::motion_between::{FIRST_SD_RAD, MotionBetween};
@@ -23,9 +21,8 @@ use crate::pivot::result::{PivotPose, PivotReconstruction};
 use crate::pivot::rig::PivotRig;
 use crate::pivot::rivals::{Rivals, Whole};
 use crate::pivot::search::{Arrangement, SEARCH_ORDER, Segments, same, search_noise, shape_given_angles};
-use crate::pivot::segments::{FEWEST, LIFTED_SAMPLES, segments};
-use crate::pivot::short_stretches::placed;
-use crate::pivot::smoother::{Linear, Noise, Optimum, Problem, State};
+use crate::pivot::segments::{LIFTED_SAMPLES, segments};
+use crate::pivot::smoother::{Noise, Optimum, Problem, State};
 use crate::pivot::thinning::Thinning;
 use crate::pivot::verdict::{Findings, MODEL_ALLOWANCE, PivotDoubt, RIVAL_NATS};
 use crate::reconstruct::OutlinePoint;
@@ -175,8 +172,6 @@ struct Prepared<'a> {
     r_m: Vec<f64>,
     d_m: Vec<f64>,
     ranges: Vec<Range<usize>>,
-    /// Stretches that are too short for the fit.
-    short: Vec<Range<usize>>,
     size_m: f64,
     /// The largest height with a contact: higher, the object may turn as it likes.
     free_m: f64,
@@ -207,14 +202,13 @@ impl<'a> Prepared<'a> {
         if !(size_m > 0.0 && size_m.is_finite() && spread(&r_m).max(spread(&d_m)) > LEAST_MOTION * size_m) {
             return Err(PivotReconstructError::NotSolvable);
         }
-        let (ranges, short): (Vec<Range<usize>>, Vec<Range<usize>>) =
-            segments(&samples, &r_m, &d_m, size_m).into_iter().partition(|range| range.len() >= FEWEST);
+        let ranges = segments(&samples, &r_m, &d_m, size_m);
         if ranges.iter().map(ExactSizeIterator::len).sum::<usize>() < FEWEST_SAMPLES {
             return Err(PivotReconstructError::NotSolvable);
         }
         let scatter = Noise { r_m: scatter(&r_m, &ranges), d_m: scatter(&d_m, &ranges) };
         let free_m = r_m.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        Ok(Self { log, options, samples, readings, r_m, d_m, ranges, short, size_m, free_m, scatter })
+        Ok(Self { log, options, samples, readings, r_m, d_m, ranges, size_m, free_m, scatter })
     }
 
     /// Noise that is stated; that of an offset is of pad and arm together.
@@ -366,7 +360,8 @@ impl<'a> Prepared<'a> {
         let others = alternatives
             .iter()
             .take(4)
-            .filter_map(|other| self.assembled(&whole(&fit), other, &prior, 1 + alternatives.len()));
+            // What was questioned before may have another number of harmonics.
+            .filter_map(|other| self.assembled(&whole(other), other, &prior, 1 + alternatives.len()));
         reconstruction.others = others.map(|(other, _)| other).collect();
         Some(Found { reconstruction, posterior, log_evidence: fit.log_evidence, fit })
     }
@@ -383,33 +378,18 @@ impl<'a> Prepared<'a> {
 
     /// Contact angles of the readings that are used by the closed form.
     fn relative(&self, width: f64, may_roll: bool) -> Vec<f64> {
-        self.ranges.iter().flat_map(|range| self.relative_of(range, width, may_roll)).collect()
-    }
-
-    /// The same of one stretch.
-    fn relative_of(&self, range: &Range<usize>, width: f64, may_roll: bool) -> Vec<f64> {
-        let along_m: Vec<f64> = self.readings[range.clone()].iter().map(|reading| reading.along_m).collect();
-        let stretch = Stretch {
-            r_m: &self.r_m[range.clone()],
-            d_m: &self.d_m[range.clone()],
-            along_m: &along_m,
-            sd_m: [self.scatter.r_m, self.scatter.d_m],
-            size_m: self.size_m,
+        let along_m: Vec<f64> = self.readings.iter().map(|reading| reading.along_m).collect();
+        let angles = |range: &Range<usize>| {
+            let stretch = Stretch {
+                r_m: &self.r_m[range.clone()],
+                d_m: &self.d_m[range.clone()],
+                along_m: &along_m[range.clone()],
+                sd_m: [self.scatter.r_m, self.scatter.d_m],
+                size_m: self.size_m,
+            };
+            stretch.angles(width, may_roll)
         };
-        stretch.angles(width, may_roll)
-    }
-
-    /// Contact angles of the short stretches that lie on the shape in one way, each with its first reading.
-    fn short_placed(&self, problem: &Problem, state: &State, alone: &Linear) -> Vec<(usize, Vec<f64>)> {
-        let factor = alone.factorised(&state.coefficients, 0.0).filter(|_| !self.short.is_empty());
-        let Some(known) = factor.map(|factor| Known::new(problem, state, &factor)) else { return Vec::new() };
-        let (width, may_roll) = CROSSINGS[0];
-        let of = |range: &Range<usize>| {
-            let relative_rad = self.relative_of(range, width, may_roll);
-            let angles = placed(problem, &known, state, &self.readings[range.clone()], &relative_rad)?;
-            Some((range.start, angles))
-        };
-        self.short.iter().filter_map(of).collect()
+        self.ranges.iter().flat_map(angles).collect()
     }
 
     /// The state with all angles decoded anew; `None` where no reading asks for it.
@@ -521,17 +501,17 @@ impl<'a> Prepared<'a> {
                 }
             })
             .collect();
-        let short = self.short_placed(problem, state, &alone);
-        let mut motion = self.motion(problem, fit, &bars, turn_rad, tilt_rad);
-        self.add_short(&mut motion, &short, problem, state, &bars, [turn_rad, tilt_rad]);
-        let placed = linear.told.residuals.len() + short.iter().map(|(_, angles)| angles.len()).sum::<usize>();
+        let motion = self.motion(problem, fit, &bars, turn_rad, tilt_rad);
         let theta_sd_rad = root_mean_square(&bars.theta_sd_rad);
         let r_sd_m = root_mean_square(&felt.iter().map(|&node| outline[node].r_sd_m).collect::<Vec<f64>>());
         let (chi2_per_dof, dof) = self.chi2_per_dof(fit.noise, &fit.optimum);
         let coverage = felt.len() as f64 / NODES as f64;
         let concave_sds = felt_before
             .iter()
-            .map(|&theta| -support(&state.coefficients, theta).v / bars.v_sd_m(theta).max(1e-12 * self.size_m))
+            .map(|&theta| {
+                -crate::estimate::model::contact::support(&state.coefficients, theta).v
+                    / bars.v_sd_m(theta).max(1e-12 * self.size_m)
+            })
             .fold(0.0, f64::max);
         // Where readings hardly tell an angle it may seem to leap.
         let is_told = |index: usize| bars.theta_sd_rad[index].max(bars.theta_sd_rad[index - 1]) < TOLD_RAD;
@@ -558,7 +538,7 @@ impl<'a> Prepared<'a> {
             leaps,
             other_starts: prior.other_starts(&state.theta_rad),
             rig_off_sds,
-            left_out: 1.0 - placed as f64 / self.readings.len() as f64,
+            left_out: 1.0 - linear.told.residuals.len() as f64 / self.readings.len() as f64,
         };
         let mut told_sd = rig.tolerances.told();
         for (place, &(constant, _)) in problem.open.iter().enumerate() {
@@ -631,40 +611,6 @@ impl<'a> Prepared<'a> {
             }
         }
         motion
-    }
-
-    /// Adds the poses of short stretches.
-    fn add_short(
-        &self,
-        motion: &mut [PivotPose],
-        short: &[(usize, Vec<f64>)],
-        problem: &Problem,
-        state: &State,
-        bars: &ErrorBars,
-        [turn_rad, tilt_rad]: [f64; 2],
-    ) {
-        let errors = self.options.rig.calibration.with_told(state.told);
-        let scales = [problem.noise.r_m, problem.noise.d_m];
-        for (first, angles) in short {
-            let begins = angles.first().map_or(0.0, |first| first + turn_rad - (tilt_rad - FRAC_PI_2));
-            let whole = wrapped(begins) - begins;
-            for (index, theta_rad) in (*first..).zip(angles) {
-                let measured = self.readings[index].measured(&errors);
-                let (residual, slope) = problem.missed(support(&state.coefficients, *theta_rad), &measured);
-                let by_constants: Vec<[f64; 2]> = problem
-                    .open
-                    .iter()
-                    .map(|&(constant, _)| [measured.r_by[constant], measured.d_by[constant]])
-                    .collect();
-                let own = Own { slope, scales, by_constants: &by_constants };
-                let (theta, pose) = (theta_rad + turn_rad + whole, &mut motion[self.samples[index]]);
-                pose.theta_rad = Some(theta);
-                pose.psi_rad = Some(tilt_rad - FRAC_PI_2 - theta);
-                pose.psi_sd_rad = Some(bars.angle_sd_rad(*theta_rad, &own));
-                pose.height_residual_m = Some(-residual[0] * scales[0]);
-                pose.offset_residual_m = Some(-residual[1] * scales[1]);
-            }
-        }
     }
 
     /// What each stroke begins with: the first contact after samples without one.

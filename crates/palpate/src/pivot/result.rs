@@ -90,7 +90,7 @@ pub struct PivotPose {
     pub psi_rad: Option<f64>,
     /// Posterior standard deviation of both, radians.
     pub psi_sd_rad: Option<f64>,
-    /// Counts the segments from 0; `None` as well on a stretch of fewer than eight samples, which was laid on the shape afterwards and is no part of the fit.
+    /// Counts the segments from 0.
     pub segment: Option<u32>,
     /// Measured minus predicted height of the pivot over the pad, metres.
     pub height_residual_m: Option<f64>,

@@ -24,7 +24,7 @@ const FOLLOWED: usize = 3;
 const SHARED_RAD: [f64; 3] = [0.1, 0.4, 0.8];
 
 /// A rotation closer than this is the arrangement itself, radians.
-pub(super) const ITSELF_RAD: f64 = 0.1;
+const ITSELF_RAD: f64 = 0.1;
 
 /// A contact angle that its own reading tells no better than this, radians, is a weak link: what lies beyond it may be turned.
 const WEAK_LINK_RAD: f64 = 0.1;

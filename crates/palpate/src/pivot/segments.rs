@@ -14,10 +14,10 @@ const SHORTEST_LEAP: f64 = 0.04;
 /// Samples without a contact, in a row, that are a lift: the pad may miss fewer.
 pub(super) const LIFTED_SAMPLES: usize = 3;
 
-/// Fewest samples of a segment that can be placed by itself: shorter ones take no part in the fit.
+/// Fewest samples of a segment that is used by itself.
 pub(super) const FEWEST: usize = 8;
 
-/// Segments of the samples with a contact, short ones too. `samples` are their numbers in the log, `r_m` and `d_m` height and offset.
+/// Segments of the samples with a contact. `samples` are their numbers in the log, `r_m` and `d_m` height and offset.
 pub(super) fn segments(samples: &[usize], r_m: &[f64], d_m: &[f64], size_m: f64) -> Vec<Range<usize>> {
     let steps = |values: &[f64]| -> Vec<f64> { values.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect() };
     let (r_steps, d_steps) = (steps(r_m), steps(d_m));
@@ -31,7 +31,7 @@ pub(super) fn segments(samples: &[usize], r_m: &[f64], d_m: &[f64], size_m: f64)
         }
     }
     cuts.push(samples.len());
-    cuts.windows(2).map(|pair| pair[0]..pair[1]).collect()
+    cuts.windows(2).map(|pair| pair[0]..pair[1]).filter(|range| range.len() >= FEWEST).collect()
 }
 
 #[cfg(test)]
@@ -58,5 +58,13 @@ mod tests {
         let mut stepped = r.clone();
         stepped[60..].iter_mut().for_each(|r| *r -= 0.9 * SHORTEST_LEAP * 0.03);
         assert_eq!(segments(&samples, &stepped, &d, 0.03), vec![0..40, 40..90]);
+    }
+
+    #[test]
+    fn what_is_too_short_is_left_out() {
+        let (r, d) = rolling(30);
+        let mut samples: Vec<usize> = (0..30).collect();
+        samples[FEWEST - 1..].iter_mut().for_each(|sample| *sample += LIFTED_SAMPLES);
+        assert_eq!(segments(&samples, &r, &d, 0.03), vec![FEWEST - 1..30]);
     }
 }

@@ -455,7 +455,7 @@ fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
 }
 
 /// Information of a reading on its own θ, per radian squared. Without a slope it has none.
-pub(super) fn own_information(slope: [f64; 2]) -> f64 {
+fn own_information(slope: [f64; 2]) -> f64 {
     dot(slope, slope) + HELD_INFORMATION
 }
 

@@ -35,7 +35,7 @@ pub(super) const RIVAL_NATS: f64 = 12.0;
 /// A constant of the rig may be off what was stated by so many standard deviations.
 pub(super) const RIG_OFF_SDS: f64 = 3.0;
 
-/// Share of the samples with a contact that may be without a pose: in stretches too short for the fit that lie on the shape in no way, or in several.
+/// Share of the samples with a contact that may be left out of the fit.
 pub(super) const MOST_LEFT_OUT: f64 = 0.1;
 
 /// A reason why a result is not certified. `Display` gives one sentence for the user, [`next_step`](PivotDoubt::next_step) what to do about it.
@@ -100,7 +100,7 @@ pub enum PivotDoubt {
         /// How far, in standard deviations.
         sds: f64,
     },
-    /// Many samples could not be placed.
+    /// Many samples could not be used.
     LeftOut {
         /// Their share, 0 to 1.
         share: f64,
@@ -151,7 +151,7 @@ impl fmt::Display for PivotDoubt {
                 write!(f, "a constant of the rig is {sds:.1} standard deviations from what was stated")
             }
             Self::LeftOut { share } => {
-                write!(f, "{:.0} % of the samples with a contact are in stretches too short to place", 100.0 * share)
+                write!(f, "{:.0} % of the samples with a contact are in stretches too short to use", 100.0 * share)
             }
         }
     }
