@@ -103,8 +103,7 @@ impl Follower {
         // What the shape leaves open along its curve moves the angle too.
         let by_shape = self.posterior.variance(settled.theta_rad, settled.along);
         let own = settled.variance + by_shape;
-        let elsewhere_rad = forward.elsewhere_rad(node, ELSEWHERE_SDS * own.sqrt());
-        let sd_rad = (own + elsewhere_rad * elsewhere_rad).sqrt();
+        let sd_rad = with_others(own, forward, node);
         let tilt_rad = self.pad.tilt_rad + self.calibration.tilt_rad;
         let angle = Angle {
             theta_rad: settled.theta_rad.rem_euclid(TAU),
@@ -113,6 +112,11 @@ impl Follower {
         };
         Followed { angle: Some(angle), is_on_unfelt, is_contradicted: is_contradicted(self.strain) }
     }
+}
+
+/// Standard deviation of an angle with this variance, where the others that explain the newest samples count too.
+fn with_others(own: f64, forward: &Forward, node: usize) -> f64 {
+    own.sqrt().hypot(forward.elsewhere_rad(node, ELSEWHERE_SDS * own.sqrt()))
 }
 
 #[cfg(test)]
@@ -164,6 +168,17 @@ mod tests {
     }
 
     #[test]
+    fn another_angle_counts_beyond_so_many_standard_deviations() {
+        let step_rad = TAU / 720.0;
+        let forward = Forward::of_two(100, 110);
+        let with = |sds: f64| with_others((10.0 * step_rad / sds).powi(2), &forward, 100);
+        // Half of the time it is ten steps away.
+        let there = 10.0 * step_rad * 0.5_f64.sqrt();
+        assert!((with(1.01 * ELSEWHERE_SDS) - there.hypot(10.0 * step_rad / (1.01 * ELSEWHERE_SDS))).abs() < 1e-12);
+        assert!((with(0.99 * ELSEWHERE_SDS) - 10.0 * step_rad / (0.99 * ELSEWHERE_SDS)).abs() < 1e-12);
+    }
+
+    #[test]
     fn four_gross_errors_in_a_row_contradict_nothing_and_five_do() {
         let known = felt(&pebble(1.0), 0.15);
         let (found, posterior) = reconstruct_with_posterior(&known.log, &PivotOptions::default()).expect("a result");
@@ -186,5 +201,50 @@ mod tests {
         let far = felt(&pebble(1.0), 0.15);
         let unfelt = far.log.samples.iter().filter(|sample| follower.push(sample).is_on_unfelt).count();
         assert!(unfelt > 50, "{unfelt}");
+    }
+
+    /// Strokes over an object, and others over the same object.
+    fn twice(shape: &SupportFunction, seed: u64) -> [crate::pivot::PivotSimulation; 2] {
+        let touchpad = crate::sensor::Touchpad { noise_sd_m: 1e-4, length_m: 1.0, ..crate::sensor::Touchpad::ideal() };
+        let felt = |seed: u64, to_m: [f64; 4]| {
+            let options = PivotSimulateOptions {
+                touchpad,
+                arm_noise_sd_m: 2e-5,
+                friction: 0.4,
+                seed,
+                ..PivotSimulateOptions::default()
+            };
+            let strokes = to_m.map(|to_m| Stroke { along_m: vec![0.5, to_m], press: 3.0 });
+            simulate_strokes(shape, &strokes, &options).expect("it runs")
+        };
+        [felt(seed, [0.65, 0.35, 0.7, 0.3]), felt(seed + 1, [0.63, 0.36, 0.68, 0.34])]
+    }
+
+    #[test]
+    fn angles_are_as_exact_as_their_error_bars_say() {
+        let objects = [
+            pebble(1.0),
+            pebble(1.7),
+            SupportFunction::new(0.03, vec![[0.004, -0.003], [0.001, 0.002], [0.0, 0.0006], [0.0003, 0.0]]),
+            SupportFunction::new(0.025, vec![[0.006, 0.001], [-0.001, 0.0015], [0.0008, 0.0], [0.0, 0.0002]]),
+        ];
+        let (mut all, mut within) = (0, 0);
+        for (shape, seed) in objects.iter().flat_map(|shape| [11, 21, 31, 41].map(|seed| (shape, seed))) {
+            let [known, next] = twice(shape, seed);
+            let (found, posterior) =
+                reconstruct_with_posterior(&known.log, &PivotOptions::default()).expect("a result");
+            assert!(found.is_certified(), "{:?}", found.doubts);
+            let mut follower = Follower::new(&found, &posterior, &PadPose::default());
+            let mut off = Vec::new();
+            for (sample, truth) in next.log.samples.iter().zip(&next.truth.motion) {
+                let angle = follower.push(sample).angle;
+                off.extend(angle.map(|angle| (wrapped(angle.psi_rad - truth.psi_rad), angle.sd_rad)));
+            }
+            let turn = crate::math::angle::mean_direction(off.iter().map(|(off, _)| *off));
+            let rest: Vec<(f64, f64)> = off.iter().map(|(off, sd)| (wrapped(off - turn).abs(), *sd)).collect();
+            let near = rest.iter().filter(|(off, sd)| *off < 2.0 * sd).count();
+            (all, within) = (all + rest.len(), within + near);
+        }
+        assert!(all > 800 && (0.93..0.99).contains(&(within as f64 / all as f64)), "{within} of {all}");
     }
 }

@@ -247,4 +247,18 @@ mod tests {
         assert_eq!((live.kept_every(), live.log().samples.len()), (2, MOST_KEPT / 2 + 1));
         assert!(live.estimate().reason().contains("samples with a contact"), "{}", live.estimate().reason());
     }
+
+    #[test]
+    fn the_newest_samples_are_decoded_anew_and_no_others() {
+        let sample = |index: usize| PivotSample { time_s: index as f64, pivot_x_m: 0.5, pivot_y_m: 0.03, s_m: None };
+        let mut live = LiveStrokes::new(PivotOptions::default());
+        let kept: Vec<usize> = (0..=REPLAYED)
+            .map(|index| {
+                live.push(&sample(index));
+                live.recent.len()
+            })
+            .collect();
+        assert_eq!((kept[REPLAYED - 2], kept[REPLAYED - 1], kept[REPLAYED]), (REPLAYED - 1, REPLAYED, REPLAYED));
+        assert_eq!(live.recent.front().map(|sample| sample.time_s), Some(1.0));
+    }
 }
