@@ -227,8 +227,8 @@ impl WithSimd for Comparing<'_> {
                     for (a, b) in of_row.iter().zip(of_other) {
                         sum = sum + *a * *b;
                     }
-                    for before in 0..other {
-                        sum = sum - factor[row][before] * factor[other][before];
+                    for (a, b) in factor[row].iter().zip(&factor[other]).take(other) {
+                        sum = sum - *a * *b;
                     }
                     factor[row][other] = if other == row {
                         sum.map(f64::sqrt)
