@@ -16,8 +16,7 @@ const SHARED_RAD: f64 = 0.2;
 /// Groups of the pieces between `jumps` that share boundary with each other and with no other piece, where others lie between them. None where all
 /// pieces are one group. Poses that differ by a multiple of `period` are one.
 pub(crate) fn groups(measurements: &Measurements, psi: &[f64], jumps: &[usize], period: f64) -> Vec<Part> {
-    let pieces: Vec<Range<usize>> = segments_between(jumps, psi.len()).collect();
-    let felt: Vec<Vec<bool>> = pieces.iter().map(|piece| felt(measurements, psi, piece.clone(), period)).collect();
+    let (pieces, felt) = pieces(measurements, psi, jumps, period);
     let mut group: Vec<usize> = (0..pieces.len()).collect();
     for one in 0..pieces.len() {
         for other in 0..one {
@@ -29,6 +28,24 @@ pub(crate) fn groups(measurements: &Measurements, psi: &[f64], jumps: &[usize], 
     }
     let members = |of: usize| pieces.iter().zip(&group).filter(move |(_, group)| **group == of).map(|(piece, _)| piece);
     (0..pieces.len()).map(|of| Part::of(members(of))).filter(|group| group.ranges().len() > 1).collect()
+}
+
+/// Pieces between `jumps` that share boundary with no other.
+pub(crate) fn alone(measurements: &Measurements, psi: &[f64], jumps: &[usize]) -> Vec<Range<usize>> {
+    let (pieces, felt) = pieces(measurements, psi, jumps, TAU);
+    let is_alone = |one: usize| (0..felt.len()).all(|other| one == other || !share(&felt[one], &felt[other]));
+    pieces.iter().enumerate().filter(|(one, _)| is_alone(*one)).map(|(_, piece)| piece.clone()).collect()
+}
+
+/// The pieces between jumps, and what each felt.
+fn pieces(
+    measurements: &Measurements,
+    psi: &[f64],
+    jumps: &[usize],
+    period: f64,
+) -> (Vec<Range<usize>>, Vec<Vec<bool>>) {
+    let of = |piece: Range<usize>| (piece.clone(), felt(measurements, psi, piece, period));
+    segments_between(jumps, psi.len()).map(of).unzip()
 }
 
 /// Which of the nodes of the boundary a piece felt; those that a period apart are one.
@@ -87,6 +104,12 @@ mod tests {
     }
 
     #[test]
+    fn a_piece_that_shares_with_none_is_alone() {
+        let (measurements, psi, jumps) = turning_from(&[0.0, 2.5, 0.05, 5.0]);
+        assert_eq!(alone(&measurements, &psi, &jumps), [31..62, 93..124]);
+    }
+
+    #[test]
     fn pieces_share_boundary_from_some_degrees_on() {
         // On each palm half of it.
         let apart = |common: f64| {
@@ -104,6 +127,7 @@ mod tests {
         // Through a third piece.
         let (measurements, psi, jumps) = turning_from(&[0.0, 3.0, 0.1, 0.18, 3.0]);
         assert_eq!(groups(&measurements, &psi, &jumps, TAU), [vec![0..31, 62..124], vec![31..62, 124..155]]);
+        assert!(alone(&measurements, &psi, &jumps).is_empty());
         // What has none of the others between is a part without being a group.
         let (measurements, psi, jumps) = turning_from(&[0.0, 3.0, 3.1]);
         assert!(groups(&measurements, &psi, &jumps, TAU).is_empty());

@@ -14,6 +14,7 @@ mod stretch;
 use self::growth::Grown;
 use super::calibrated::trusts;
 use super::job::{Job, Refined};
+use crate::estimate::association::shared_boundary::alone;
 use crate::estimate::coverage::{ENOUGH_PASSED_BEFORE, passed_before};
 use crate::estimate::friction::falls::falls;
 use crate::estimate::friction::modes::{Decoded, Object, Sds, decode};
@@ -79,6 +80,10 @@ const CONTACTS_ALLOWANCE: f64 = 1.3;
 /// Slip that is allowed to a contact that sticks when modes are told apart, as a share of the mean radius: while the fit is rough, that of
 /// its steps says little.
 const DECODED_SLIP: f64 = 1e-4;
+
+/// Pieces of fewer samples that share boundary with no other may be at another pose: there they also move otherwise, so that rotations of what was found
+/// do not tell.
+const SHORT_AND_ALONE: usize = 30;
 
 /// Times that the contact modes are found anew.
 const ROUNDS: usize = 8;
@@ -176,11 +181,14 @@ impl Settled {
         contacts * sensor_m.ln() + sticks * slip_m.ln() + slides * forces_m.ln() + of_pads
     }
 
-    /// How far each sample may be elsewhere, radians: a few between two jumps, or before the first, bend the shape to any pose of theirs.
+    /// How far each sample may be elsewhere, radians: a few between two jumps, or before the first, bend the shape to any pose of theirs; some more do
+    /// on boundary that no others felt.
     fn ambiguity_rad(&self) -> Vec<f64> {
-        let samples = self.optimum.unknowns.psi.len();
-        let mut ambiguity_rad = vec![0.0; samples];
-        short_segments(&self.starts, samples).into_iter().for_each(|short| ambiguity_rad[short].fill(PI));
+        let Optimum { unknowns: Unknowns { psi, .. }, corrected, .. } = &self.optimum;
+        let mut ambiguity_rad = vec![0.0; psi.len()];
+        let alone = alone(&corrected.measurements, psi, &self.starts);
+        let open = alone.into_iter().filter(|piece| piece.len() < SHORT_AND_ALONE && piece.len() < psi.len());
+        open.chain(short_segments(&self.starts, psi.len())).for_each(|short| ambiguity_rad[short].fill(PI));
         ambiguity_rad
     }
 

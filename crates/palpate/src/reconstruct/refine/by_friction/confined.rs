@@ -63,7 +63,7 @@ impl Settled {
             rows.iter().zip(shares.iter()).fold(DVector::zeros(dense), |sum, (row, share)| sum + row * *share)
         };
         let lacking = axes.filter(|(ratio, _)| **ratio < 1.0);
-        Some(lacking.map(|(ratio, vector)| (axis(vector), (1.0 / ratio - 1.0) / inflation)).collect())
+        Some(lacking.map(|(ratio, vector)| (axis(vector), (1.0 / ratio - 1.0) * inflation)).collect())
     }
 }
 

@@ -15,9 +15,11 @@ use rayon::prelude::*;
 const NEAREST: f64 = 3.0;
 const DOUBLED: usize = 5;
 
-/// Fall of the ln likelihood at two standard deviations: the profile is followed to there, beyond which little of the posterior is left. Modes that are
-/// found anew leave it uneven by a few tenths.
+/// Fall of the ln likelihood at two standard deviations: the profile is followed to there, beyond which little of the posterior is left.
 const FOLLOWED: f64 = 2.0;
+
+/// What of a fall is not believed: modes that are found anew leave the profile uneven, typically by this.
+const UNEVEN: f64 = 1.0;
 
 /// Least fall that is believed of the last place: at one standard deviation.
 const ONE_SD: f64 = 0.5;
@@ -78,15 +80,18 @@ fn widening(sides: [&[(f64, f64)]; 2]) -> f64 {
 fn moments(side: &[(f64, f64)], top: f64) -> [f64; 2] {
     let standard = [(1.0, ONE_SD)];
     let side = if side.is_empty() { &standard[..] } else { side };
+    let believed = |fall: f64| (fall - top - UNEVEN).max(0.0);
     let (farthest, last) = side[side.len() - 1];
     // Before the first place and beyond the last it falls as that of a Gaussian.
     let parabola = |x: f64, (away, fall): (f64, f64)| fall * (x / away).powi(2);
-    let beyond = (farthest, (last - top).max(ONE_SD));
+    let beyond = (farthest, believed(last).max(ONE_SD));
+    let here = believed(0.0);
     let fall = |x: f64| match side.iter().position(|(away, _)| x <= *away) {
-        Some(0) => parabola(x, side[0]) - top,
+        Some(0) => here + parabola(x, (side[0].0, believed(side[0].1) - here)),
         Some(next) => {
             let [(from, fell), (to, falls)] = [side[next - 1], side[next]];
-            fell + (falls - fell) * (x - from) / (to - from) - top
+            let [fell, falls] = [fell, falls].map(believed);
+            fell + (falls - fell) * (x - from) / (to - from)
         }
         None => parabola(x, beyond),
     };
@@ -176,7 +181,7 @@ impl Settled {
 
 #[cfg(test)]
 mod tests {
-    use super::{FOLLOWED, NEAREST, widening};
+    use super::{FOLLOWED, NEAREST, UNEVEN, widening};
 
     fn symmetric(side: &[(f64, f64)]) -> f64 {
         widening([side, side])
@@ -184,13 +189,13 @@ mod tests {
 
     #[test]
     fn a_profile_as_the_equations_have_it_widens_nothing() {
-        let gaussian = (NEAREST, 0.5 * NEAREST * NEAREST);
+        let gaussian = (NEAREST, UNEVEN + 0.5 * NEAREST * NEAREST);
         assert!((symmetric(&[gaussian]) - 1.0).abs() < 1e-2);
         assert!((symmetric(&[]) - 1.0).abs() < 1e-2);
         // A steeper one neither: contact modes never tell more than their equations.
         assert_eq!(symmetric(&[(NEAREST, 20.0)]), 1.0);
         // One that is twice as wide, however far it was followed.
-        let twice = |away: f64| (away, 0.125 * away * away);
+        let twice = |away: f64| (away, UNEVEN + 0.125 * away * away);
         assert!((symmetric(&[twice(6.0)]) - 2.0).abs() < 1e-2);
         assert!((symmetric(&[twice(3.0), twice(6.0), twice(12.0)]) - 2.0).abs() < 0.4);
     }
@@ -205,7 +210,11 @@ mod tests {
 
     #[test]
     fn an_uneven_profile_hardly_changes_the_width() {
-        let [lower, higher] = [-0.3, 0.3].map(|more| symmetric(&[(3.0, 0.5 + more), (6.0, FOLLOWED + more)]));
-        assert!(higher < lower && lower < 1.3 * higher, "{lower} {higher}");
+        let [lower, higher] =
+            [-0.5 * UNEVEN, 0.5 * UNEVEN].map(|more| symmetric(&[(3.0, 0.5), (6.0, 4.0 * FOLLOWED + more)]));
+        assert!(higher <= lower && lower < 1.1 * higher, "{lower} {higher}");
+        // What falls by no more is no fall.
+        assert_eq!(symmetric(&[(3.0, UNEVEN), (6.0, 20.0)]), symmetric(&[(3.0, 0.0), (6.0, 20.0)]));
+        assert!(symmetric(&[(3.0, 2.0 * UNEVEN), (6.0, 20.0)]) < symmetric(&[(3.0, UNEVEN), (6.0, 20.0)]));
     }
 }

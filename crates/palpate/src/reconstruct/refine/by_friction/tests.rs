@@ -379,7 +379,7 @@ fn confined(mut settled: Settled, sliding: usize) -> [[f64; 2]; 2] {
     let first = settled.optimum.unknowns.coefficients.len();
     let sds = |settled: &Settled| {
         let covariance = settled.optimum.eliminated.covariance();
-        [first, first + 1].map(|unknown| covariance[(unknown, unknown)].sqrt())
+        [first, first + 1].map(|unknown| settled.optimum.sd(&covariance, unknown))
     };
     // What slides beyond so many samples tells nothing.
     let mut left = sliding;
@@ -391,16 +391,11 @@ fn confined(mut settled: Settled, sliding: usize) -> [[f64; 2]; 2] {
         };
         left -= usize::from(slides && left > 0);
     }
-    settled.optimum.eliminated.loosen(&unit(first, &settled), 1e3);
-    settled.optimum.eliminated.loosen(&unit(first + 1, &settled), 1e3);
+    // Nor do the equations tell much.
+    settled.optimum.inflation = 1e6;
     let before = sds(&settled);
     settled.confine();
     [before, sds(&settled)]
-}
-
-fn unit(unknown: usize, settled: &Settled) -> nalgebra::DVector<f64> {
-    let unknowns = settled.optimum.eliminated.information().nrows();
-    nalgebra::DVector::from_fn(unknowns, |index, _| f64::from(u8::from(index == unknown)))
 }
 
 #[test]
@@ -409,7 +404,7 @@ fn intervals_confine_friction_that_equations_do_not_tell() {
         let off = [0, 1].map(|palm| (settled.optimum.unknowns.friction[palm] - FRICTION[palm]).abs());
         let [before, after] = confined(settled, 2);
         for palm in 0..2 {
-            assert!(before[palm] > 0.02 && after[palm] < 0.02, "{before:?} {after:?}");
+            assert!(before[palm] > 0.1 && after[palm] < 0.1, "{before:?} {after:?}");
             assert!(off[palm] < 4.0 * after[palm], "{off:?} {after:?}");
         }
     });
@@ -429,6 +424,16 @@ fn a_few_samples_between_jumps_may_be_elsewhere() {
         settled.starts = vec![5, 300, 306, 311];
         let ambiguous = settled.ambiguity_rad().iter().filter(|ambiguity_rad| **ambiguity_rad > 0.0).count();
         assert_eq!(ambiguous, 5 + 5);
+        // More of them are, where no others felt what they do.
+        let open = |mut settled: Settled, samples: usize, turned: f64| {
+            settled.starts = vec![samples];
+            settled.optimum.unknowns.psi[..samples].iter_mut().for_each(|psi| *psi += turned);
+            (settled.ambiguity_rad().iter().filter(|ambiguity_rad| **ambiguity_rad > 0.0).count(), settled)
+        };
+        let (there, settled) = open(settled, SHORT_AND_ALONE - 1, 0.0);
+        let (away, settled) = open(settled, SHORT_AND_ALONE - 1, PI);
+        let (long, _) = open(settled, SHORT_AND_ALONE, 0.0);
+        assert_eq!([there, away, long], [0, SHORT_AND_ALONE - 1, 0]);
     });
 }
 
