@@ -8,7 +8,7 @@ use super::regimes::Regime;
 use super::strips::{CENTER_SD, FORM_ALLOWANCE, LEAST_FRICTION, ends, prior_of_friction, runs};
 use crate::estimate::measurements::Measurements;
 use crate::estimate::model::contact::contacts;
-use crate::mechanics::coulomb::{moment, moment_by_psi, opening};
+use crate::mechanics::coulomb::{at_the_edges, moment, moment_by_psi, opening};
 use nalgebra::{Matrix4, Vector4};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -74,8 +74,8 @@ impl Interval {
     /// What the sample misses, in standard deviations, with such a shift of the centre of mass and such friction.
     fn missed(&self, [x, y, first, second]: [f64; 4]) -> f64 {
         let across = x * self.direction[0] - y * self.direction[1];
-        let [one, other] = self.ends.map(|[sign1, sign2]| {
-            let tau = [-first * sign1, -second * sign2];
+        let [one, other] = self.ends.map(|signs| {
+            let tau = at_the_edges([first, second], signs);
             self.moment.at(tau) - self.opening.at(tau) * across
         });
         if one * other < 0.0 { 0.0 } else { one.abs().min(other.abs()) / self.sd_m }
@@ -105,9 +105,7 @@ impl Posterior {
             let ends = ends(instant, &at, regime)?;
             let moment = Bilinear::of(|tau| moment(&instant.palms, &at, tau));
             let opening = Bilinear::of(|tau| opening(&instant.palms, tau));
-            let edges = ends[0].map(|sign| -sign);
-            let tau = [edges[0] * friction[0], edges[1] * friction[1]];
-            let by_psi = moment_by_psi(&instant.palms, &at, tau);
+            let by_psi = moment_by_psi(&instant.palms, &at, at_the_edges(*friction, ends[0]));
             let sd_m = (by_psi * psi_sd).hypot(FORM_ALLOWANCE * size_m);
             Some(Interval { moment, opening, direction: [psi.cos(), psi.sin()], ends, sd_m })
         };
