@@ -11,7 +11,8 @@
 //! 3. `verdict/`: outline, motion, error bars and jumps of an optimum, and what it is worth;
 //! 4. `selection`: which of several explanations is the answer, and whether it is the only one. Where it is not, the search goes on.
 //!
-//! `mistake/` names the mistake in how a log is written that no object explains.
+//! `mistake/` names the mistake in how a log is written that no object explains, and `ordinary_rig` tries a log that no arrangement explains as one of a rig
+//! that is not exact.
 //!
 //! `options/` is what may be set and `result/` what comes out.
 //!
@@ -20,6 +21,7 @@
 
 mod mistake;
 mod options;
+mod ordinary_rig;
 mod paper;
 mod reconstructor;
 pub(crate) mod refine;

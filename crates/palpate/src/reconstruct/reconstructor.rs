@@ -5,12 +5,13 @@ use super::options::error::ReconstructError;
 use super::options::limits::CertificateLimits;
 use super::options::method::Method;
 use super::options::{Progress, ReconstructOptions};
+use super::ordinary_rig::arranged;
 use super::paper::initial_conditions as integral;
 use super::refine::calibrated::LEFT;
 use super::refine::job::Job;
 use super::result::friction::{FrictionEstimate, friction};
 use super::result::reconstruction::Reconstruction;
-use super::search::schedule::{self, Found, Readings, Stage};
+use super::search::schedule::{self, Found, Next, Readings, Stage};
 use super::search::segments::segments;
 use super::selection::Explored;
 use super::selection::stray_readings::{are_doubted, with_left_out, without_stray_readings};
@@ -22,7 +23,7 @@ use crate::log::{Log, Sample};
 use crate::sensor::Rig;
 use crate::shape::SupportFunction;
 use std::borrow::Cow;
-use std::cell::{Cell, RefCell};
+use std::cell::{Cell, OnceCell, RefCell};
 
 /// Sizes in which a known shape is tried, one after the other until one explains the log: each leads to the optimum from up to two per cent
 /// away.
@@ -43,13 +44,16 @@ enum Searched {
     Strays(Log, usize),
 }
 
+/// What explains a log where its rig is an ordinary one, found when it is first asked for ([`Reconstructor::explained_by_ordinary_rig`]).
+pub(super) type OrdinaryRig<'a> = dyn Fn() -> Option<Reconstruction> + 'a;
+
 /// How far a search goes.
 #[derive(Clone, Copy)]
 enum Extent<'a> {
     /// The first way alone, and the first arrangements that it finds.
     Brief,
     /// All of it, while this says so ([`Reconstructor::run_while`]).
-    While(&'a dyn Fn(Stage, bool) -> bool),
+    While(&'a OrdinaryRig<'a>, &'a dyn Fn(Stage, bool) -> bool),
 }
 
 /// Reconstructs logs, with what is known besides them. What is not said is left to the log.
@@ -155,7 +159,9 @@ impl<'a> Reconstructor<'a> {
     /// When the log cannot be solved at all, an option is out of its range, or the start does not go with the log (see
     /// [`ReconstructError`]). A doubtful answer is not an error: it comes back as a [`Reconstruction`] that is not certified.
     pub fn run(&self, log: &Log) -> Result<Reconstruction, ReconstructError> {
-        self.run_while(log, &|_, _| true)
+        let ordinary = OnceCell::new();
+        let ordinary = || ordinary.get_or_init(|| self.explained_by_ordinary_rig(log)).clone();
+        self.run_while(log, &ordinary, &|_, _| true)
     }
 
     /// The same; where a stage of the search leads nowhere, `goes_on` is told which and whether the log is explained, and asked whether others are
@@ -163,13 +169,14 @@ impl<'a> Reconstructor<'a> {
     pub(super) fn run_while(
         &self,
         log: &Log,
+        ordinary: &OrdinaryRig,
         goes_on: &dyn Fn(Stage, bool) -> bool,
     ) -> Result<Reconstruction, ReconstructError> {
         check_log(log, &self.options)?;
         if look_exchanged(log) {
             // They are of no use, and the rest is what it is.
             let without = |sample: &Sample| Sample { force1_n: None, force2_n: None, ..*sample };
-            return self.run_while(&Log { samples: log.samples.iter().map(without).collect() }, goes_on);
+            return self.run_while(&Log { samples: log.samples.iter().map(without).collect() }, ordinary, goes_on);
         }
         if self.integrates() && self.options.rig != Rig::default() {
             // The methods that integrate take the constants of the rig as stated.
@@ -177,7 +184,7 @@ impl<'a> Reconstructor<'a> {
             return exact.run(&self.options.rig.calibration.corrected(log));
         }
         match &self.start {
-            Start::Nothing => self.search(log, Extent::While(goes_on)),
+            Start::Nothing => self.search(log, Extent::While(ordinary, goes_on)),
             Start::Shape(shape) => {
                 check_start(log, shape, None)?;
                 self.place(&Job::new(log, &self.options), shape)
@@ -274,8 +281,15 @@ impl<'a> Reconstructor<'a> {
             is_explained_by_forces()
         };
         let goes_on = |stage: Stage| match extent {
-            Extent::Brief => false,
-            Extent::While(goes_on) => !explained_by_forces() && goes_on(stage, explained_one.get()),
+            Extent::Brief => Next::Nothing,
+            Extent::While(..) if explained_by_forces() => Next::Nothing,
+            Extent::While(_, goes_on) if !goes_on(stage, explained_one.get()) => Next::Nothing,
+            Extent::While(ordinary, _)
+                if stage == Stage::FirstWay && !explained_one.get() && self.most_work.is_none() =>
+            {
+                ordinary().and_then(|ordinary| arranged(&job, &ordinary)).map_or(Next::Others, Next::This)
+            }
+            Extent::While(..) => Next::Others,
         };
         schedule::search(
             &Readings { brief, goes_on: &goes_on, ..job.readings() },
@@ -306,7 +320,7 @@ impl<'a> Reconstructor<'a> {
                 }
                 let explained = best.as_ref().is_some_and(|candidate| candidate.result.verdict.is_explained());
                 explained_one.set(explained);
-                if judged == 1 && !explained && !brief && !goes_on(Stage::FirstArrangement) {
+                if judged == 1 && !explained && !brief && matches!(goes_on(Stage::FirstArrangement), Next::Nothing) {
                     return true;
                 }
                 (brief && judged >= JUDGED_BRIEFLY)

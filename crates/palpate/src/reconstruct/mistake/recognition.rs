@@ -9,17 +9,14 @@ use super::Mistake;
 use super::by_readings::hold;
 use crate::log::{Log, Sample};
 use crate::reconstruct::options::error::ReconstructError;
-use crate::reconstruct::reconstructor::Reconstructor;
-use crate::reconstruct::result::calibration::ConstantEstimate;
+use crate::reconstruct::ordinary_rig::{differs_from_stated, thinned};
+use crate::reconstruct::reconstructor::{OrdinaryRig, Reconstructor};
 use crate::reconstruct::result::reconstruction::Reconstruction;
 use crate::reconstruct::search::schedule::Stage;
 use crate::reconstruct::start::Start;
 use crate::reconstruct::verdict::doubt::{Doubt, Verdict};
 use crate::sensor::{Rig, Tolerances};
 use crate::shape::SupportFunction;
-
-/// Samples of a log that are tried at least, where it has as many: with fewer, jumps are lost; more cost time.
-const SAMPLES: usize = 800;
 
 /// Mistakes in names and signs, the commonest first.
 const FIXED: [Mistake; 9] = [
@@ -43,10 +40,6 @@ const ZERO_STEP_M: f64 = 5e-3;
 /// Steps to each side that are tried: of the zeros, and of the far ends, which are first read off the log roughly.
 const ZERO_STEPS: [f64; 9] = [0.0, 1.0, -1.0, 2.0, -2.0, 3.0, -3.0, 4.0, -4.0];
 const END_STEPS: [f64; 9] = ZERO_STEPS;
-
-/// A constant that the log has further than so many of its own standard deviations from what was stated is another: one of seven that are as stated is
-/// once in fifty logs.
-const DIFFERENT_SDS: f64 = 3.0;
 
 /// A zero within so many standard deviations of what is stated is as stated.
 const AS_STATED_SDS: f64 = 3.0;
@@ -102,11 +95,12 @@ impl Reconstructor<'_> {
         if let Some(mistake) = Mistake::leaps_to_zero(log) {
             return self.run_without(&Recognised::by_readings(mistake), log, None);
         }
-        let (at_once, later) = (OnceCell::new(), OnceCell::new());
-        let at_once = || at_once.get_or_init(|| self.recognised_at_once(log)).clone();
+        let (ordinary, at_once, later) = (OnceCell::new(), OnceCell::new(), OnceCell::new());
+        let ordinary = || ordinary.get_or_init(|| self.explained_by_ordinary_rig(log)).clone();
+        let at_once = || at_once.get_or_init(|| self.recognised_at_once(log, &ordinary)).clone();
         let recognised = || at_once().or_else(|| later.get_or_init(|| self.recognised_later(log, None)).clone());
         // What takes long, or is no reason to give up, comes last.
-        let as_written = self.run_while(log, &|stage, is_explained| match stage {
+        let as_written = self.run_while(log, &ordinary, &|stage, is_explained| match stage {
             Stage::FirstWay => is_explained || at_once().is_none(),
             Stage::FirstArrangement => at_once().is_none() && Mistake::coarse_digits(log).is_none(),
             Stage::EqualTrust => is_explained || recognised().is_none(),
@@ -171,9 +165,14 @@ impl Reconstructor<'_> {
 
     /// The mistake without which a log would be explained, of those that are soon tried: what the readings show, names and signs, a rig that is taken as
     /// exact, and pads read from their far ends where the readings look so. `None` where nothing speaks for one.
-    fn recognised_at_once(&self, log: &Log) -> Option<Recognised> {
+    fn recognised_at_once(&self, log: &Log, ordinary: &OrdinaryRig) -> Option<Recognised> {
         if let Some(mistake) = Mistake::by_readings(log) {
             return Some(Recognised::by_readings(mistake));
+        }
+        if let Some(found) = ordinary() {
+            // A log that is explained as it is written has no other mistake.
+            let named = |found: Reconstruction| Recognised { mistake: Mistake::RigNotExact, shape: Some(found.shape) };
+            return Some(found).filter(differs_from_stated).map(named);
         }
         let few = thinned(log);
         let stated = self.known_rig();
@@ -185,13 +184,10 @@ impl Reconstructor<'_> {
             let found = if hold(&undone) { explained(&undone) } else { None };
             found.map(|found| named(mistake, found))
         };
-        let as_ordinary = || {
-            let found = if tolerant.known_rig() == stated { None } else { explained(&few) };
-            found.filter(differs_from_stated).map(|found| named(Mistake::RigNotExact, found))
-        };
         let [likely, _] = Reading::of_pads(&few);
-        as_ordinary()
-            .or_else(|| FIXED.into_iter().find_map(mended))
+        FIXED
+            .into_iter()
+            .find_map(mended)
             .or_else(|| likely.iter().find_map(|reading| tolerant.explained_by(reading, &few)))
     }
 
@@ -201,12 +197,6 @@ impl Reconstructor<'_> {
         let tolerant = self.with_ordinary_rig();
         let by_zeros = || Reading::of_pads(&few)[1].iter().find_map(|reading| tolerant.explained_by(reading, &few));
         found.and_then(zero_off).or_else(|| Mistake::coarse_digits(log).map(Recognised::by_readings)).or_else(by_zeros)
-    }
-
-    /// The same with no constant of the rig known better than in an ordinary one.
-    fn with_ordinary_rig(&self) -> Self {
-        let Rig { calibration, tolerances, .. } = self.known_rig();
-        self.clone().rig(Rig::new(calibration, at_least_ordinary(&tolerances)))
     }
 
     /// How the pads are read where this reading of them, or one nearby, explains a log.
@@ -241,15 +231,6 @@ impl Reconstructor<'_> {
         };
         zero_m(0).or(zero_m(1)).and_then(|_| named(Mistake::ZeroOff { zero1_m: zero_m(0), zero2_m: zero_m(1) }))
     }
-}
-
-/// Whether a constant of the rig is told to be another than was stated.
-fn differs_from_stated(found: &Reconstruction) -> bool {
-    found.calibration.iter().flat_map(|calibration| &calibration.constants).any(is_another)
-}
-
-fn is_another(constant: &ConstantEstimate) -> bool {
-    constant.prior_sd > 0.0 && (constant.value - constant.stated).abs() > DIFFERENT_SDS * constant.sd
 }
 
 /// The zeros that an explanation of a log has far from what the rig is stated to have, where nothing else speaks against it.
@@ -317,12 +298,6 @@ impl Reading {
     }
 }
 
-/// A part of a log, thinned to no fewer than [`SAMPLES`] where it has as many.
-fn thinned(log: &Log) -> Log {
-    let every = (log.samples.len() / SAMPLES).max(1);
-    Log { samples: log.samples.iter().step_by(every).copied().collect() }
-}
-
 /// How the readings of a pad go with the opening of the palms.
 struct Trend {
     /// Their mean, metres.
@@ -351,36 +326,5 @@ impl Trend {
         });
         let slope_m = products / f64::max(squares, f64::MIN_POSITIVE);
         Self { mean_m, at_base_m: mean_m - slope_m * mean_cot, runs_backwards: slope_m < 0.0 }
-    }
-}
-
-/// No constant is known better than in an ordinary rig.
-fn at_least_ordinary(stated: &Tolerances) -> Tolerances {
-    let ordinary = Tolerances::default();
-    let largest = |stated: [f64; 2], ordinary: [f64; 2]| [0, 1].map(|palm| stated[palm].max(ordinary[palm]));
-    Tolerances {
-        zero_sd_m: largest(stated.zero_sd_m, ordinary.zero_sd_m),
-        scale_sd: largest(stated.scale_sd, ordinary.scale_sd),
-        angle_zero_sd_rad: largest(stated.angle_zero_sd_rad, ordinary.angle_zero_sd_rad),
-        surface_sd_m: largest(stated.surface_sd_m, ordinary.surface_sd_m),
-        ..*stated
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_constant_is_another_where_the_log_says_so_and_it_was_not_stated_exactly() {
-        let zero = |sds: f64, prior_sd: f64| ConstantEstimate {
-            name: "s1_zero_m".to_owned(),
-            value: 3e-4 + sds * 2e-5,
-            sd: 2e-5,
-            stated: 3e-4,
-            prior_sd,
-        };
-        assert!(is_another(&zero(-1.01 * DIFFERENT_SDS, 5e-4)) && !is_another(&zero(0.99 * DIFFERENT_SDS, 5e-4)));
-        assert!(!is_another(&zero(2.0 * DIFFERENT_SDS, 0.0)));
     }
 }

@@ -13,7 +13,6 @@ use crate::reconstruct::search::tolerance::Tolerance;
 use crate::reconstruct::search::windows::{Window, spans, windows};
 use crate::sensor::Calibration;
 use std::borrow::Cow;
-use std::cell::Cell;
 use std::ops::Range;
 
 /// Thinned instants that the search works on, about: its cost is proportional to their number.
@@ -49,9 +48,9 @@ const BEGUN_ANEW: usize = 6;
 /// Seeds that are grown to the end before the search gives up: more cost time, fewer may all be wrong.
 const SEEDS: usize = 6;
 
-/// Shares of the work that are reported as done: up to this while seeds with few harmonics are grown, and from that on with more.
+/// Shares of the work that are reported as done: of that of a way, when its seeds with few harmonics are grown, and of what follows, when seeds have more.
 const FEW_HARMONICS_DONE: f64 = 0.4;
-const MORE_HARMONICS_DONE: f64 = 0.5;
+const SEEDS_DONE: f64 = 0.2;
 
 /// Arrangements of a part of the log that are tried with each of them: those that explain most instants. Those with the exact balance are
 /// much the same as those before.
@@ -70,8 +69,18 @@ pub(crate) struct Readings<'a> {
     pub prior: Prior,
     /// Whether only the first way is gone, that of most logs: few harmonics, and an equal trust in balance and contacts.
     pub brief: bool,
-    /// Asked when one of these has led nowhere: whether others are tried.
-    pub goes_on: &'a dyn Fn(Stage) -> bool,
+    /// Asked when one of these has led nowhere: what is tried next.
+    pub goes_on: &'a dyn Fn(Stage) -> Next,
+}
+
+/// What is tried when a stage of a search has led nowhere.
+pub(crate) enum Next {
+    /// Nothing more.
+    Nothing,
+    /// The other ways.
+    Others,
+    /// This arrangement, where the first way led nowhere, and then the other ways.
+    This(Found),
 }
 
 /// What has led nowhere when a search is asked whether it goes on.
@@ -127,18 +136,13 @@ pub(crate) fn search(
             return;
         }
         let tolerance = Tolerance::new(measurements, tolerances_m[trust], BALANCES[balance]);
-        let calibrate = |found: &Found| calibrate(found, trust);
         let (measurements, windows) = (Cow::Borrowed(measurements), windows.clone());
         let problem = Problem { calibration, measurements, windows, tolerance, prior };
+        let calibrate = |found: &Found| calibrate(found, trust);
         let tell = |share: f64| tell((number as f64 + share) / ways.len() as f64);
         let mut partial: Vec<(usize, Found)> = Vec::new();
         let mut any_explained = false;
-        let ended = Cell::new(false);
-        let more_harmonics = || {
-            ended.set(brief || (number == 0 && !goes_on(Stage::FirstWay)));
-            !ended.get()
-        };
-        let enough = arrange(&problem, &more_harmonics, &calibrate, &tell, &mut |arranged| match arranged {
+        let mut consider = |arranged: Arrangement| match arranged {
             Arrangement::Whole(found) => {
                 any_explained = true;
                 accept(found)
@@ -147,8 +151,25 @@ pub(crate) fn search(
                 partial.push((explained, found));
                 false
             }
-        });
-        if enough || ended.get() {
+        };
+        let few = |share: f64| tell(FEW_HARMONICS_DONE * share);
+        let Some(begun) = with_few_harmonics(&problem, &calibrate, &few, &mut consider) else { return };
+        if brief {
+            return;
+        }
+        if number == 0 {
+            match goes_on(Stage::FirstWay) {
+                Next::Nothing => return,
+                Next::Others => {}
+                Next::This(found) => {
+                    if consider(Arrangement::Whole(found)) {
+                        return;
+                    }
+                }
+            }
+        }
+        let more = |share: f64| tell(FEW_HARMONICS_DONE + (1.0 - FEW_HARMONICS_DONE) * share);
+        if with_more_harmonics(&problem, begun, &calibrate, &more, &mut consider) {
             return;
         }
         // The shape of a part may tell where the object is in all others, though no window beside it was explained.
@@ -158,7 +179,7 @@ pub(crate) fn search(
             return;
         }
         // Where arrangements with an exact balance explain the log, those without it are no better.
-        if (any_explained && balance > 0) || (number == 0 && !goes_on(Stage::EqualTrust)) {
+        if (any_explained && balance > 0) || (number == 0 && matches!(goes_on(Stage::EqualTrust), Next::Nothing)) {
             return;
         }
     }
@@ -172,21 +193,21 @@ pub(crate) fn search_by_contact(readings: &Readings, calibrate: &Calibrate, acce
     let tolerance = Tolerance::new(measurements, tolerances_m[0], BALANCES[0]).of_contact_alone();
     let problem = Problem { calibration, measurements: Cow::Borrowed(measurements), windows, tolerance, prior };
     let mut partial: Vec<(usize, Found)> = Vec::new();
-    let enough = arrange(&problem, &|| false, calibrate, &|_| (), &mut |arranged| match arranged {
+    let mut consider = |arranged: Arrangement| match arranged {
         Arrangement::Whole(found) => accept(found),
         Arrangement::Partial(explained, found) => {
             partial.push((explained, found));
             false
         }
-    });
-    if !enough {
+    };
+    if with_few_harmonics(&problem, calibrate, &|_| (), &mut consider).is_some() {
         partial.sort_by_key(|(explained, _)| std::cmp::Reverse(*explained));
         let _ = partial.into_iter().take(PARTS[0]).any(|(_, found)| accept(found));
     }
 }
 
 /// A seed that is explained, as it is or once its readings are corrected by what it tells of the rig; `None` where it is not.
-fn begun<'a>(seed: &Seed, problem: &Problem<'a>, calibrate: &Calibrate) -> Option<BeamSearch<'a>> {
+fn explained_seed<'a>(seed: &Seed, problem: &Problem<'a>, calibrate: &Calibrate) -> Option<BeamSearch<'a>> {
     if seed.misfit < EXPLAINED {
         return Some(seed.beam_search(problem, calibrate));
     }
@@ -202,78 +223,88 @@ enum Arrangement {
     Partial(usize, Found),
 }
 
-/// Passes arrangements to `consider` until that returns true, or none is left to try. Whether more than the few harmonics of most objects are tried, and
-/// seeds that no noise explains, `more_harmonics` is asked when those have led nowhere.
-fn arrange(
-    problem: &Problem,
-    more_harmonics: &dyn Fn() -> bool,
+/// Seeds with the few harmonics of most objects, those of them that grew well that far and no further, and what is left of the work of growing them.
+struct Begun<'a> {
+    seeds: Vec<Seed>,
+    deferred: Vec<BeamSearch<'a>>,
+    budget: Budget,
+    grown: usize,
+}
+
+/// Passes what a search has grown to `consider`.
+fn submit(problem: &Problem, beam_search: BeamSearch, consider: &mut dyn FnMut(Arrangement) -> bool) -> bool {
+    let (calibration, tolerance) = (beam_search.calibration, beam_search.tolerance);
+    let arranged = beam_search.in_order_of_time();
+    let Some(top) = arranged.hypotheses.first() else { return false };
+    // Samples that are not arranged are not explained.
+    let instants = |windows: &[Window]| windows.iter().map(|window| window.range.len()).sum::<usize>();
+    let missing = 1.0 - instants(&arranged.windows) as f64 / instants(&problem.windows) as f64;
+    let cost =
+        misfit(&arranged.thin, &top.estimate, tolerance.sharp()) / arranged.thin.len() as f64 + MISSING * missing;
+    let ranges = covered_ranges(&arranged.windows);
+    let estimates = arranged.hypotheses.into_iter().map(|hypothesis| hypothesis.estimate).collect();
+    let found = Found { calibration, tolerance_m: tolerance.scatter_m, thin: arranged.thin, ranges, estimates };
+    consider(if cost < EXPLAINED { Arrangement::Whole(found) } else { found.partial(tolerance) })
+}
+
+/// Passes arrangements with few harmonics, over every span, to `consider` until that returns true, which gives `None`: many can explain a short span with
+/// a jump in it. And first the seeds whose misfit is that of the noise, for as long as it is: above it, even few harmonics may hide a jump.
+fn with_few_harmonics<'a>(
+    problem: &Problem<'a>,
+    calibrate: &Calibrate,
+    tell: &dyn Fn(f64),
+    consider: &mut dyn FnMut(Arrangement) -> bool,
+) -> Option<Begun<'a>> {
+    let mut begun = Begun { seeds: Vec::new(), deferred: Vec::new(), budget: Budget::default(), grown: 0 };
+    for (number, span) in spans(&problem.windows).into_iter().take(SPANS).enumerate() {
+        if problem.measurements.work.is_spent() {
+            break;
+        }
+        tell(number as f64 / SPANS as f64);
+        let Some(seed) = Seed::with_few_harmonics(problem, span) else { continue };
+        if begun.grown < SEEDS
+            && !begun.budget.is_spent()
+            && let Some(mut beam_search) = explained_seed(&seed, problem, calibrate)
+        {
+            if beam_search.grow(&mut begun.budget, MISFIT_LIMITS[0]) {
+                begun.grown += 1;
+                if submit(problem, beam_search, consider) {
+                    return None;
+                }
+            } else {
+                begun.deferred.push(beam_search);
+            }
+        }
+        begun.seeds.push(seed);
+    }
+    Some(begun)
+}
+
+/// The same of those that were deferred, then of more harmonics, for objects that take them, and only then of seeds whose misfit no noise explains.
+fn with_more_harmonics<'a>(
+    problem: &Problem<'a>,
+    Begun { mut seeds, mut deferred, mut budget, grown }: Begun<'a>,
     calibrate: &Calibrate,
     tell: &dyn Fn(f64),
     consider: &mut dyn FnMut(Arrangement) -> bool,
 ) -> bool {
-    let windows = &problem.windows;
-    let whole: usize = windows.iter().map(|window| window.range.len()).sum();
-    let mut submit = |beam_search: BeamSearch| {
-        let (calibration, tolerance) = (beam_search.calibration, beam_search.tolerance);
-        let arranged = beam_search.in_order_of_time();
-        let Some(top) = arranged.hypotheses.first() else { return false };
-        // Samples that are not arranged are not explained.
-        let covered: usize = arranged.windows.iter().map(|window| window.range.len()).sum();
-        let missing = 1.0 - covered as f64 / whole as f64;
-        let cost =
-            misfit(&arranged.thin, &top.estimate, tolerance.sharp()) / arranged.thin.len() as f64 + MISSING * missing;
-        let ranges = covered_ranges(&arranged.windows);
-        let estimates = arranged.hypotheses.into_iter().map(|hypothesis| hypothesis.estimate).collect();
-        let found = Found { calibration, tolerance_m: tolerance.scatter_m, thin: arranged.thin, ranges, estimates };
-        consider(if cost < EXPLAINED { Arrangement::Whole(found) } else { found.partial(tolerance) })
-    };
-    // Few harmonics first, over every span: many can explain a short span with a jump in it. And first the seeds whose misfit is
-    // that of the noise, for as long as it is: above it, even few harmonics may hide a jump.
-    let mut seeds: Vec<Seed> = Vec::new();
-    let mut deferred: Vec<BeamSearch> = Vec::new();
-    let (mut budget, mut grown) = (Budget::default(), 0);
-    let is_spent = || problem.measurements.work.is_spent();
-    for (number, span) in spans(windows).into_iter().take(SPANS).enumerate() {
-        if is_spent() {
-            break;
-        }
-        tell(FEW_HARMONICS_DONE * number as f64 / SPANS as f64);
-        let Some(seed) = Seed::with_few_harmonics(problem, span) else { continue };
-        if grown < SEEDS
-            && !budget.is_spent()
-            && let Some(mut beam_search) = begun(&seed, problem, calibrate)
-        {
-            if beam_search.grow(&mut budget, MISFIT_LIMITS[0]) {
-                grown += 1;
-                if submit(beam_search) {
-                    return true;
-                }
-            } else {
-                deferred.push(beam_search);
-            }
-        }
-        seeds.push(seed);
-    }
-    if !more_harmonics() {
-        return false;
-    }
+    let mut submit = |beam_search: BeamSearch<'a>| submit(problem, beam_search, consider);
     if grow_in_turn(&mut deferred, &MISFIT_LIMITS[1..2], &mut budget, SEEDS - grown, &|_| (), &mut submit) {
         return true;
     }
-    // Then more harmonics, for objects that take them. Only then seeds whose misfit no noise explains.
     let richer = seeds.iter_mut().enumerate().filter_map(|(number, seed)| {
-        let explained = !is_spent() && seed.add_harmonics(problem, number < BEGUN_ANEW);
+        let explained = !problem.measurements.work.is_spent() && seed.add_harmonics(problem, number < BEGUN_ANEW);
         explained.then(|| seed.beam_search(problem, calibrate))
     });
     deferred.extend(richer.take(SEEDS));
-    tell(MORE_HARMONICS_DONE);
-    let tell = |share: f64| tell(MORE_HARMONICS_DONE + (1.0 - MORE_HARMONICS_DONE) * share);
+    tell(SEEDS_DONE);
+    let tell = |share: f64| tell(SEEDS_DONE + (1.0 - SEEDS_DONE) * share);
     if grow_in_turn(&mut deferred, &MISFIT_LIMITS, &mut Budget::default(), SEEDS, &tell, &mut submit) {
         return true;
     }
-    for seed in seeds {
+    seeds.into_iter().for_each(|seed| {
         consider(seed.found(problem).partial(problem.tolerance));
-    }
+    });
     false
 }
 

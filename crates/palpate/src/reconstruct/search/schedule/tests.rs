@@ -24,7 +24,7 @@ fn rejected(spend: bool, goes_on: &dyn Fn(Stage) -> bool) -> (usize, usize) {
     }
     let (arrangements, asked) = (Cell::new(0), Cell::new(0));
     search(
-        &Readings { goes_on, ..job.readings() },
+        &Readings { goes_on: &|stage| if goes_on(stage) { Next::Others } else { Next::Nothing }, ..job.readings() },
         &|_, _| None,
         &|_| (),
         &mut || {
@@ -81,7 +81,7 @@ fn a_seed_that_errors_of_the_rig_may_spoil_is_calibrated_before_it_is_given_up()
     let with_misfit = |misfit: f64| {
         let Seed { span, candidates, order, .. } = &seed;
         let seed = Seed { span: span.clone(), candidates: candidates.clone(), order: *order, misfit };
-        begun(&seed, &problem, &calibrate).is_some()
+        explained_seed(&seed, &problem, &calibrate).is_some()
     };
     assert!(with_misfit(0.9 * EXPLAINED) && with_misfit(0.99 * NEARLY_EXPLAINED));
     assert_eq!(asked.get(), 2);
@@ -89,7 +89,7 @@ fn a_seed_that_errors_of_the_rig_may_spoil_is_calibrated_before_it_is_given_up()
     assert_eq!(asked.get(), 2);
     // A rig of which nothing is open cannot be what is wrong.
     let nearly = Seed { misfit: 1.01 * EXPLAINED, ..seed };
-    assert!(begun(&nearly, &problem, &|_| None).is_none());
+    assert!(explained_seed(&nearly, &problem, &|_| None).is_none());
 }
 
 #[test]
