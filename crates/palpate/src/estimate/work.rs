@@ -46,6 +46,12 @@ impl Work {
         Self { most: self.most.min(most), of_log: self.of_log.min(most), is_limited: true, ..self }
     }
 
+    /// The same for a log that is worth no more than such a share of it.
+    pub fn at_most_share(self, share: f64) -> Self {
+        let most = (self.of_log as f64 * share) as u64;
+        self.at_most(most)
+    }
+
     /// None yet, of what is worth such a share of what the log is.
     pub fn afresh(&self, share: f64) -> Self {
         Self { done: Arc::default(), most: (self.of_log as f64 * share) as u64, ..*self }

@@ -29,6 +29,10 @@ use std::cell::{Cell, OnceCell, RefCell};
 /// away.
 const SIZES: [f64; 5] = [1.0, 0.97, 1.03, 0.94, 1.06];
 
+/// What a brief search is worth, as a share of what a log is: what it certifies takes a hundredth, or over flat sides a tenth without being contradicted on
+/// the way, and what it refuses took up to twice what the log is worth.
+const BRIEFLY: f64 = 0.05;
+
 /// Arrangements of a log that are judged in a brief search: each wrong one costs more than all the rest of it, and the right one is the first or
 /// second.
 const JUDGED_BRIEFLY: usize = 2;
@@ -252,9 +256,12 @@ impl<'a> Reconstructor<'a> {
         if let Some(most) = self.most_work {
             job.measurements.work = job.measurements.work.at_most(most);
         }
+        let brief = matches!(extent, Extent::Brief);
+        if brief {
+            job.measurements.work = job.measurements.work.at_most_share(BRIEFLY);
+        }
         let mut best: Option<Candidate> = None;
         let mut explanations = 0;
-        let brief = matches!(extent, Extent::Brief);
         let mut explored = if brief { Explored::briefly() } else { Explored::default() };
         let mut failure = None;
         let mut strays = None;
