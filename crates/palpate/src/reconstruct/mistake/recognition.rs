@@ -2,6 +2,7 @@
 //! is named. What is cheap comes first: the readings alone, then palms that would hold nothing, then a brief search. The commonest are tried as soon as
 //! neither the first way of the search nor inertia has explained the log as it is written: all that comes after it takes ten times as long as they do.
 
+use rayon::prelude::*;
 use std::borrow::Cow;
 use std::cell::OnceCell;
 
@@ -186,16 +187,17 @@ impl Reconstructor<'_> {
         };
         let [likely, _] = Reading::of_pads(&few);
         FIXED
-            .into_iter()
-            .find_map(mended)
-            .or_else(|| likely.iter().find_map(|reading| tolerant.explained_by(reading, &few)))
+            .into_par_iter()
+            .find_map_first(mended)
+            .or_else(|| likely.par_iter().find_map_first(|reading| tolerant.explained_by(reading, &few)))
     }
 
     /// The same of all others, or but for a zero of its rig, as `found`.
     fn recognised_later(&self, log: &Log, found: Option<&Reconstruction>) -> Option<Recognised> {
         let few = thinned(log);
         let tolerant = self.with_ordinary_rig();
-        let by_zeros = || Reading::of_pads(&few)[1].iter().find_map(|reading| tolerant.explained_by(reading, &few));
+        let by_zeros =
+            || Reading::of_pads(&few)[1].par_iter().find_map_first(|reading| tolerant.explained_by(reading, &few));
         found.and_then(zero_off).or_else(|| Mistake::coarse_digits(log).map(Recognised::by_readings)).or_else(by_zeros)
     }
 

@@ -122,6 +122,9 @@ const WORTH: f64 = 2.7;
 const ROTATIONS_WORTH: f64 = 16.0;
 const ROTATIONS_WORTH_UNTOLD: f64 = 0.4;
 
+/// Coefficient of friction below which dry surfaces do not come: where the log asks for less of it on both palms, it is hardly friction that it asks for.
+const SLIPPERY: f64 = 0.01;
+
 /// Friction acts where a coefficient of it is told, or where the object rolls for this share of the samples and never falls.
 const MOSTLY_STICKS: f64 = 0.5;
 
@@ -426,7 +429,7 @@ impl<'a> Setting<'a> {
             return None;
         }
         let of = OfFriction { job: self.job, settled };
-        let worth = if of.acts(&of.estimate()) { ROTATIONS_WORTH } else { ROTATIONS_WORTH_UNTOLD };
+        let worth = of.rotations_worth();
         let (settled, others) = self.worth(worth, |setting| rotations::likeliest(setting, of.settled))?;
         let mut candidate = self.judged(profile::profiled(self, settled))?;
         let result = &mut candidate.result;
@@ -493,6 +496,13 @@ impl OfFriction<'_> {
             self,
             &job.options.limits,
         )
+    }
+
+    /// What other rotations are worth, as a multiple of what a search is.
+    fn rotations_worth(&self) -> f64 {
+        let estimate = self.estimate();
+        let is_slippery = estimate.coefficients.iter().all(|coefficient| *coefficient < SLIPPERY);
+        if !is_slippery && self.acts(&estimate) { ROTATIONS_WORTH } else { ROTATIONS_WORTH_UNTOLD }
     }
 
     /// Whether friction is told, or holds the object.
