@@ -5,6 +5,7 @@ pub(crate) mod alternatives;
 pub(crate) mod candidates;
 pub(crate) mod copies;
 pub(crate) mod decode;
+pub(crate) mod form_copies;
 pub(crate) mod hidden_jumps;
 pub(crate) mod landings;
 pub(crate) mod motion_grid;

@@ -9,7 +9,7 @@ use crate::estimate::solver::gauss_newton::{Estimate, Fit, Smoother, StoppingCri
 use crate::palms::PalmMotion;
 use crate::plan::{PalmLimits, plan_turn};
 use crate::sensor::Touchpad;
-use crate::shape::{NamedShape, rounded_polygon};
+use crate::shape::{NamedShape, SupportFunction, rounded_polygon};
 use crate::simulate::{SimulateOptions, simulate};
 use std::f64::consts::TAU;
 
@@ -34,10 +34,21 @@ pub(super) fn turned_pebble() -> (Measurements, Fit) {
 
 /// A rounded triangle in a random motion: its measurements, the optimum near the truth, and the first samples after its jumps.
 pub(super) fn thrown_triangle(seed: u64) -> Option<(Measurements, Fit, Vec<usize>)> {
-    let shape = rounded_polygon(3, 0.4, 0.4).expect("possible").scaled(SIZE_M);
+    thrown(&rounded_polygon(3, 0.4, 0.4).expect("possible").scaled(SIZE_M), seed)
+}
+
+/// The same of a rounded pentagon whose centre of mass is not in its middle, with the prior of a form that comes to itself.
+pub(super) fn thrown_pentagon(seed: u64) -> Option<(Measurements, Fit, Vec<usize>)> {
+    let form = rounded_polygon(5, 0.3, 0.3).expect("possible").scaled(SIZE_M);
+    let (measurements, mut fit, starts) = thrown(&form.translated(0.1 * SIZE_M, 0.05 * SIZE_M), seed)?;
+    fit.prior.form_order = 5;
+    Some((measurements, fit, starts))
+}
+
+fn thrown(shape: &SupportFunction, seed: u64) -> Option<(Measurements, Fit, Vec<usize>)> {
     let motion = PalmMotion::random(seed, 20.0, 1.0).and_then(|motion| motion.sample(20.0)).expect("possible");
     let touchpad = Touchpad { noise_sd_m: NOISE.sensor_m, ..Touchpad::ideal() };
-    let run = simulate(&shape, &motion, &SimulateOptions { touchpad, seed, ..SimulateOptions::default() }).ok()?;
+    let run = simulate(shape, &motion, &SimulateOptions { touchpad, seed, ..SimulateOptions::default() }).ok()?;
     let measurements = Measurements::new(&run.log, None);
     let psi: Vec<f64> = run.truth.motion.iter().map(|pose| pose.psi_rad).collect();
     let starts: Vec<usize> = (1..psi.len()).filter(|&sample| !near(psi[sample - 1], psi[sample], TAU)).collect();

@@ -2,6 +2,7 @@
 //! beside a jump may be elsewhere, on boundary that nothing else felt. They are then set aside, and tell nothing of the shape.
 
 use crate::estimate::association::alternatives::{Ambiguity, compare_evidence};
+use crate::estimate::association::form_copies::at_copies;
 use crate::estimate::association::hidden_jumps::motions_with_hidden_jumps;
 use crate::estimate::evidence::fit::{Fitted, ROUNDS, fit};
 use crate::estimate::evidence::form_symmetry::likeliest_form;
@@ -48,7 +49,15 @@ impl Job<'_> {
     fn likelier_at(&self, there: &Estimate, of: &Refined) -> Option<Refined> {
         let mut estimate = there.clone();
         coefficients_to_order(&mut estimate.coefficients, of.fine.order);
-        let refitted = self.refitted_from(estimate, of)?;
+        let mut refitted = self.refitted_from(estimate, of)?;
+        // Samples beside its jumps may be where the other motion had them.
+        let (decoded, _) = self.decoded_again(&refitted.fine);
+        if decoded.relocated > 0 {
+            let estimate = Estimate { psi: decoded.psi, ..refitted.fine.estimate.clone() };
+            let again =
+                self.refitted_from(estimate, of).filter(|again| again.posterior.log_ratio(&refitted.posterior) > 0.0);
+            refitted = again.unwrap_or(refitted);
+        }
         (refitted.posterior.log_ratio(&of.posterior) > PROMISING).then_some(refitted)
     }
 
@@ -68,7 +77,8 @@ impl Job<'_> {
         let jumps_of = |estimate: &Estimate| self.jumps(estimate, period);
         let starts: Vec<usize> = jumps_of(&fit.estimate).iter().map(|jump| jump.sample).collect();
         let starts = piece_starts(&starts, &fit.estimate.psi, period);
-        let alternatives = motions_with_hidden_jumps(&measurements, &fit, &starts);
+        let mut alternatives = motions_with_hidden_jumps(&measurements, &fit, &starts);
+        alternatives.extend(at_copies(&measurements, &fit, &starts));
         let mut ambiguity = Ambiguity::new(vec![f64::INFINITY; measurements.len()]);
         alternatives.iter().for_each(|alternative| ambiguity.doubt(&alternative.samples));
         let compared = compare_evidence(&measurements, &fit, &alternatives, &jumps_of, &mut ambiguity);

@@ -677,7 +677,7 @@ impl<'a> Job<'a> {
     }
 
     /// The motion decoded with the shape of a fit to all samples; where ambiguous ones were set aside, also as it came out with them.
-    fn decoded_again(&self, fine: &Fit) -> (Decoded, Option<Vec<f64>>) {
+    pub(super) fn decoded_again(&self, fine: &Fit) -> (Decoded, Option<Vec<f64>>) {
         let of_all = decode(&self.measurements, fine, self.floor_m(), None);
         match self.without_ambiguous(&self.measurements, fine, &of_all) {
             Some(again) => (again, Some(of_all.psi)),
