@@ -1,12 +1,14 @@
-//! Whatever bytes a board sends, in whatever pieces: plausible samples in the order of time come out.
+//! Whatever bytes a board sends, in whatever pieces: plausible samples in the order of time come out, of either rig.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use palpate_io::{Conventions, fault_of};
-use palpate_live::protocol::{Decoder, Packet};
+use palpate::Sample;
+use palpate::pivot::PivotSample;
+use palpate_live::RigSample;
+use palpate_live::protocol::{Decoder, Packet, StrokesPacket};
 
-fuzz_target!(|bytes: &[u8]| {
-    let (mut decoder, mut samples) = (Decoder::new(Conventions::default()), Vec::new());
+fn decode<S: RigSample>(bytes: &[u8]) {
+    let (mut decoder, mut samples) = (Decoder::<S>::new(S::Conventions::default()), Vec::new());
     let piece = 1 + bytes.first().map_or(0, |&byte| usize::from(byte));
     for (index, piece) in bytes.chunks(piece).enumerate() {
         decoder.push(piece, index as f64, &mut samples);
@@ -14,12 +16,20 @@ fuzz_target!(|bytes: &[u8]| {
             decoder.interrupted();
         }
     }
-    assert!(samples.iter().all(|sample| fault_of(sample).is_none()));
-    assert!(samples.windows(2).all(|pair| pair[1].time_s > pair[0].time_s));
+    assert!(samples.iter().all(|sample| !sample.is_implausible(&S::Conventions::default())));
+    assert!(samples.windows(2).all(|pair| pair[1].time_s() > pair[0].time_s()));
+}
+
+fuzz_target!(|bytes: &[u8]| {
+    decode::<Sample>(bytes);
+    decode::<PivotSample>(bytes);
     // So that the check is no obstacle: what a line says comes back from it.
     for line in bytes.split(|&byte| byte == b'\n') {
         if let Ok(packet) = Packet::parse(line) {
             assert_eq!(Packet::parse(packet.to_line().trim_end().as_bytes()), Ok(packet));
+        }
+        if let Ok(packet) = StrokesPacket::parse(line) {
+            assert_eq!(StrokesPacket::parse(packet.to_line().trim_end().as_bytes()), Ok(packet));
         }
     }
 });

@@ -3,9 +3,9 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use palpate_io::{LogFile, ReadError, RigFile};
+use palpate_io::{LogFile, ReadError, RigFile, StrokesFile};
 #[cfg(feature = "live")]
-use palpate_live::read_mcap_log;
+use palpate_live::{read_mcap_log, read_mcap_strokes};
 
 use crate::terminal::Failure;
 
@@ -51,10 +51,18 @@ impl LogSource<'_> {
         map.is_some() || self.0.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(&MCAP[1..]))
     }
 
-    /// Whether it is a file that holds a log of strokes of a pivoting grasp, and none of palms. What cannot be read is neither.
-    pub fn is_strokes(self) -> bool {
-        let is_file = !self.is_standard_input() && !self.is_mcap(None);
-        is_file && self.bytes().is_ok_and(|bytes| palpate_io::is_strokes_log(&bytes))
+    /// Whether it is a file that holds a log of strokes of a pivoting grasp, and none of palms. What cannot be read is neither. `map` names the topics of
+    /// an MCAP file.
+    pub fn is_strokes(self, map: Option<&Path>) -> bool {
+        if self.is_mcap(map) {
+            return is_mcap_of_strokes(self.0, map);
+        }
+        !self.is_standard_input() && self.bytes().is_ok_and(|bytes| palpate_io::is_strokes_log(&bytes))
+    }
+
+    /// A log of strokes.
+    pub fn read_strokes(self, map: Option<&Path>) -> Result<StrokesFile, Failure> {
+        if self.is_mcap(map) { Ok(read_mcap_strokes(self.0, map)?) } else { Ok(palpate_io::read_strokes(self.0)?) }
     }
 
     /// Whether it is a palm log: standard input, a recording, or a file with the columns of one. What cannot be read is none.
@@ -97,6 +105,21 @@ impl LogSource<'_> {
             palpate_io::read_bytes(self.0)
         }
     }
+}
+
+#[cfg(feature = "live")]
+fn is_mcap_of_strokes(path: &Path, map: Option<&Path>) -> bool {
+    palpate_live::mcap_rig_kind(path, map) == palpate_live::RigKind::Pivot
+}
+
+#[cfg(not(feature = "live"))]
+fn is_mcap_of_strokes(_: &Path, _: Option<&Path>) -> bool {
+    false
+}
+
+#[cfg(not(feature = "live"))]
+fn read_mcap_strokes(_: &Path, _: Option<&Path>) -> Result<StrokesFile, Failure> {
+    Err(crate::absent::failure("MCAP files"))
 }
 
 #[cfg(not(feature = "live"))]

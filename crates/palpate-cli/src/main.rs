@@ -10,6 +10,8 @@ mod calibrate;
 #[cfg(feature = "sweep")]
 mod counted_progress;
 mod demo;
+#[cfg(feature = "live")]
+mod live_rig;
 mod log_source;
 #[cfg(feature = "paper")]
 mod paper;

@@ -176,7 +176,6 @@ fn result_dirs(sources: &[LogSource], out: Option<&Path>) -> Result<Vec<PathBuf>
 /// A log of strokes of the other rig; what is asked of palms alone is refused.
 fn of_strokes(arguments: &Arguments, source: LogSource, out: &Path, terminal: &Terminal) -> Result<Ending, Failure> {
     let of_palms = [
-        (arguments.map.is_some(), "--map"),
         (arguments.method != Method::default(), "--method"),
         (arguments.min_touches > 1, "--min-touches"),
         (arguments.diagnostics, "--diagnostics"),
@@ -188,8 +187,9 @@ fn of_strokes(arguments: &Arguments, source: LogSource, out: &Path, terminal: &T
             "{log} is a log of a pivoting grasp, for which there is no {option}; leave it out"
         )));
     }
-    let file = palpate_io::read_strokes(source.0)?;
-    let rig = strokes::rig(arguments.rig.as_deref(), arguments.calibrated)?;
+    let file = source.read_strokes(arguments.map.as_deref())?;
+    file.notes.iter().for_each(|note| terminal.note(note));
+    let rig = strokes::rig(arguments.rig.as_deref(), arguments.calibrated, file.rig)?;
     let reading_sd_m = arguments.sensor_sd_mm.map(|sd| 1e-3 * sd).or(rig.reading_sd_m);
     let truth = arguments.truth.as_deref().map(palpate_io::read_truth).transpose()?;
     palpate_io::check_strokes_target(out)?;
@@ -213,7 +213,7 @@ fn of_strokes(arguments: &Arguments, source: LogSource, out: &Path, terminal: &T
 
 /// The same for one log.
 fn one(arguments: &Arguments, source: LogSource, out: &Path, terminal: &Terminal) -> Result<Ending, Failure> {
-    if source.is_strokes() {
+    if source.is_strokes(arguments.map.as_deref()) {
         return of_strokes(arguments, source, out, terminal);
     }
     let (file, rig) = source.read(arguments.rig.as_deref(), arguments.calibrated, arguments.map.as_deref())?;

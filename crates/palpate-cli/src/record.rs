@@ -5,21 +5,25 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use palpate_io::RigFile;
-use palpate_live::{Address, Batch, Losses, RecordError, Recorded, Recorder, Rotation, SourceError, Stream};
+use palpate::Sample;
+use palpate::pivot::PivotSample;
+use palpate_live::{
+    Address, Batch, Head, Losses, RecordError, Recorded, Recorder, RigKind, Rotation, SourceError, Stream,
+};
 
+use crate::live_rig::{LiveRig, metadata};
 use crate::terminal::{Ending, Failure, Terminal};
 use crate::values;
 
 const AFTER_HELP: &str = "\
 SOURCE is one of
-  FILE.csv                                       a palm log that grows; it is followed until Ctrl-C
+  FILE.csv                                       a log that grows, of palms or of strokes; it is followed until Ctrl-C
   -                                              CSV lines on standard input, a header first
-  serial:/dev/ttyUSB0?baud=115200                a board that speaks the line protocol (docs/formats.md)
+  serial:/dev/ttyUSB0?baud=115200                a board that speaks the line protocol (docs/formats.md); &rig=pivot for strokes
   evdev:/dev/input/event5,/dev/input/event6?angles=/dev/input/event7
                                                  touchpads of palm 1 and 2, and a device with both angles (or ?phi1_deg=60&phi2_deg=74)
   mcap:FILE.mcap?map=topics.toml                 a ROS 2 bag; without ?map a recording of palpate
-  sim:PLAN.toml                                  a simulated rig in real time
+  sim:PLAN.toml                                  a simulated rig in real time; of strokes with motion = \"strokes\"
 
 The file can be read whenever the recording ends, also by a kill, a full disk or a power cut: at most the last second is lost. A sensor
 that is unplugged is waited for. What is lost is counted by cause and told. Ctrl-C ends the recording.
@@ -45,11 +49,11 @@ pub struct Arguments {
     /// Where the samples come from, see below
     #[arg(value_name = "SOURCE")]
     source: Address,
-    /// The file to write, a palm log in CSV or an MCAP file by the end of its name; it must not be there yet
+    /// The file to write, a log in CSV or an MCAP file by the end of its name; it must not be there yet
     #[arg(short, long = "out", value_name = "FILE.csv|FILE.mcap")]
     out: PathBuf,
-    /// What is known of the rig, a file as `palpate rig --template` prints it: it says which samples are plausible, and is noted in the recording.
-    /// Samples are recorded as the rig gives them
+    /// What is known of the rig, a file as `palpate rig --template` prints it (of strokes: docs/formats.md): it says which samples are plausible, and is
+    /// noted in the recording. Samples are recorded as the rig gives them
     #[arg(long, value_name = "RIG.toml")]
     rig: Option<PathBuf>,
     /// Stop after this time, s [default: when the source ends, or at Ctrl-C]
@@ -68,37 +72,38 @@ pub struct Arguments {
 
 /// Records until there is an end.
 pub fn run(arguments: &Arguments) -> Result<Ending, Failure> {
+    let head = Head::of(&arguments.source);
+    match arguments.source.rig_kind(&head) {
+        RigKind::Palms => of_rig::<Sample>(arguments, head),
+        RigKind::Pivot => of_rig::<PivotSample>(arguments, head),
+    }
+}
+
+fn of_rig<S: LiveRig>(arguments: &Arguments, head: Head) -> Result<Ending, Failure> {
     let terminal = Terminal::new(arguments.quiet);
-    let rig = arguments.rig.as_deref().map(palpate_io::read_rig).transpose()?;
-    let source = arguments.source.open(rig.as_ref().map(|rig| rig.conventions))?;
-    let stated = rig.or(source.rig());
+    let stated = arguments.rig.as_deref().map(S::read).transpose()?;
+    let conventions = stated.as_ref().map(S::conventions);
+    let of_head = head.rig::<S>();
+    let source = arguments.source.open_after::<S>(head, conventions)?;
+    let known = S::known(stated, source.rig().or(of_head));
     let rotation = Rotation {
         size_bytes: arguments.rotate_mb.map(|megabytes| (1e6 * megabytes) as u64),
         duration_s: arguments.rotate_s,
     };
-    let recorder = Recorder::create(&arguments.out, rotation, &metadata(&arguments.source, stated.as_ref()))?;
+    let noted = metadata::<S>(&arguments.source, known.as_ref());
+    let recorder = Recorder::create(&arguments.out, rotation, &noted)?;
     let stopped = Arc::new(AtomicBool::new(false));
     let stop = Arc::clone(&stopped);
     ctrlc::set_handler(move || stop.store(true, Ordering::SeqCst))
         .map_err(|error| Failure::Other(format!("Ctrl-C cannot be caught: {error}")))?;
-    let stream = Stream::start(source, stated.map(|rig| rig.conventions))?;
+    let stream = Stream::start(source, known.as_ref().map(S::conventions))?;
     record(arguments, recorder, &stream, &stopped, &terminal)
 }
 
-/// What stands in the head of the recording.
-pub fn metadata(source: &Address, rig: Option<&RigFile>) -> Vec<(String, String)> {
-    let mut metadata = vec![
-        ("version".to_owned(), env!("CARGO_PKG_VERSION").to_owned()),
-        ("source".to_owned(), source.to_string().replace(['\n', '\r', '\0'], " ")),
-    ];
-    metadata.extend(rig.map(|rig| ("rig".to_owned(), palpate_io::rig_comment(rig))));
-    metadata
-}
-
-fn record(
+fn record<S: LiveRig>(
     arguments: &Arguments,
-    mut recorder: Recorder,
-    stream: &Stream,
+    mut recorder: Recorder<S>,
+    stream: &Stream<S>,
     stopped: &AtomicBool,
     terminal: &Terminal,
 ) -> Result<Ending, Failure> {

@@ -1,13 +1,12 @@
-//! The second rig of the paper, a pivoting grasp: `palpate reconstruct` on a log of its strokes, `palpate simulate --rig pivot`, and the
-//! object on its pivot that the latter and `palpate plan` share.
+//! The second rig of the paper, a pivoting grasp: `palpate reconstruct` on a log of its strokes, and `palpate simulate --rig pivot`.
 
 use std::path::Path;
 use std::time::Instant;
 
 use palpate::Truth;
 use palpate::pivot::{
-    PadPose, PivotLog, PivotOptions, PivotReconstructError, PivotRig, PivotSimulateError, PivotSimulateOptions, Stroke,
-    compare_strokes, reconstruct_strokes, simulate_strokes,
+    HeldObject, PadPose, PivotLog, PivotOptions, PivotReconstructError, PivotRig, PivotSimulateError,
+    PivotSimulateOptions, compare_strokes, reconstruct_strokes, simulate_strokes,
 };
 use palpate::sensor::Touchpad;
 use palpate::shape::SupportFunction;
@@ -16,23 +15,6 @@ use palpate_report::{StrokesInput, StrokesTruthOverlay, strokes_page};
 
 use crate::reconstruct::command_line;
 use crate::terminal::{Ending, Failure, Terminal};
-
-/// Noise of the arm that is simulated, a fifth of that of the pad.
-const ARM_NOISE_SHARE: f64 = 0.2;
-
-/// Strokes that are simulated, as multiples of the mean radius from the middle of the pad: down, there, and back.
-const STROKES: [[f64; 3]; 6] =
-    [[0.0, 4.5, 3.0], [0.3, -4.0, -2.5], [-0.5, 4.0, 2.0], [0.5, -4.5, -3.0], [0.0, 3.5, 1.5], [-0.3, -3.5, -2.0]];
-
-/// Force with which the arm presses, in weights of the object, and friction where none is asked for.
-pub const PRESS: f64 = 3.0;
-pub const USUAL_FRICTION: f64 = 0.4;
-
-/// Where the pivot is if nothing is said: so many mean radii from the centre of mass. About the middle of a round object no angle is told.
-pub const PIVOT_SHARE: f64 = 0.3;
-
-/// Length of the pad that is simulated where none is stated, in mean radii: for the longest of the strokes, either way.
-const PAD_LENGTH: f64 = 20.0;
 
 /// What is asked of a reconstruction.
 pub struct Reconstruct<'a> {
@@ -78,12 +60,12 @@ impl Reconstruct<'_> {
     }
 }
 
-/// The rig of a file; without one it is exact, or an ordinary one that nobody calibrated, with a level pad in the origin.
-pub fn rig(path: Option<&Path>, is_exact: bool) -> Result<PivotRig, Failure> {
+/// The rig of a file; without one it is exact, or what the log says, or an ordinary one that nobody calibrated, with a level pad in the origin.
+pub fn rig(path: Option<&Path>, is_exact: bool, said: Option<PivotRig>) -> Result<PivotRig, Failure> {
     Ok(match path {
         Some(path) => palpate_io::read_pivot_rig(path)?,
         None if is_exact => PivotRig::exact(PadPose::default()),
-        None => PivotRig::uncalibrated(PadPose::default()),
+        None => said.unwrap_or_else(|| PivotRig::uncalibrated(PadPose::default())),
     })
 }
 
@@ -140,44 +122,6 @@ pub fn told(summary: &StrokesSummary, out: Option<&Path>) -> String {
     lines.join("\n")
 }
 
-/// An object that hangs from its pivot over a pad.
-pub struct Held {
-    /// Support function about the pivot.
-    pub about_pivot: SupportFunction,
-    /// Pad, friction and centre of mass.
-    pub options: PivotSimulateOptions,
-}
-
-impl Held {
-    /// By its shape about the centre of mass, and where the pivot is from there.
-    pub fn new(shape: &SupportFunction, pivot_m: Option<[f64; 2]>, touchpad: Touchpad, friction: Option<f64>) -> Self {
-        let radius_m = shape.mean_radius_m();
-        let pivot_m = pivot_m.unwrap_or([0.0, PIVOT_SHARE * radius_m]);
-        let length_m = if touchpad.length_m.is_finite() { touchpad.length_m } else { PAD_LENGTH * radius_m };
-        let options = PivotSimulateOptions {
-            touchpad: Touchpad { length_m, ..touchpad },
-            arm_noise_sd_m: ARM_NOISE_SHARE * touchpad.noise_sd_m,
-            center_of_mass_m: pivot_m.map(|m| -m),
-            friction: friction.unwrap_or(USUAL_FRICTION),
-            ..PivotSimulateOptions::default()
-        };
-        Self { about_pivot: shape.translated(-pivot_m[0], -pivot_m[1]), options }
-    }
-
-    /// The strokes that are simulated where none are given.
-    fn usual_strokes(&self) -> Vec<Stroke> {
-        let (radius_m, middle_m) = (self.about_pivot.mean_radius_m(), 0.5 * self.options.touchpad.length_m);
-        let place = |way: f64| middle_m + way * radius_m;
-        STROKES.iter().map(|ways| Stroke { along_m: ways.map(place).to_vec(), press: PRESS }).collect()
-    }
-
-    /// Part of the pad that these strokes go over, metres.
-    pub fn usual_along_m(&self) -> [f64; 2] {
-        let all: Vec<f64> = self.usual_strokes().into_iter().flat_map(|stroke| stroke.along_m).collect();
-        [all.iter().copied().fold(f64::INFINITY, f64::min), all.iter().copied().fold(f64::NEG_INFINITY, f64::max)]
-    }
-}
-
 /// What is asked of a simulation.
 pub struct Simulate<'a> {
     pub out: &'a Path,
@@ -197,7 +141,7 @@ pub struct Simulate<'a> {
 impl Simulate<'_> {
     /// Simulates and writes the log and the truth.
     pub fn run(self, terminal: &Terminal) -> Result<Ending, Failure> {
-        let held = Held::new(self.shape, self.pivot_m, self.touchpad, self.friction);
+        let held = HeldObject::new(self.shape, self.pivot_m, self.touchpad, self.friction);
         let strokes = self.strokes.map(palpate_io::read_planned_strokes).transpose()?;
         let strokes = strokes.unwrap_or_else(|| held.usual_strokes());
         let options = PivotSimulateOptions { rate_hz: self.rate_hz, seed: self.seed, ..held.options };
@@ -229,7 +173,7 @@ pub fn simulated(
     rate_hz: f64,
     seed: u64,
 ) -> Result<(SupportFunction, palpate::pivot::PivotSimulation), Failure> {
-    let held = Held::new(shape, None, touchpad, None);
+    let held = HeldObject::new(shape, None, touchpad, None);
     let options = PivotSimulateOptions { rate_hz, seed, ..held.options.clone() };
     let simulation = simulate_strokes(&held.about_pivot, &held.usual_strokes(), &options)?;
     Ok((held.about_pivot, simulation))

@@ -61,6 +61,31 @@ fn what_is_recorded_is_reconstructed_from_both_formats_alike() {
 }
 
 #[test]
+fn strokes_are_recorded_with_what_is_said_of_rig_and_object() {
+    let dir = folder();
+    let rows: String = (0..40).map(|index| format!("{},500,31,{}\n", 50 * index, 500 + index % 3)).collect();
+    let text = format!("# swing_period_s: 0.41\ntime_ms,pivot_x_mm,pivot_y_mm,s_mm\n{rows}2000,500,x,\n");
+    fs::write(dir.path().join("rig.toml"), "arm_sd_m = 2e-5\n").expect("a rig");
+    for name in ["strokes.csv", "strokes.mcap"] {
+        let ran = with_input(dir.path(), &["record", "-", "--rig", "rig.toml", "-o", name], text.as_bytes());
+        assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+        assert!(ran.stdout.contains("40 samples") && ran.stdout.contains("1 faulty line"), "{}", ran.stdout);
+        let path = dir.path().join(name);
+        let file = if name.ends_with("mcap") {
+            palpate_live::read_mcap_strokes(&path, None).map_err(|error| error.to_string())
+        } else {
+            palpate_io::read_strokes(&path).map_err(|error| error.to_string())
+        };
+        let file = file.unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!((file.log.samples.len(), file.log.swing_period_s), (40, Some(0.41)), "{name}");
+        assert_eq!(file.rig.and_then(|rig| rig.arm_sd_m), Some(2e-5), "{name}");
+    }
+    // An arm is no input device.
+    let evdev = palpate(dir.path(), &["record", "evdev:a,b?angles=c", "-o", "none.csv"]);
+    assert_ne!(evdev.code, Some(0));
+}
+
+#[test]
 fn what_was_lost_is_told_and_a_recording_is_not_overwritten() {
     let dir = folder();
     let text = "time_s,phi1_deg,phi2_deg,s1_mm,s2_mm\n1,60,74,29,31\n1,60,74,29,31\nx\n2,60,0,29,31\n3,60,74,29,31\n";

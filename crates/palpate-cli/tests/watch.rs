@@ -119,16 +119,39 @@ fn strokes_are_watched_and_end_as_their_log_does() {
         "{}",
         ran.stdout
     );
-    // What there is for palms alone.
-    for arguments in [["--log", "a.csv"], ["--scene", "a.mcap"], ["--serve", "127.0.0.1:0"]] {
-        let ran = with_input(dir.path(), &[&["watch", "-"][..], &arguments].concat(), &log);
-        assert_eq!(ran.code, Some(2), "{}", ran.stderr);
-        assert!(ran.stderr.contains(&format!("there is no {}; ", arguments[0])), "{}", ran.stderr);
-    }
     let few: Vec<u8> = log.split_inclusive(|byte| *byte == b'\n').take(20).flatten().copied().collect();
     let ran = with_input(dir.path(), &["watch", "-"], &few);
     assert_eq!(ran.code, Some(2), "{}", ran.stderr);
     assert!(ran.stderr.contains("at least 30 are needed"), "{}", ran.stderr);
+}
+
+#[test]
+fn strokes_of_a_plan_are_recorded_and_drawn_and_both_are_logs_of_their_rig() {
+    let dir = folder();
+    let plan = "motion = 'strokes'\nshape = 'egg'\nspeed = 0\nrig = 'rig.toml'\n";
+    fs::write(dir.path().join("plan.toml"), plan).expect("a plan");
+    fs::write(dir.path().join("rig.toml"), "[pad]\ntilt_rad = 0.1\n").expect("a rig");
+    let arguments = ["watch", "sim:plan.toml", "--json", "--log", "log.csv", "--scene", "scene.mcap", "-o", "live"];
+    let ran = palpate(dir.path(), &arguments);
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    let all = lines(&ran);
+    assert!(all.last().is_some_and(|last| last["final"] == true && last["rig"] == "pivot"));
+    // The tilt of the pad is in both.
+    for (log, out) in [("log.csv", "after"), ("scene.mcap", "scene")] {
+        let ran = palpate(dir.path(), &["reconstruct", log, "-o", out]);
+        assert_eq!(ran.code, Some(0), "{log}: {}", ran.stderr);
+        for name in ["shape.csv", "motion.csv"] {
+            let read = |folder: &str| fs::read(dir.path().join(folder).join(name)).expect("a file of the result");
+            assert!(read("live") == read(out), "{log}: {name}");
+        }
+    }
+    let log = fs::read(dir.path().join("log.csv")).expect("the recording");
+    let again = lines(&with_input(dir.path(), &["watch", "-", "--json"], &log));
+    assert!(again[..again.len() - 1] == all[..all.len() - 1], "a replay is the same");
+    let ran = palpate(dir.path(), &["record", "mcap:scene.mcap", "-o", "copy.csv"]);
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    let read = |name: &str| palpate_io::read_strokes(&dir.path().join(name)).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(read("copy.csv").log, read("log.csv").log);
 }
 
 #[test]

@@ -20,6 +20,9 @@ use devtools::{Browser, PATIENCE};
 /// A stone that is turned round.
 const PLAN: &str = "shape = 'pebble'\nmotion = 'turn'\nduration_s = 40\nrate_hz = 30\nspeed = 0\n";
 
+/// An egg that is dragged over a pad.
+const STROKES: &str = "motion = 'strokes'\nshape = 'egg'\nspeed = 0\n";
+
 /// Lines that are sent at once, and the time between them: faster than a rig, and slow enough for the page to show what happens.
 const AT_ONCE: usize = 15;
 const PAUSE: Duration = Duration::from_millis(25);
@@ -34,8 +37,8 @@ struct Watch {
 
 impl Watch {
     /// Starts one over what a rig sends, and gives the address of its page.
-    fn start(dir: &std::path::Path) -> (Self, String) {
-        fs::write(dir.join("plan.toml"), PLAN).expect("a plan");
+    fn start(dir: &std::path::Path, plan: &str) -> (Self, String) {
+        fs::write(dir.join("plan.toml"), plan).expect("a plan");
         assert_eq!(palpate(dir, &["record", "sim:plan.toml", "-o", "log.csv"]).code, Some(0));
         let log = fs::read_to_string(dir.join("log.csv")).expect("the recording");
         let arguments = ["watch", "-", "--serve", "127.0.0.1:0"];
@@ -88,16 +91,61 @@ fn picture(browser: &mut Browser, name: &str) {
     }
 }
 
-#[test]
-fn the_page_shows_what_is_felt_and_looks_back() {
-    let Some(chromium) = devtools::find_chromium() else {
+/// Where the browser is; `None` where there need be none.
+fn chromium() -> Option<PathBuf> {
+    let found = devtools::find_chromium();
+    if found.is_none() {
         let required = std::env::var("PALPATE_REQUIRE_CHROMIUM").is_ok_and(|value| value == "1");
         assert!(!required, "PALPATE_REQUIRE_CHROMIUM=1, but there is no Chromium (set PALPATE_CHROMIUM)");
         eprintln!("skipped: no Chromium found (set PALPATE_CHROMIUM to test the page)");
-        return;
-    };
+    }
+    found
+}
+
+#[test]
+fn the_page_shows_strokes_over_a_pad() {
+    let Some(chromium) = chromium() else { return };
     let dir = folder();
-    let (mut watch, url) = Watch::start(dir.path());
+    let (mut watch, url) = Watch::start(dir.path(), STROKES);
+    let mut browser = Browser::start(&chromium, &dir.path().join("profile"));
+    browser.window(1280, 900, "light");
+    browser.go(&url);
+    watch.send_up_to(0.5);
+    until(&mut browser, "document.getElementById('object').getAttribute('visibility') === 'visible'");
+    assert_eq!(browser.evaluate("document.getElementById('seen').textContent"), "Pad and object");
+    let turn = "document.getElementById('object').getAttribute('transform')";
+    let there = browser.evaluate(turn);
+    watch.send_up_to(0.8);
+    until(&mut browser, &format!("{turn} !== {there}"));
+    picture(&mut browser, "strokes-light.png");
+    // The contact is drawn on the pad, and the boundary where the contact is.
+    let apart = "(() => { const f = frames.filter(f => f.s[0] !== null && f.pose).pop(); at = frames.indexOf(f); show(f); \
+         const c = contacts[0].getBoundingClientRect(), x = c.x + c.width / 2, y = c.y + c.height / 2; \
+         const paths = [felt, unfelt].map(p => [p, p.getScreenCTM()]); let least = 1e9; \
+         for (const [p, m] of paths) for (let l = 0; l < p.getTotalLength(); l += 0.2) { const q = p.getPointAtLength(l).matrixTransform(m); \
+         least = Math.min(least, Math.hypot(q.x - x, q.y - y)); } return least; })()";
+    let apart = browser.evaluate(apart).as_f64().expect("pixels");
+    assert!(apart < 4.0, "{apart} pixels between the contact and the boundary");
+    watch.send_all();
+    until(&mut browser, "ended && document.getElementById('status').textContent === 'ended: certified'");
+    assert_eq!(
+        browser.evaluate("document.querySelector('#verdict b').textContent"),
+        "certified: shape about the pivot and motion"
+    );
+    for (width, height, scheme) in [(390, 844, "dark"), (320, 640, "light"), (1280, 900, "dark")] {
+        browser.window(width, height, scheme);
+        let widest = browser.evaluate("document.documentElement.scrollWidth").as_u64().expect("a width");
+        assert!(widest <= u64::from(width), "{widest} pixels in a window of {width}");
+        picture(&mut browser, &format!("strokes-{width}-{scheme}.png"));
+    }
+    assert_eq!(browser.complaints(), Vec::<String>::new(), "the console complains");
+}
+
+#[test]
+fn the_page_shows_what_is_felt_and_looks_back() {
+    let Some(chromium) = chromium() else { return };
+    let dir = folder();
+    let (mut watch, url) = Watch::start(dir.path(), PLAN);
 
     // Viewers that take nothing do not hold it up.
     let address = url.trim_start_matches("http://").trim_end_matches('/').to_owned();

@@ -24,7 +24,8 @@
 //! # Ok::<(), palpate_io::ReadError>(())
 //! ```
 //!
-//! [`RowReader`] reads a log line by line as it comes ([`StrokesRowReader`] one of strokes), [`log_csv_header`] and [`push_log_row`] write one so.
+//! [`RowReader`] reads a log line by line as it comes ([`StrokesRowReader`] one of strokes, [`StrokesComments`] what stands above it), [`log_csv_header`] and [`push_log_row`] write one so
+//! ([`strokes_csv_header`] and [`push_strokes_row`]).
 //!
 //! [`write_result`] puts a [`Reconstruction`](palpate::Reconstruction) into a folder that is written aside and renamed, so that it
 //! is there as a whole or not at all; a folder that holds anything but an earlier result is left alone. [`check_result_target`]
@@ -79,13 +80,14 @@ pub use rig::parse::{parse_rig, read_rig};
 pub use rig::rig_error::{RigError, RigProblem};
 pub use rig::to_toml::rig_to_toml;
 pub use rig::{Pad, RigFile, rig_template};
+pub use strokes::comments::StrokesComments;
 pub use strokes::planned::{read_planned_strokes, write_planned_strokes};
-pub use strokes::reader::{StrokesFile, is_strokes_log, parse_strokes, read_strokes};
+pub use strokes::reader::{FURTHEST_M, StrokesFile, is_strokes_log, parse_strokes, read_strokes};
 pub use strokes::result::{
     StrokesReason, StrokesRig, StrokesSummary, StrokesTruth, check_strokes_target, write_strokes_result,
 };
-pub use strokes::rig::read_pivot_rig;
+pub use strokes::rig::{pivot_rig_comment, read_pivot_rig};
 pub use strokes::row_reader::StrokesRowReader;
-pub use strokes::writer::{strokes_csv, write_strokes};
+pub use strokes::writer::{push_strokes_row, strokes_csv, strokes_csv_header, write_strokes};
 pub use truth::{read_truth, truth_dir_of, write_truth};
 pub use write_error::{WriteError, WriteProblem};

@@ -1,9 +1,7 @@
 //! What every source has to pass: values that a rig can have, and a time that increases.
 
-use palpate::{Log, Sample};
-use palpate_io::{Conventions, fault_of};
-
 use crate::losses::Losses;
+use crate::rigs::RigSample;
 
 /// A sample that is older than the newest by no more than this is late and left out; by more, the clock was set back. Networks and buses delay by
 /// less than a second, and whoever sets a clock back by less loses as much.
@@ -13,7 +11,7 @@ const USUAL_STEP_S: f64 = 0.01;
 
 /// The order of time of what one source gives.
 #[derive(Clone, Debug)]
-pub(crate) struct Clock {
+struct Clock {
     /// Time of the newest sample as it was let through.
     newest_s: Option<f64>,
     /// Time between the two newest.
@@ -30,7 +28,7 @@ impl Default for Clock {
 
 impl Clock {
     /// The time of the next sample as it enters the log, if it does; what befell it is counted.
-    pub(crate) fn admit(&mut self, time_s: f64, losses: &mut Losses) -> Option<f64> {
+    fn admit(&mut self, time_s: f64, losses: &mut Losses) -> Option<f64> {
         let mut time_s = time_s + self.offset_s;
         if let Some(newest_s) = self.newest_s {
             let behind_s = newest_s - time_s;
@@ -54,16 +52,16 @@ impl Clock {
     }
 }
 
-/// Lets samples through in the order of time.
+/// Lets plausible samples through in the order of time.
 #[derive(Clone, Debug)]
-pub(crate) struct Gate {
-    conventions: Conventions,
+pub(crate) struct Gate<S: RigSample> {
+    conventions: S::Conventions,
     clock: Clock,
     losses: Losses,
 }
 
-impl Gate {
-    pub(crate) fn new(conventions: Conventions) -> Self {
+impl<S: RigSample> Gate<S> {
+    pub(crate) fn new(conventions: S::Conventions) -> Self {
         Self { conventions, clock: Clock::default(), losses: Losses::default() }
     }
 
@@ -72,45 +70,41 @@ impl Gate {
     }
 
     /// The sample as it enters the log, if it does.
-    pub(crate) fn admit(&mut self, sample: Sample) -> Option<Sample> {
-        if is_implausible(&sample, &self.conventions) {
+    pub(crate) fn admit(&mut self, sample: S) -> Option<S> {
+        if sample.is_implausible(&self.conventions) {
             self.losses.implausible += 1;
             return None;
         }
-        let time_s = self.clock.admit(sample.time_s, &mut self.losses)?;
-        Some(Sample { time_s, ..sample })
+        let time_s = self.clock.admit(sample.time_s(), &mut self.losses)?;
+        Some(sample.at(time_s))
     }
-}
-
-/// Whether no rig of these conventions has such a sample.
-pub(crate) fn is_implausible(sample: &Sample, conventions: &Conventions) -> bool {
-    let log = conventions.apply(&Log { samples: vec![*sample] });
-    log.samples.first().is_none_or(|sample| fault_of(sample).is_some())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use palpate::Sample;
     use palpate::palms::PalmPair;
+    use palpate_io::Conventions;
 
     fn at(time_s: f64) -> Sample {
         Sample::new(time_s, PalmPair::hinged(1.0, 1.2), 0.03, 0.03)
     }
 
-    fn times(gate: &mut Gate, times_s: &[f64]) -> Vec<f64> {
+    fn times(gate: &mut Gate<Sample>, times_s: &[f64]) -> Vec<f64> {
         times_s.iter().filter_map(|&time_s| gate.admit(at(time_s))).map(|sample| sample.time_s).collect()
     }
 
     #[test]
     fn late_and_doubled_samples_are_left_out_and_counted() {
-        let mut gate = Gate::new(Conventions::default());
+        let mut gate = Gate::<Sample>::new(Conventions::default());
         assert_eq!(times(&mut gate, &[1.0, 2.0, 2.0, 1.5, 1.0, 3.0]), [1.0, 2.0, 3.0]);
         assert_eq!(gate.losses(), Losses { doubled: 1, late: 2, ..Losses::default() });
     }
 
     #[test]
     fn a_clock_set_back_by_an_hour_costs_no_sample() {
-        let mut gate = Gate::new(Conventions::default());
+        let mut gate = Gate::<Sample>::new(Conventions::default());
         let through = times(&mut gate, &[5000.0, 5000.25, 1400.5, 1400.75, 1401.0]);
         assert_eq!(through, [5000.0, 5000.25, 5000.5, 5000.75, 5001.0]);
         assert_eq!(gate.losses(), Losses { clock_steps: 1, ..Losses::default() });
@@ -123,14 +117,14 @@ mod tests {
     fn what_no_rig_has_is_left_out_by_the_conventions_of_the_rig() {
         let mut turned = at(1.0);
         turned.palms.phi2_rad *= -1.0;
-        let mut gate = Gate::new(Conventions::default());
+        let mut gate = Gate::<Sample>::new(Conventions::default());
         assert_eq!(gate.admit(turned), None);
         assert_eq!(gate.admit(Sample { time_s: f64::NAN, ..at(0.0) }), None);
         assert_eq!(gate.admit(at(1.000_001e13)), None);
         assert_eq!(gate.losses().implausible, 3);
         assert!(gate.admit(at(1e13)).is_some());
         let clockwise = Conventions { angle_signs: [1.0, -1.0], ..Conventions::default() };
-        assert_eq!(Gate::new(clockwise).admit(turned), Some(turned));
-        assert_eq!(Gate::new(clockwise).admit(at(1.0)), None);
+        assert_eq!(Gate::<Sample>::new(clockwise).admit(turned), Some(turned));
+        assert_eq!(Gate::<Sample>::new(clockwise).admit(at(1.0)), None);
     }
 }

@@ -1,16 +1,17 @@
-//! Tactile readings and palm angles that come separately, each with its time: one sample for each instant of touch, with the angles interpolated.
+//! Tactile readings, and where palms or pivot are, that come separately, each with its time: one sample for each instant of touch, with the place
+//! interpolated.
 
 use std::collections::VecDeque;
-use std::f64::consts::{PI, TAU};
+use std::marker::PhantomData;
 
 use palpate::Sample;
-use palpate::palms::PalmPair;
 
 use crate::losses::Losses;
+use crate::rigs::RigSample;
 
 /// Readings of a kind that are kept at most: several seconds of a fast sensor.
 const MOST_KEPT: usize = 4096;
-/// Readings of both pads, and angles, are waited for until something this much later has come, seconds: a bus delivers within that time.
+/// Readings of all pads, and places, are waited for until something this much later has come, seconds: a bus delivers within that time.
 const SETTLED_AFTER_S: f64 = 0.05;
 /// Something older than the newest by no more than this is late, seconds; by more, a clock was set back.
 const LONGEST_DELAY_S: f64 = 1.0;
@@ -20,7 +21,7 @@ const LONGEST_DELAY_S: f64 = 1.0;
 pub(crate) struct JoinOptions {
     /// Readings of the two pads closer in time than this are of one instant, seconds.
     pub(crate) together_s: f64,
-    /// Angles are interpolated over no longer than this, seconds.
+    /// Places are interpolated over no longer than this, seconds.
     pub(crate) longest_gap_s: f64,
 }
 
@@ -39,7 +40,20 @@ pub(crate) enum Touch {
     Force(f64),
 }
 
-/// An instant of touch, until its angles are known.
+/// Readings that belong together.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Joined {
+    /// Time, seconds.
+    pub time_s: f64,
+    /// Where the rig was: φ₁ and φ₂ of palms in radians, X and Y of a pivot in metres.
+    pub place: [f64; 2],
+    /// Contact positions on its pads, metres.
+    pub position_m: [Option<f64>; 2],
+    /// Normal forces there, newtons.
+    pub force_n: [Option<f64>; 2],
+}
+
+/// An instant of touch, until its place is known.
 #[derive(Clone, Copy, Debug)]
 struct Instant {
     time_s: f64,
@@ -49,23 +63,25 @@ struct Instant {
 
 /// Takes readings in, gives samples out.
 #[derive(Clone, Debug)]
-pub(crate) struct Join {
+pub(crate) struct Join<S = Sample> {
     options: JoinOptions,
-    /// φ₁ and φ₂ over time.
-    angles: [VecDeque<(f64, f64)>; 2],
+    /// Both coordinates of the place over time.
+    places: [VecDeque<(f64, f64)>; 2],
     instants: VecDeque<Instant>,
     newest_s: f64,
     losses: Losses,
+    of: PhantomData<S>,
 }
 
-impl Join {
+impl<S: RigSample> Join<S> {
     pub(crate) fn new(options: JoinOptions) -> Self {
         Self {
             options,
-            angles: [VecDeque::new(), VecDeque::new()],
+            places: [VecDeque::new(), VecDeque::new()],
             instants: VecDeque::new(),
             newest_s: f64::NEG_INFINITY,
             losses: Losses::default(),
+            of: PhantomData,
         }
     }
 
@@ -73,14 +89,14 @@ impl Join {
         self.losses
     }
 
-    /// Takes in an angle of a palm (0 or 1), radians.
-    pub(crate) fn angle(&mut self, palm: usize, time_s: f64, angle_rad: f64) {
-        if !time_s.is_finite() || !angle_rad.is_finite() {
+    /// Takes in a coordinate (0 or 1) of the place.
+    pub(crate) fn place(&mut self, coordinate: usize, time_s: f64, value: f64) {
+        if !time_s.is_finite() || !value.is_finite() {
             self.losses.implausible += 1;
             return;
         }
         self.notice(time_s);
-        let series = &mut self.angles[palm];
+        let series = &mut self.places[coordinate];
         if series.back().is_some_and(|(newest_s, _)| time_s <= *newest_s) {
             self.losses.late += 1;
             return;
@@ -88,7 +104,7 @@ impl Join {
         if series.len() == MOST_KEPT {
             series.pop_front();
         }
-        series.push_back((time_s, angle_rad));
+        series.push_back((time_s, value));
     }
 
     /// Takes in a reading of a pad (0 or 1).
@@ -123,13 +139,13 @@ impl Join {
     }
 
     /// Appends the samples that are complete.
-    pub(crate) fn take(&mut self, samples: &mut VecDeque<Sample>) {
+    pub(crate) fn take(&mut self, samples: &mut VecDeque<S>) {
         while let Some(instant) = self.instants.front() {
-            let angles_known =
-                self.angles.iter().all(|series| series.back().is_some_and(|(at_s, _)| *at_s >= instant.time_s));
+            let place_known =
+                self.places.iter().all(|series| series.back().is_some_and(|(at_s, _)| *at_s >= instant.time_s));
             let is_settled = self.newest_s > instant.time_s + SETTLED_AFTER_S;
             let given_up = self.newest_s > instant.time_s + SETTLED_AFTER_S.max(self.options.longest_gap_s);
-            if !(is_settled && (angles_known || given_up)) {
+            if !(is_settled && (place_known || given_up)) {
                 return;
             }
             self.complete(samples);
@@ -137,24 +153,23 @@ impl Join {
     }
 
     /// Appends what is left at the end.
-    pub(crate) fn finish(&mut self, samples: &mut VecDeque<Sample>) {
+    pub(crate) fn finish(&mut self, samples: &mut VecDeque<S>) {
         while !self.instants.is_empty() {
             self.complete(samples);
         }
     }
 
-    /// The oldest instant becomes a sample, if there are angles for it.
-    fn complete(&mut self, samples: &mut VecDeque<Sample>) {
+    /// The oldest instant becomes a sample, if there is a place for it.
+    fn complete(&mut self, samples: &mut VecDeque<S>) {
         let Some(instant) = self.instants.pop_front() else { return };
         let longest_gap_s = self.options.longest_gap_s;
-        let [phi1, phi2] = self.angles.each_mut().map(|series| interpolated(series, instant.time_s, longest_gap_s));
-        let (Some(phi1_rad), Some(phi2_rad)) = (phi1, phi2) else {
+        let place = self.places.each_mut().map(|series| interpolated::<S>(series, instant.time_s, longest_gap_s));
+        let [Some(first), Some(second)] = place else {
             self.losses.without_angles += 1;
             return;
         };
-        let ([s1_m, s2_m], [force1_n, force2_n]) = (instant.position_m, instant.force_n);
-        let palms = PalmPair::hinged(phi1_rad, phi2_rad);
-        samples.push_back(Sample { s1_m, s2_m, force1_n, force2_n, ..Sample::new(instant.time_s, palms, 0.0, 0.0) });
+        let Instant { time_s, position_m, force_n } = instant;
+        samples.push_back(S::of_joined(&Joined { time_s, place: [first, second], position_m, force_n }));
     }
 
     fn notice(&mut self, time_s: f64) {
@@ -168,32 +183,31 @@ impl Join {
     fn forget(&mut self) {
         self.losses.without_angles += self.instants.len() as u64;
         self.instants.clear();
-        self.angles.iter_mut().for_each(VecDeque::clear);
+        self.places.iter_mut().for_each(VecDeque::clear);
         self.newest_s = f64::NEG_INFINITY;
     }
 }
 
-/// The angle at an instant, where it lies between two that are close enough. What no later instant needs is forgotten.
-fn interpolated(series: &mut VecDeque<(f64, f64)>, time_s: f64, longest_gap_s: f64) -> Option<f64> {
+/// A coordinate of the place at an instant, where it lies between two that are close enough. What no later instant needs is forgotten.
+fn interpolated<S: RigSample>(series: &mut VecDeque<(f64, f64)>, time_s: f64, longest_gap_s: f64) -> Option<f64> {
     while series.get(1).is_some_and(|(next_s, _)| *next_s <= time_s) {
         series.pop_front();
     }
-    let &(before_s, before_rad) = series.front()?;
+    let &(before_s, before) = series.front()?;
     if before_s == time_s {
-        return Some(before_rad);
+        return Some(before);
     }
-    let &(after_s, after_rad) = series.get(1)?;
+    let &(after_s, after) = series.get(1)?;
     if before_s > time_s || after_s - before_s > longest_gap_s {
         return None;
     }
-    // The shorter way round.
-    let turn_rad = (after_rad - before_rad + PI).rem_euclid(TAU) - PI;
-    Some(before_rad + turn_rad * (time_s - before_s) / (after_s - before_s))
+    Some(S::between(before, after, (time_s - before_s) / (after_s - before_s)))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::f64::consts::TAU;
 
     fn samples(join: &mut Join) -> Vec<Sample> {
         let mut samples = VecDeque::new();
@@ -203,11 +217,11 @@ mod tests {
 
     #[test]
     fn angles_are_interpolated_at_the_instants_of_touch() {
-        let mut join = Join::new(JoinOptions::default());
+        let mut join = Join::<Sample>::new(JoinOptions::default());
         for step in 0..8 {
             let time_s = 0.05 * f64::from(step);
-            join.angle(0, time_s, 1.0 + time_s);
-            join.angle(1, time_s, 2.0 - time_s);
+            join.place(0, time_s, 1.0 + time_s);
+            join.place(1, time_s, 2.0 - time_s);
         }
         join.touch(0, 0.110, Touch::Position(Some(0.03)));
         join.touch(1, 0.111, Touch::Position(Some(0.04)));
@@ -225,27 +239,27 @@ mod tests {
 
     #[test]
     fn the_other_pad_and_later_angles_are_waited_for() {
-        let mut join = Join::new(JoinOptions::default());
+        let mut join = Join::<Sample>::new(JoinOptions::default());
         for palm in [0, 1] {
-            join.angle(palm, 0.0, 1.0);
+            join.place(palm, 0.0, 1.0);
         }
         join.touch(0, 0.01, Touch::Position(Some(0.03)));
         assert_eq!(samples(&mut join), []);
-        join.angle(0, 0.05, 1.0);
+        join.place(0, 0.05, 1.0);
         assert_eq!(samples(&mut join), []);
         join.touch(1, 0.0119, Touch::Position(Some(0.04)));
-        join.angle(1, 0.0601, 1.0);
+        join.place(1, 0.0601, 1.0);
         let found = samples(&mut join);
         assert_eq!((found.len(), found[0].s2_m), (1, Some(0.04)));
     }
 
     #[test]
     fn readings_without_angles_are_counted_and_angles_are_not_interpolated_over_gaps() {
-        let mut join = Join::new(JoinOptions::default());
+        let mut join = Join::<Sample>::new(JoinOptions::default());
         join.touch(0, 0.0, Touch::Position(Some(0.03)));
         for time_s in [0.01, 0.11, 0.22] {
-            join.angle(0, time_s, 1.0);
-            join.angle(1, time_s, 1.0);
+            join.place(0, time_s, 1.0);
+            join.place(1, time_s, 1.0);
         }
         join.touch(0, 0.05, Touch::Position(Some(0.03)));
         join.touch(0, 0.15, Touch::Position(Some(0.03)));
@@ -258,21 +272,21 @@ mod tests {
     #[test]
     fn angles_are_interpolated_the_shorter_way_round() {
         let mut series = VecDeque::from([(0.0, 3.0), (0.1, 3.0 - TAU + 0.2)]);
-        let found = interpolated(&mut series, 0.05, 0.1).expect("an angle");
+        let found = interpolated::<Sample>(&mut series, 0.05, 0.1).expect("an angle");
         assert!((found - 3.1).abs() < 1e-12, "{found}");
     }
 
     #[test]
     fn memory_is_bounded_and_a_clock_that_is_set_back_is_no_end() {
-        let mut join = Join::new(JoinOptions::default());
+        let mut join = Join::<Sample>::new(JoinOptions::default());
         for index in 0..MOST_KEPT + 10 {
             join.touch(0, index as f64, Touch::Position(None));
-            join.angle(0, index as f64, 1.0);
+            join.place(0, index as f64, 1.0);
         }
-        assert_eq!((join.instants.len(), join.angles[0].len()), (MOST_KEPT, MOST_KEPT));
-        join.angle(0, 10.0, 1.0);
-        assert_eq!((join.instants.len(), join.angles[0].len(), join.losses().clock_steps), (0, 1, 1));
-        join.angle(0, f64::NAN, 1.0);
+        assert_eq!((join.instants.len(), join.places[0].len()), (MOST_KEPT, MOST_KEPT));
+        join.place(0, 10.0, 1.0);
+        assert_eq!((join.instants.len(), join.places[0].len(), join.losses().clock_steps), (0, 1, 1));
+        join.place(0, f64::NAN, 1.0);
         join.touch(0, f64::INFINITY, Touch::Force(1.0));
         assert_eq!(join.losses().implausible, 2);
     }

@@ -10,7 +10,7 @@
 //! use palpate_io::Conventions;
 //!
 //! let lines = "1000000,1047198,1308997,29700,*9B\n1010000,1047198,1308997,29700,*e5\n1020000,1047198,1308997,29710,*83\n";
-//! let mut decoder = Decoder::new(Conventions::default());
+//! let mut decoder = Decoder::<palpate::Sample>::new(Conventions::default());
 //! let mut samples = Vec::new();
 //! decoder.push(lines.as_bytes(), 0.0, &mut samples);
 //! assert_eq!(samples.len(), 0); // the check of the second line fails
@@ -19,13 +19,15 @@
 //!
 //! [`Recorder`] writes samples to CSV or MCAP as they come, so that the file can be read whenever the program or the machine stops.
 //!
-//! CSV lines may be of strokes of the other rig, too: [`Head`] says which, [`StrokesStream`] gives them.
+//! All of them carry [`RigSample`]s: those of two palms ([`Sample`](palpate::Sample)), or of the other rig, a pivoting grasp
+//! ([`PivotSample`](palpate::pivot::PivotSample)). [`Address::rig_kind`] says which; [`Head`] is what tells it of CSV lines.
 //!
 //! Nothing here estimates anything.
 #![forbid(unsafe_code)]
 
 mod error;
 mod gate;
+mod head;
 mod join;
 mod line_protocol;
 mod lines;
@@ -33,28 +35,31 @@ mod log_file;
 mod losses;
 mod mcap_files;
 mod record;
+mod rigs;
 mod ros;
 #[cfg(feature = "scene")]
 mod scene;
 mod source;
 mod stream;
-mod strokes;
 
 pub use error::{RecordError, SourceError};
-pub use log_file::{parse_mcap_log, read_mcap_log};
+pub use head::Head;
+pub use log_file::{mcap_rig_kind, parse_mcap_log, read_mcap_log, read_mcap_strokes};
 pub use losses::Losses;
 pub use record::{Recorded, Recorder, Rotation};
+pub use rigs::{RigKind, RigSample};
 #[cfg(feature = "scene")]
-pub use scene::SceneWriter;
+pub use scene::{Moment, SceneWriter};
 pub use source::address::{Address, EvdevAngles};
 pub use source::{Arrival, Overflow, Source};
 pub use stream::{Batch, Stream};
-pub use strokes::{Head, StrokesStream};
 
 /// The serial line protocol: one line per sample, with a check.
 pub mod protocol {
     pub use crate::line_protocol::decoder::Decoder;
-    pub use crate::line_protocol::packet::{Packet, PacketError, lines_of};
+    pub use crate::line_protocol::fields::PacketError;
+    pub use crate::line_protocol::palms_packet::{Packet, lines_of};
+    pub use crate::line_protocol::strokes_packet::{StrokesPacket, lines_of_strokes};
 }
 
 /// Messages of ROS 2, as they stand in bags.

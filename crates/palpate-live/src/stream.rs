@@ -5,11 +5,11 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use palpate::Sample;
-use palpate_io::{Conventions, RigFile};
 
 use crate::error::SourceError;
 use crate::gate::Gate;
 use crate::losses::Losses;
+use crate::rigs::RigSample;
 use crate::source::{Arrival, Overflow, Source};
 
 /// Samples that wait at most: minutes of a usual rig, and a few megabytes.
@@ -27,41 +27,56 @@ pub enum Batch<S = Sample> {
 /// The samples of a source: plausible ones in the order of time, as they come. What is not taken fast enough is dropped, oldest first, where the
 /// source cannot wait.
 #[derive(Debug)]
-pub struct Stream {
-    shared: Arc<Shared>,
+pub struct Stream<S: RigSample = Sample> {
+    shared: Arc<Shared<S>>,
 }
 
-#[derive(Debug, Default)]
-struct Shared {
-    state: Mutex<State>,
+#[derive(Debug)]
+struct Shared<S: RigSample> {
+    state: Mutex<State<S>>,
     changed: Condvar,
 }
 
-#[derive(Debug, Default)]
-struct State {
-    queue: VecDeque<Sample>,
+#[derive(Debug)]
+struct State<S: RigSample> {
+    queue: VecDeque<S>,
     losses: Losses,
     overflowed: u64,
     first_fault: Option<String>,
-    rig: Option<RigFile>,
+    rig: Option<S::Rig>,
     ended: Option<Result<(), SourceError>>,
     abandoned: bool,
 }
 
-impl Shared {
+impl<S: RigSample> Default for Shared<S> {
+    fn default() -> Self {
+        let state = State {
+            queue: VecDeque::new(),
+            losses: Losses::default(),
+            overflowed: 0,
+            first_fault: None,
+            rig: None,
+            ended: None,
+            abandoned: false,
+        };
+        Self { state: Mutex::new(state), changed: Condvar::new() }
+    }
+}
+
+impl<S: RigSample> Shared<S> {
     /// The state is whole at every instant, so that a thread that panicked left nothing half done.
-    fn lock(&self) -> MutexGuard<'_, State> {
+    fn lock(&self) -> MutexGuard<'_, State<S>> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-impl Stream {
+impl<S: RigSample> Stream<S> {
     /// Begins to read. Samples are given as the source writes them; `conventions` say which of them are plausible: those of the rig of the source
     /// where none are stated.
     ///
     /// # Errors
     /// The system gives no thread.
-    pub fn start(mut source: Box<dyn Source>, conventions: Option<Conventions>) -> Result<Self, SourceError> {
+    pub fn start(mut source: Box<dyn Source<S>>, conventions: Option<S::Conventions>) -> Result<Self, SourceError> {
         let shared = Arc::new(Shared::default());
         let of_reader = Arc::clone(&shared);
         let read = move || {
@@ -79,11 +94,11 @@ impl Stream {
     ///
     /// # Errors
     /// The source failed; what came before that has been handed on.
-    pub fn next(&self, patience: Duration) -> Result<Batch, SourceError> {
-        let waiting = |state: &mut State| state.queue.is_empty() && state.ended.is_none();
+    pub fn next(&self, patience: Duration) -> Result<Batch<S>, SourceError> {
+        let waiting = |state: &mut State<S>| state.queue.is_empty() && state.ended.is_none();
         let locked = self.shared.changed.wait_timeout_while(self.shared.lock(), patience, waiting);
         let (mut state, _) = locked.unwrap_or_else(PoisonError::into_inner);
-        let samples: Vec<Sample> = state.queue.drain(..).collect();
+        let samples: Vec<S> = state.queue.drain(..).collect();
         let ended = if samples.is_empty() { state.ended.clone() } else { None };
         drop(state);
         self.shared.changed.notify_all();
@@ -101,8 +116,8 @@ impl Stream {
         losses
     }
 
-    /// What the source knows of its rig, where nothing was stated: all it ever will when the first sample is there.
-    pub fn rig(&self) -> Option<RigFile> {
+    /// What the source says of its rig: all it ever will when the first sample is there.
+    pub fn rig(&self) -> Option<S::Rig> {
         self.shared.lock().rig
     }
 
@@ -112,26 +127,30 @@ impl Stream {
     }
 }
 
-impl Drop for Stream {
+impl<S: RigSample> Drop for Stream<S> {
     fn drop(&mut self) {
         self.shared.lock().abandoned = true;
         self.shared.changed.notify_all();
     }
 }
 
-fn read(source: &mut dyn Source, stated: Option<Conventions>, shared: &Shared) -> Result<(), SourceError> {
-    let of_rig = |rig: Option<RigFile>| rig.map(|rig| rig.conventions);
-    let mut gate = Gate::new(stated.or(of_rig(source.rig())).unwrap_or_default());
-    let has_room = |state: &State| state.queue.len() < QUEUE_SAMPLES;
+fn read<S: RigSample>(
+    source: &mut dyn Source<S>,
+    stated: Option<S::Conventions>,
+    shared: &Shared<S>,
+) -> Result<(), SourceError> {
+    let mut gate = Gate::<S>::new(stated.unwrap_or_default());
+    let has_room = |state: &State<S>| state.queue.len() < QUEUE_SAMPLES;
     loop {
         let arrival = source.next();
-        if stated.is_none() && shared.lock().rig.is_none() {
-            let rig = source.rig();
+        if shared.lock().rig.is_none()
+            && let Some(rig) = source.rig()
+        {
             // Known before the first sample.
-            if let Some(conventions) = of_rig(rig) {
-                gate = Gate::new(conventions);
-                shared.lock().rig = rig;
+            if stated.is_none() {
+                gate = Gate::new(S::conventions(&rig));
             }
+            shared.lock().rig = Some(rig);
         }
         let admitted = match arrival {
             Ok(Arrival::Sample(sample)) => gate.admit(sample),
@@ -145,7 +164,7 @@ fn read(source: &mut dyn Source, stated: Option<Conventions>, shared: &Shared) -
         }
         if let Some(sample) = admitted {
             if source.overflow() == Overflow::Waits {
-                let full = |state: &mut State| !has_room(state) && !state.abandoned;
+                let full = |state: &mut State<S>| !has_room(state) && !state.abandoned;
                 state = shared.changed.wait_while(state, full).unwrap_or_else(PoisonError::into_inner);
             } else if !has_room(&state) {
                 state.queue.pop_front();

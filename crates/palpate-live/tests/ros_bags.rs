@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use mcap::WriteOptions;
 use mcap::records::MessageHeader;
-use palpate_live::{SourceError, read_mcap_log};
+use palpate_live::{RigKind, SourceError, mcap_rig_kind, read_mcap_log, read_mcap_strokes};
 
 const MAP: &str = r#"
 phi1 = { topic = "/joint_states", field = "position[palm1]" }
@@ -116,6 +116,29 @@ fn angles_are_interpolated_at_the_instants_of_touch() {
         assert_eq!((sample.force1_n, sample.force2_n), (Some(2.0), None));
     }
     assert_eq!(file.notes, ["left out or noticed: 2 readings without palm angles"]);
+}
+
+#[test]
+fn the_pivot_is_interpolated_at_the_instants_of_touch_of_a_pad() {
+    let dir = tempfile::tempdir().expect("a folder");
+    let bag = bag(dir.path(), "cdr", |_, _| {});
+    let map = r#"
+        pivot_x = { topic = "/joint_states", field = "position[palm1]" }
+        pivot_y = { topic = "/joint_states", field = "position[palm2]", unit = "cm" }
+        s = { topic = "/pads", field = "data[0]", unit = "mm" }
+    "#;
+    let path = dir.path().join("topics.toml");
+    fs::write(&path, map).expect("a map");
+    assert_eq!(mcap_rig_kind(&bag, Some(&path)), RigKind::Pivot);
+    let file = read_mcap_strokes(&bag, Some(&path)).expect("a log");
+    assert!(file.log.samples.len() >= 45, "{}", file.log.samples.len());
+    for sample in &file.log.samples {
+        // Times are counted from the first message of all, those of the pad are of its log time.
+        let time_s = 1.0 + sample.time_s;
+        assert!((sample.pivot_x_m - (1.0 + time_s / 10.0)).abs() < 1e-9, "{sample:?}");
+        assert!((sample.pivot_y_m - 0.01 * (1.5 - time_s / 10.0)).abs() < 1e-9, "{sample:?}");
+        assert_eq!(sample.s_m, Some(0.04));
+    }
 }
 
 #[test]

@@ -5,13 +5,15 @@ use std::collections::BTreeMap;
 use foxglove::Decode;
 use foxglove::messages::{FrameTransform, PointCloud, PoseInFrame, SceneUpdate};
 use mcap::MessageStream;
+use palpate::Sample;
 use palpate::compare::RigidMotion;
 use palpate::live::Live;
+use palpate::pivot::{PadPose, PivotSample, StrokesEstimate};
 use palpate::plan::{PalmLimits, plan_turn};
 use palpate::sensor::Touchpad;
 use palpate::shape::NamedShape;
 use palpate::simulate::{SimulateOptions, simulate};
-use palpate_live::{RecordError, SceneWriter, read_mcap_log};
+use palpate_live::{Moment, RecordError, SceneWriter, read_mcap_log, read_mcap_strokes};
 
 /// Samples of each second.
 const RATE_HZ: f64 = 100.0;
@@ -31,10 +33,13 @@ fn a_scene_holds_what_was_estimated_and_is_a_log() {
     let mut live = Live::default();
     for sample in &run.log.samples {
         let estimate = live.push(sample);
-        scene.push(sample, estimate, || "{}".to_owned()).expect("room on the disk");
+        scene.push(sample, &Moment::of_palms(sample, estimate), || "{}".to_owned()).expect("room on the disk");
     }
     scene.finish().expect("room on the disk");
-    assert!(matches!(SceneWriter::create(&path, &[]), Err(RecordError::Exists { .. })), "nothing is replaced");
+    assert!(
+        matches!(SceneWriter::<Sample>::create(&path, &[]), Err(RecordError::Exists { .. })),
+        "nothing is replaced"
+    );
 
     let bytes = std::fs::read(&path).expect("a file");
     let mut messages: BTreeMap<String, Vec<Vec<u8>>> = BTreeMap::new();
@@ -88,4 +93,39 @@ fn a_scene_holds_what_was_estimated_and_is_a_log() {
 
     let (file, _) = read_mcap_log(&path, None, None).expect("a log");
     assert_eq!(file.log, run.log);
+}
+
+#[test]
+fn a_scene_of_strokes_has_a_pad_and_a_pivot_and_is_a_log_of_strokes() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("scene.mcap");
+    let mut scene = SceneWriter::create(&path, &[]).expect("a file");
+    let mut estimate = StrokesEstimate::default();
+    let samples: Vec<PivotSample> = (0..40)
+        .map(|index| {
+            let time_s = 0.05 * f64::from(index);
+            let s_m = (index > 5).then_some(0.51);
+            PivotSample { time_s, pivot_x_m: 0.5 + 0.02 * time_s, pivot_y_m: 0.03, s_m }
+        })
+        .collect();
+    for sample in &samples {
+        estimate.psi_rad = (sample.time_s > 1.0).then_some(0.3);
+        let moment = Moment::of_strokes(sample, &estimate, &PadPose::default());
+        scene.push(sample, &moment, || "{}".to_owned()).expect("room on the disk");
+    }
+    scene.finish().expect("room on the disk");
+    assert_eq!(read_mcap_strokes(&path, None).expect("a log").log.samples, samples);
+
+    let bytes = std::fs::read(&path).expect("a file");
+    let messages = || MessageStream::new(&bytes).expect("MCAP").map(|message| message.expect("a whole message"));
+    let moved = messages().filter(|message| message.channel.topic == "/tf").last().expect("a transform");
+    let moved = FrameTransform::decode(&*moved.data).expect("a transform");
+    assert_eq!((moved.parent_frame_id.as_str(), moved.child_frame_id.as_str()), ("world", "object"));
+    let newest = samples.last().expect("samples");
+    assert_eq!(moved.translation.map(|at| (at.x, at.y)), Some((newest.pivot_x_m, newest.pivot_y_m)));
+    let scene = messages().filter(|message| message.channel.topic == "/palpate/scene").last().expect("a scene");
+    let scene = SceneUpdate::decode(&*scene.data).expect("a scene");
+    let pad = scene.entities.iter().find(|entity| entity.id == "pad").expect("a pad");
+    // The contact and the pivot.
+    assert_eq!((pad.lines.len(), pad.spheres.len()), (1, 2));
 }

@@ -9,8 +9,9 @@ use std::time::Duration;
 
 use palpate::Sample;
 use palpate::palms::PalmPair;
-use palpate_live::protocol::Packet;
-use palpate_live::{Address, Batch, Stream};
+use palpate::pivot::PivotSample;
+use palpate_live::protocol::{Packet, StrokesPacket};
+use palpate_live::{Address, Batch, Head, RigKind, Stream};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
 
@@ -87,9 +88,43 @@ fn a_port_that_is_closed_and_opened_ten_times_goes_on() {
 }
 
 #[test]
+fn a_board_may_send_strokes() {
+    let dir = tempfile::tempdir().expect("a folder");
+    let port = dir.path().join("port");
+    let mut end = board(&port);
+    let address: Address = format!("serial:{}?rig=pivot", port.display()).parse().expect("an address");
+    assert_eq!(address.rig_kind(&Head::of(&address)), RigKind::Pivot);
+    let stream = Stream::<PivotSample>::start(address.open(None).expect("the port"), None).expect("a thread");
+    let sample = |index: u32| {
+        let s_m = index.is_multiple_of(2).then_some(0.5);
+        PivotSample { time_s: 0.05 * f64::from(index), pivot_x_m: 0.5, pivot_y_m: 0.031, s_m }
+    };
+    let mut found = Vec::new();
+    for index in 0.. {
+        end.write_all(StrokesPacket::of_sample(&sample(index)).to_line().as_bytes()).expect("a line");
+        // A line of palms is none of strokes.
+        if index == 10 {
+            end.write_all(line(index).as_bytes()).expect("a line");
+        }
+        match stream.next(PAUSE).expect("a port") {
+            Batch::Samples(samples) => found.extend(samples),
+            Batch::End => panic!("a port has no end"),
+        }
+        if found.len() >= 20 {
+            break;
+        }
+    }
+    for found in &found {
+        let index = (found.time_s / 0.05).round() as u32;
+        assert_eq!(*found, PivotSample { time_s: found.time_s, ..sample(index) });
+    }
+    assert_eq!(stream.losses().faulty, 1, "{}", stream.losses());
+}
+
+#[test]
 fn a_port_that_is_not_there_is_named() {
     let address: Address = "serial:/dev/no-such-port".parse().expect("an address");
-    let error = address.open(None).map(|_| ()).expect_err("no port").to_string();
+    let error = address.open::<Sample>(None).map(|_| ()).expect_err("no port").to_string();
     assert!(
         error.starts_with("/dev/no-such-port: the port cannot be opened: ") && error.contains("plugged in"),
         "{error}"

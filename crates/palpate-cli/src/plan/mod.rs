@@ -100,7 +100,7 @@ pub fn run(arguments: &Arguments) -> Result<Ending, Failure> {
     let log = LogSource(&arguments.object);
     let is_pivot = arguments.rig.as_deref() == Some(Path::new(PIVOT));
     let is_named = arguments.object.to_str().is_some_and(|text| text.parse::<NamedShape>().is_ok());
-    if !is_named && log.is_strokes() {
+    if !is_named && log.is_strokes(None) {
         arguments.refuse("a log of strokes", &[arguments.of_shape(), arguments.of_palms()])?;
         return strokes::of_log(arguments, log, &terminal);
     }

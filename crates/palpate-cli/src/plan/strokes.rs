@@ -1,23 +1,25 @@
 //! Strokes of a pivoting grasp, each where it feels most of what those before it did not.
 
 use palpate::pivot::{
-    CenterOfMassEstimate, PadPose, PivotOptions, PivotPosterior, PivotReconstruction, PivotRig, PivotSimulateError,
-    PivotSimulateOptions, PlannedStrokes, StrokeLimits, plan_next_strokes, plan_strokes, reconstruct_with_posterior,
+    CenterOfMassEstimate, HeldObject, PadPose, PivotOptions, PivotPosterior, PivotReconstruction, PivotRig,
+    PivotSimulateError, PivotSimulateOptions, PlannedStrokes, StrokeLimits, plan_next_strokes, plan_strokes,
+    reconstruct_with_posterior,
 };
 use palpate::sensor::Touchpad;
 use palpate::shape::SupportFunction;
 
 use super::Arguments;
 use crate::log_source::LogSource;
-use crate::strokes::{self, Held, PIVOT_SHARE, PRESS, USUAL_FRICTION};
+use crate::strokes;
 use crate::terminal::{Ending, Failure, Terminal};
 
 /// By what a log of strokes leaves open of the shape.
 pub fn of_log(arguments: &Arguments, log: LogSource, terminal: &Terminal) -> Result<Ending, Failure> {
-    let file = palpate_io::read_strokes(log.0)?;
+    let file = log.read_strokes(None)?;
+    file.notes.iter().for_each(|note| terminal.note(note));
     // `--rig pivot` says no more than the columns of the log.
     let rig_file = arguments.rig.as_deref().filter(|path| *path != std::path::Path::new(super::PIVOT));
-    let rig = strokes::rig(rig_file, arguments.calibrated)?;
+    let rig = strokes::rig(rig_file, arguments.calibrated, file.rig)?;
     let progress = terminal.progress();
     progress.say("reconstructing the strokes so far");
     let (found, posterior) = reconstruct_with_posterior(&file.log, &PivotOptions::new(rig))?;
@@ -32,7 +34,7 @@ pub fn of_log(arguments: &Arguments, log: LogSource, terminal: &Terminal) -> Res
         rig: PivotRig::exact(PadPose { tilt_rad: rig.pad.tilt_rad + found.calibration.tilt_rad, ..rig.pad }),
         touchpad: Touchpad { length_m: arguments.palm_length_m().unwrap_or(felt_m), ..Touchpad::ideal() },
         center_of_mass_m: center_of_mass_m(&found, terminal)?,
-        friction: arguments.friction.map_or(USUAL_FRICTION, |[friction, _]| friction),
+        friction: arguments.friction.map_or(HeldObject::USUAL_FRICTION, |[friction, _]| friction),
         ..PivotSimulateOptions::default()
     };
     planned(arguments, along_m, terminal, |limits| plan_next_strokes(&found, &posterior, &options, limits))?;
@@ -49,7 +51,7 @@ pub fn of_shape(arguments: &Arguments, shape: &SupportFunction, terminal: &Termi
     let length_m = arguments.palm_length_m().unwrap_or(f64::INFINITY);
     let pivot_m = arguments.pivot_mm.map(|pivot| pivot.map(|mm| 1e-3 * mm));
     let touchpad = Touchpad { length_m, ..Touchpad::ideal() };
-    let held = Held::new(shape, pivot_m, touchpad, arguments.friction.map(|[friction, _]| friction));
+    let held = HeldObject::new(shape, pivot_m, touchpad, arguments.friction.map(|[friction, _]| friction));
     let posterior = PivotPosterior::known(&held.about_pivot);
     planned(arguments, held.usual_along_m(), terminal, |limits| plan_strokes(&posterior, &held.options, limits))?;
     Ok(Ending::Success)
@@ -63,7 +65,7 @@ fn center_of_mass_m(found: &PivotReconstruction, terminal: &Terminal) -> Result<
         return Err(Failure::Input(message.to_owned()));
     };
     let distance_m = distance_m.unwrap_or_else(|| {
-        let usual_m = PIVOT_SHARE * found.shape.mean_radius_m();
+        let usual_m = HeldObject::PIVOT_SHARE * found.shape.mean_radius_m();
         terminal.note(&format!(
             "the centre of mass is taken to be {:.1} mm from the pivot; a period of swinging in the log (swing_period_s) tells",
             1e3 * usual_m
@@ -84,7 +86,7 @@ fn planned(
     let limits = StrokeLimits {
         along_m,
         longest_m: arguments.longest_mm.map_or(2.0 * (along_m[1] - along_m[0]), |mm| 1e-3 * mm),
-        press: arguments.press.unwrap_or(PRESS),
+        press: arguments.press.unwrap_or(HeldObject::PRESS),
         most_strokes: arguments.most_strokes.map_or(StrokeLimits::default().most_strokes, usize::from),
     };
     let progress = terminal.progress();

@@ -1,35 +1,33 @@
 //! `palpate watch`: shape, pose and centre of mass while the samples come.
 
 mod line;
+mod palms;
 mod serve;
 mod strokes;
 mod view;
 
 use std::io::IsTerminal;
 use std::net::SocketAddr;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use palpate::live::Live;
-use palpate::reconstruct::{ReconstructOptions, Reconstructor};
-use palpate::{Log, Sample};
-use palpate_io::{Conventions, LogFile, RigFile, Summary};
-use palpate_live::{Address, Batch, Head, Losses, Recorder, Rotation, SceneWriter, Stream};
+use palpate_live::{Address, Batch, Head, Losses, RigKind, RigSample, Stream};
 
-use crate::reconstruct::{Job, solve, told};
-use crate::record::metadata;
+use crate::live_rig::LiveRig;
 use crate::terminal::{Ending, Failure, Terminal, print};
 
+use palms::WatchedPalms;
 use serve::Server;
+use strokes::WatchedStrokes;
 use view::{Seen, View};
 
 const AFTER_HELP: &str = "\
 SOURCE is as for `palpate record`: FILE.csv (followed until Ctrl-C), - (CSV lines on standard input), serial:PORT, evdev:PADS, mcap:FILE, sim:PLAN.toml.
 
-CSV lines may be strokes of a pivoting grasp (time_s, pivot_x_m, pivot_y_m, s_m): then --rig takes a file of that rig, and there is no --log, --scene or
---serve (docs/live.md).
+The samples may be those of two palms, or strokes of a pivoting grasp: CSV lines with time_s, pivot_x_m, pivot_y_m and s_m, serial:PORT?rig=pivot, a
+recording or a bag of strokes, a plan with motion = \"strokes\". Then --rig takes a file of that rig (docs/formats.md).
 
 At the end of the source, or at Ctrl-C, what was felt is reconstructed once more as `palpate reconstruct` does it, and told. Estimates before that
 are of the same estimator: a search over the samples so far now and then, and a filter in between (docs/live.md).
@@ -41,7 +39,7 @@ Examples:
   palpate watch serial:/dev/ttyUSB0 --rig rig.toml --log trial.csv -o trial
   palpate watch sim:plan.toml --scene trial.mcap            a scene for Foxglove or Rerun
   robot | palpate watch - --json | jq .psi_rad
-  robot | tee strokes.csv | palpate watch - -o strokes      strokes over one pad, recorded and watched
+  robot | palpate watch - --log strokes.csv --serve         strokes over one pad, recorded and shown
 
 Exit codes: 0 certified at the end;  3 not certified;  2 bad input or usage, or too few samples;  1 anything else.";
 
@@ -70,7 +68,8 @@ pub struct Arguments {
     /// Record the samples too, as `palpate record` does
     #[arg(long, value_name = "FILE.csv|FILE.mcap")]
     log: Option<PathBuf>,
-    /// Write what is seen as a scene for Foxglove and Rerun: palms, contacts, boundary, pose, estimates, and the samples, so that it is a log as well
+    /// Write what is seen as a scene for Foxglove and Rerun: palms or pad, contacts, boundary, pose, estimates, and the samples, so that it is a log
+    /// as well
     #[arg(long, value_name = "FILE.mcap")]
     scene: Option<PathBuf>,
     /// Folder for the result at the end, as of `palpate reconstruct`
@@ -85,6 +84,36 @@ pub struct Arguments {
     quiet: bool,
 }
 
+/// What of watching is a rig's own.
+trait Watched: Sized {
+    /// What comes.
+    type Sample: LiveRig;
+
+    /// Refuses a place where no result may be written.
+    fn check_target(out: &Path) -> Result<(), Failure>;
+
+    /// From the first sample on, by what is known of the rig; else by an ordinary one.
+    fn new(arguments: &Arguments, known: Option<<Self::Sample as RigSample>::Rig>) -> Result<Self, Failure>;
+
+    /// Records samples.
+    fn record(&mut self, samples: &[Self::Sample]) -> Result<(), Failure>;
+
+    /// Takes a sample in.
+    fn push(&mut self, sample: &Self::Sample) -> Result<(), Failure>;
+
+    /// What is known now, as a line of JSON.
+    fn line(&self) -> String;
+
+    /// What is known now, to look at.
+    fn seen(&self) -> Seen<'_>;
+
+    /// Shows what is known now on the page.
+    fn show(&self, server: &Server, losses: Losses, rate_hz: f64);
+
+    /// Ends recordings, reconstructs what was felt as `palpate reconstruct` does it, and tells it; whether it is certified.
+    fn finish(self, arguments: &Arguments, terminal: &Terminal) -> Result<bool, Failure>;
+}
+
 /// Watches until there is an end, and tells what came of it.
 pub fn run(arguments: &Arguments) -> Result<Ending, Failure> {
     let terminal = Terminal::new(arguments.quiet);
@@ -94,24 +123,33 @@ pub fn run(arguments: &Arguments) -> Result<Ending, Failure> {
         terminal.note(&format!("the page is at {}", server.url()));
     }
     let head = Head::of(&arguments.source);
-    if head.is_of_strokes() {
-        return strokes::run(arguments, head);
+    match arguments.source.rig_kind(&head) {
+        RigKind::Palms => of_rig::<WatchedPalms>(arguments, head, server.as_ref(), terminal),
+        RigKind::Pivot => of_rig::<WatchedStrokes>(arguments, head, server.as_ref(), terminal),
     }
+}
+
+fn of_rig<W: Watched>(
+    arguments: &Arguments,
+    head: Head,
+    server: Option<&Server>,
+    terminal: Terminal,
+) -> Result<Ending, Failure> {
     if let Some(out) = &arguments.out {
-        palpate_io::check_result_target(out)?;
+        W::check_target(out)?;
     }
     let stated = match &arguments.rig {
-        Some(path) => Some(palpate_io::read_rig(path)?),
-        None => arguments.calibrated.then(RigFile::exact),
+        Some(path) => Some(W::Sample::read(path)?),
+        None => arguments.calibrated.then(W::Sample::exact),
     };
-    let conventions = stated.as_ref().map(|rig| rig.conventions);
+    let conventions = stated.as_ref().map(W::Sample::conventions);
     let stopped = interruption()?;
-    let source = arguments.source.open_after(head, conventions)?;
+    let source = arguments.source.open_after::<W::Sample>(head, conventions)?;
     let stream = Stream::start(source, conventions)?;
-    let mut watch = Watch { arguments, stream, stated, terminal, server: server.as_ref(), watched: None };
+    let mut watch = Watch::<W> { arguments, stream, stated, terminal, server, watched: None };
     let ended = watch.follow(&stopped);
     let ended = watch.finish(ended);
-    if let Some(server) = &server {
+    if let Some(server) = server {
         server.end(match &ended {
             Ok(Ending::Success) => "certified",
             Ok(_) => "not certified",
@@ -134,25 +172,19 @@ fn interruption() -> Result<Arc<AtomicBool>, Failure> {
     Ok(stopped)
 }
 
-struct Watch<'a> {
+/// A stream that is watched.
+struct Watch<'a, W: Watched> {
     arguments: &'a Arguments,
-    stream: Stream,
-    stated: Option<RigFile>,
+    stream: Stream<W::Sample>,
+    /// The rig, where it was stated.
+    stated: Option<<W::Sample as RigSample>::Rig>,
     terminal: Terminal,
     server: Option<&'a Server>,
-    watched: Option<Watched>,
+    /// From the first sample on.
+    watched: Option<W>,
 }
 
-/// A stream from its first sample.
-struct Watched {
-    rig: RigFile,
-    live: Live,
-    newest: Option<Sample>,
-    recorder: Option<Recorder>,
-    scene: Option<SceneWriter>,
-}
-
-impl Watch<'_> {
+impl<W: Watched> Watch<'_, W> {
     /// Takes in samples until the source ends, fails, or is no longer wanted.
     fn follow(&mut self, stopped: &AtomicBool) -> Result<(), Failure> {
         let mut view = View::new(!self.arguments.json && !self.arguments.quiet, std::io::stdout().is_terminal());
@@ -168,37 +200,38 @@ impl Watch<'_> {
             let watched = match &mut self.watched {
                 Some(watched) => watched,
                 None => {
-                    let said = self.stream.rig();
-                    let known = self.stated.as_ref().or(said.as_ref());
-                    self.watched.insert(Watched::new(self.arguments, known)?)
+                    let known = W::Sample::known(self.stated, self.stream.rig());
+                    self.watched.insert(W::new(self.arguments, known)?)
                 }
             };
-            if let Some(recorder) = &mut watched.recorder {
-                recorder.push(&samples)?;
-            }
+            watched.record(&samples)?;
             for sample in &samples {
                 watched.push(sample)?;
                 if self.arguments.json {
-                    print(&line::of(watched.live.estimate()))?;
+                    print(&watched.line())?;
                 }
-                let estimate = watched.live.estimate();
-                view.take(estimate.time_s, estimate.pose.as_ref().map(|pose| pose.psi_rad));
+                let (time_s, psi_rad) = watched.seen().time_and_psi();
+                view.take(time_s, psi_rad);
                 if stopped.load(Ordering::SeqCst) {
                     break;
                 }
             }
             if shown.elapsed() >= if view.is_redrawn() { TICK } else { LINE } {
                 shown = Instant::now();
-                view.show(|| Seen::from(watched.live.estimate()), self.stream.losses())?;
+                view.show(|| watched.seen(), self.stream.losses())?;
             }
             if published.elapsed() >= TICK {
                 published = Instant::now();
-                publish(self.server, watched, self.stream.losses(), view.rate_hz());
+                if let Some(server) = self.server {
+                    watched.show(server, self.stream.losses(), view.rate_hz());
+                }
             }
         }
         if let Some(watched) = &self.watched {
-            view.show(|| Seen::from(watched.live.estimate()), self.stream.losses())?;
-            publish(self.server, watched, self.stream.losses(), view.rate_hz());
+            view.show(|| watched.seen(), self.stream.losses())?;
+            if let Some(server) = self.server {
+                watched.show(server, self.stream.losses(), view.rate_hz());
+            }
         }
         Ok(())
     }
@@ -213,93 +246,12 @@ impl Watch<'_> {
         if !losses.is_none() {
             terminal.note(&format!("lost: {losses}"));
         }
-        let Some(Watched { rig, live, recorder, scene, .. }) = watched else {
+        let Some(watched) = watched else {
             ended?;
             return Err(Failure::Input(format!("{}: no sample came", arguments.source)));
         };
-        if let Some(recorder) = recorder {
-            recorder.finish()?;
-        }
-        if let Some(scene) = scene {
-            scene.finish()?;
-        }
-        if live.kept_every() > 1 {
-            terminal.note(&format!("the result is of one sample in {}", live.kept_every()));
-        }
-        let log = live.log().clone();
-        drop(live);
-        let summary = result(arguments, &rig, log, &terminal)?;
-        if arguments.json {
-            print(&line::last(summary.to_json())?)?;
-        } else {
-            let shown = arguments.out.clone().unwrap_or_default();
-            let text = told(&summary, &shown);
-            // Without a folder there is no report to open.
-            let lines = text.lines().filter(|line| arguments.out.is_some() || !line.starts_with("  report"));
-            terminal.say(&lines.collect::<Vec<_>>().join("\n"))?;
-        }
+        let is_certified = watched.finish(arguments, &terminal)?;
         ended?;
-        Ok(if summary.certified { Ending::Success } else { Ending::NotCertified })
-    }
-}
-
-/// Shows the newest estimate on the page.
-fn publish(server: Option<&Server>, watched: &Watched, losses: Losses, rate_hz: f64) {
-    if let (Some(server), Some(newest)) = (server, &watched.newest) {
-        server.show(newest, watched.live.estimate(), losses, rate_hz);
-    }
-}
-
-/// What `palpate reconstruct` makes of the samples, written where a folder is given.
-fn result(arguments: &Arguments, rig: &RigFile, log: Log, terminal: &Terminal) -> Result<Summary, Failure> {
-    let name = arguments.source.to_string();
-    let file = LogFile { log, metadata: Vec::new(), notes: Vec::new() };
-    let reconstructor = Reconstructor::from(options(rig));
-    let Some(out) = &arguments.out else {
-        let started = Instant::now();
-        let found = reconstructor.run_or_name_mistake(&file.log)?;
-        return Ok(Summary::new(&found, started.elapsed().as_secs_f64()));
-    };
-    let job = Job {
-        file: &file,
-        name: Some(&name),
-        title: &name,
-        truth: None,
-        reconstructor,
-        min_touches: 1,
-        diagnostics: false,
-        animation: None,
-        out,
-    };
-    solve(&job, terminal)
-}
-
-/// As of `palpate reconstruct`.
-fn options(rig: &RigFile) -> ReconstructOptions {
-    ReconstructOptions::default().with_rig(rig.rig).with_sensor_sd_m(rig.reading_sd_m())
-}
-
-impl Watched {
-    /// By a rig that was stated or that the source says, or by an ordinary one.
-    fn new(arguments: &Arguments, known: Option<&RigFile>) -> Result<Self, Failure> {
-        let rig = known.copied().unwrap_or_default();
-        let metadata = metadata(&arguments.source, known);
-        let record = |path| Recorder::create(path, Rotation::default(), &metadata);
-        let recorder = arguments.log.as_deref().map(record).transpose()?;
-        let scene = arguments.scene.as_deref().map(|path| SceneWriter::create(path, &metadata)).transpose()?;
-        Ok(Self { live: Live::new(options(&rig)), newest: None, recorder, scene, rig })
-    }
-
-    /// Takes a sample in, as the rig has it.
-    fn push(&mut self, sample: &Sample) -> Result<(), Failure> {
-        let conventions: &Conventions = &self.rig.conventions;
-        for sample in &conventions.apply(&Log { samples: vec![*sample] }).samples {
-            let estimate = self.live.push(sample);
-            self.newest = Some(*sample);
-            if let Some(scene) = &mut self.scene {
-                scene.push(sample, estimate, || line::of(estimate))?;
-            }
-        }
-        Ok(())
+        Ok(if is_certified { Ending::Success } else { Ending::NotCertified })
     }
 }

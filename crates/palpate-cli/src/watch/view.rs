@@ -122,6 +122,11 @@ pub struct Seen<'a> {
 }
 
 impl Seen<'_> {
+    /// Time, and orientation where it is known, radians.
+    pub fn time_and_psi(&self) -> (f64, Option<f64>) {
+        (self.time_s, self.psi_and_sd_rad.map(|[psi_rad, _]| psi_rad))
+    }
+
     /// Everything in one line.
     fn line(&self) -> String {
         let mut line = format!("{:.1} s, {} samples", self.time_s, self.samples);

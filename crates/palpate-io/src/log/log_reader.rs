@@ -147,7 +147,7 @@ fn in_comment(name: &str, value: &str) -> Result<RigFile, ReadError> {
 pub const RECORDING: &str = "# recorded by: palpate record";
 
 /// A recording without a last line that was cut off, and a note that it was; any other file as it is.
-fn whole_lines(bytes: &[u8]) -> (&[u8], Option<String>) {
+pub(crate) fn whole_lines(bytes: &[u8]) -> (&[u8], Option<String>) {
     if !bytes.starts_with(RECORDING.as_bytes()) || bytes.ends_with(b"\n") {
         return (bytes, None);
     }

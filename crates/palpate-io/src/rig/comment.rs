@@ -11,7 +11,7 @@ use crate::rig::{RigFile, conventions::Conventions};
 pub(crate) const KEY: &str = "rig";
 
 /// Its value where readings are to be taken as they are.
-const EXACT: &str = "exact";
+pub(crate) const EXACT: &str = "exact";
 
 /// The value of a comment `# rig: …`, which says in one line what a rig file says; [`read_log_with_rig`](crate::read_log_with_rig) reads it.
 ///
@@ -23,10 +23,19 @@ pub fn rig_comment(rig: &RigFile) -> String {
     if rig.rig == Rig::default() && rig.conventions == Conventions::default() {
         return EXACT.to_owned();
     }
-    let text = rig_to_toml(rig);
-    let lines = text.lines().filter(|line| !line.is_empty() && !line.starts_with('#'));
+    on_one_line(&rig_to_toml(rig))
+}
+
+/// The lines of a rig file as one: a space behind the name of a table, a semicolon behind a value.
+pub(crate) fn on_one_line(toml: &str) -> String {
+    let lines = toml.lines().filter(|line| !line.is_empty() && !line.starts_with('#'));
     let line = lines.map(|line| if line.starts_with('[') { format!("{line} ") } else { format!("{line}; ") });
     line.collect::<String>().trim_end_matches("; ").to_owned()
+}
+
+/// The lines that such a line stands for.
+pub(crate) fn on_lines(comment: &str) -> String {
+    comment.replace("] ", "]\n").replace("; ", "\n")
 }
 
 /// What such a comment says; `file` is what messages call the log.
@@ -37,7 +46,7 @@ pub fn parse_rig_comment(file: &str, value: &str) -> Result<RigFile, RigError> {
     if value == EXACT {
         return Ok(RigFile::exact());
     }
-    parse_rig(file, &value.replace("] ", "]\n").replace("; ", "\n"))
+    parse_rig(file, &on_lines(value))
 }
 
 #[cfg(test)]

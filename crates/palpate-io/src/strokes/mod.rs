@@ -1,5 +1,6 @@
 //! The second rig, a pivoting grasp: its logs (`time_s, pivot_x_m, pivot_y_m, s_m`), planned strokes, the file of its rig, and the folder of its result.
 
+pub(crate) mod comments;
 pub(crate) mod planned;
 pub(crate) mod reader;
 pub(crate) mod result;

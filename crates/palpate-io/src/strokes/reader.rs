@@ -2,12 +2,14 @@
 
 use std::path::Path;
 
-use palpate::pivot::{PivotLog, PivotSample};
+use palpate::pivot::{PivotLog, PivotRig, PivotSample};
 
 use crate::csv::bytes::read_bytes;
 use crate::csv::table::{Column, Quantity, Table, header_has};
 use crate::csv::unit::Dimension;
-use crate::read_error::{ReadError, ReadProblem};
+use crate::log::log_reader::whole_lines;
+use crate::read_error::ReadError;
+use crate::strokes::comments::StrokesComments;
 
 const TIME: Quantity = Quantity::new("time", Dimension::Time).also_named(&["timestamp", "time_stamp"]);
 pub(crate) const PIVOT_X: Quantity = Quantity::new("pivot_x", Dimension::Length);
@@ -16,11 +18,8 @@ const S: Quantity = Quantity::or_empty("s", Dimension::Length, "no contact was s
 const ALL: [Quantity; 4] = [TIME, PIVOT_X, PIVOT_Y, S];
 pub(super) const HEADER: &str = "time_s,pivot_x_m,pivot_y_m,s_m";
 
-/// Metadata of a log of strokes: the period of small swings of the lifted object, seconds.
-pub(super) const SWING_PERIOD: &str = "swing_period_s";
-
-/// Arms and pads reach no further, metres: beyond, lengths are in another unit than their name says.
-pub(super) const FURTHEST_M: f64 = 10.0;
+/// Arms and pads of strokes reach no further, metres: beyond, lengths are in another unit than their name says.
+pub const FURTHEST_M: f64 = 10.0;
 
 /// A log of strokes as it came from a file.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -29,6 +28,10 @@ pub struct StrokesFile {
     pub log: PivotLog,
     /// The `# key: value` lines, in the order of the file.
     pub metadata: Vec<(String, String)>,
+    /// What its comment `# rig: …` says, where it has one.
+    pub rig: Option<PivotRig>,
+    /// What the user may want to know about the file, a sentence each: a last line that was cut off.
+    pub notes: Vec<String>,
 }
 
 /// Whether the header of a file has the columns of a pivot: it is a log of strokes and no palm log.
@@ -40,7 +43,7 @@ pub fn is_strokes_log(bytes: &[u8]) -> bool {
 ///
 /// Columns are found by name, in any order and with other units if the names say so, as in [`read_log`](crate::read_log). Required: time,
 /// pivot_x and pivot_y (where the arm holds the object), s (where the pad feels it, along the pad from its base). An empty cell in s means that no
-/// contact was seen. A comment `# swing_period_s: 0.41` gives the period of small swings of the lifted object.
+/// contact was seen. A comment `# swing_period_s: 0.41` gives the period of small swings of the lifted object, `# rig: …` what is known of the rig.
 ///
 /// # Errors
 /// The file cannot be read or is no such log; time must increase, lengths must be within 10 m.
@@ -53,6 +56,7 @@ pub fn read_strokes(path: &Path) -> Result<StrokesFile, ReadError> {
 /// # Errors
 /// As [`read_strokes`].
 pub fn parse_strokes(name: &str, bytes: &[u8]) -> Result<StrokesFile, ReadError> {
+    let (bytes, cut_off) = whole_lines(bytes);
     let table = Table::parse(name, bytes, HEADER)?;
     let columns = Columns::find(&table)?;
     table.require_rows()?;
@@ -66,8 +70,9 @@ pub fn parse_strokes(name: &str, bytes: &[u8]) -> Result<StrokesFile, ReadError>
         }
         samples.push(sample);
     }
-    let swing_period_s = swing_period_s(name, &table)?;
-    Ok(StrokesFile { log: PivotLog { samples, swing_period_s }, metadata: table.metadata })
+    let StrokesComments { rig, swing_period_s } = StrokesComments::of(name, &table.metadata)?;
+    let log = PivotLog { samples, swing_period_s };
+    Ok(StrokesFile { log, metadata: table.metadata, rig, notes: cut_off.into_iter().collect() })
 }
 
 /// Where a table has what.
@@ -96,16 +101,6 @@ impl Columns {
     }
 }
 
-/// The period of small swings that the comments of a file state.
-pub(super) fn swing_period_s(name: &str, table: &Table) -> Result<Option<f64>, ReadError> {
-    let stated = table.metadata.iter().find(|(key, _)| key == SWING_PERIOD).map(|(_, value)| {
-        let period_s = value.parse::<f64>().ok().filter(|period_s| *period_s > 0.0 && period_s.is_finite());
-        period_s
-            .ok_or_else(|| ReadError::in_file(name, ReadProblem::SwingPeriod { text: crate::csv::text::quoted(value) }))
-    });
-    stated.transpose()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -123,6 +118,19 @@ mod tests {
         let [first, second] = file.log.samples[..] else { panic!("two samples") };
         assert_eq!((first.time_s, first.pivot_x_m, first.pivot_y_m, first.s_m), (0.0, 0.015, 0.03, Some(0.0125)));
         assert_eq!((second.time_s, second.s_m), (0.05, None));
+    }
+
+    #[test]
+    fn a_recording_that_was_cut_off_reads_up_to_its_last_whole_line() {
+        let metadata = [("rig".to_owned(), "exact".to_owned())];
+        let mut text = crate::strokes::writer::strokes_csv_header(&metadata);
+        let sample = |time_s| PivotSample { time_s, pivot_x_m: 0.1, pivot_y_m: 0.03, s_m: None };
+        [1.0, 2.0].iter().for_each(|time_s| crate::strokes::writer::push_strokes_row(&mut text, &sample(*time_s)));
+        let whole = parse_strokes("log", text.as_bytes()).expect("a log");
+        assert_eq!((whole.log.samples, whole.rig), (vec![sample(1.0), sample(2.0)], Some(PivotRig::default())));
+        assert!(whole.notes.is_empty());
+        let cut = parse_strokes("log", &text.as_bytes()[..text.len() - 4]).expect("a log");
+        assert_eq!((cut.log.samples, cut.notes.len()), (vec![sample(1.0)], 1));
     }
 
     #[test]

@@ -4,15 +4,14 @@ use palpate::pivot::PivotSample;
 
 use crate::csv::table::Table;
 use crate::read_error::ReadError;
-use crate::strokes::reader::{Columns, HEADER, swing_period_s};
+use crate::strokes::reader::{Columns, HEADER};
 
 /// Reads one line of a log of strokes at a time, by the rules of [`read_strokes`](crate::read_strokes), as far as they concern one line: what comes
 /// before and after is for the caller to look at, times that do not increase above all.
 ///
 /// ```
 /// use palpate_io::StrokesRowReader;
-/// let reader = StrokesRowReader::new("stdin", "# swing_period_s: 0.41\ntime_ms,pivot_x_mm,pivot_y_mm,s_mm\n")?;
-/// assert_eq!(reader.swing_period_s(), Some(0.41));
+/// let reader = StrokesRowReader::new("stdin", "time_ms,pivot_x_mm,pivot_y_mm,s_mm", 1)?;
 /// assert_eq!(reader.sample("50,500,31,", 3)?.map(|sample| (sample.time_s, sample.s_m)), Some((0.05, None)));
 /// assert_eq!(reader.sample("# a comment", 4)?, None);
 /// assert_eq!(reader.sample("50,x,31,500", 5).unwrap_err().line, Some(5));
@@ -22,28 +21,19 @@ use crate::strokes::reader::{Columns, HEADER, swing_period_s};
 pub struct StrokesRowReader {
     name: String,
     header: String,
-    swing_period_s: Option<f64>,
 }
 
 impl StrokesRowReader {
-    /// A reader of the lines below `head`, the comments and the header that what messages call `name` begins with.
+    /// A reader of the lines below this header, which stands in line `line` of what messages call `name`. What the comments above it say is for
+    /// [`StrokesComments`](crate::StrokesComments).
     ///
     /// # Errors
-    /// The header is none, misses a column, or has one in an unknown unit; the period of swinging above it is none.
-    pub fn new(name: &str, head: &str) -> Result<Self, ReadError> {
-        let table = Table::parse(name, head.as_bytes(), HEADER)?;
-        Columns::find(&table)?;
-        let header = head.lines().rfind(|line| !line.trim().is_empty()).unwrap_or_default();
-        Ok(Self {
-            name: name.to_owned(),
-            header: header.trim_start_matches('\u{feff}').to_owned(),
-            swing_period_s: swing_period_s(name, &table)?,
-        })
-    }
-
-    /// Period of small swings of the lifted object, seconds, where the comments state it.
-    pub fn swing_period_s(&self) -> Option<f64> {
-        self.swing_period_s
+    /// The header is none, misses a column, or has one in an unknown unit.
+    pub fn new(name: &str, header: &str, line: usize) -> Result<Self, ReadError> {
+        let in_place = |error| ReadError { line: Some(line), ..error };
+        let table = Table::parse(name, header.as_bytes(), HEADER).map_err(in_place)?;
+        Columns::find(&table).map_err(in_place)?;
+        Ok(Self { name: name.to_owned(), header: header.trim_end().to_owned() })
     }
 
     /// The sample in a line; `None` for a comment or a blank line.
@@ -68,10 +58,9 @@ mod tests {
 
     #[test]
     fn faulty_headers_and_lines_are_named_by_their_place() {
-        let error = StrokesRowReader::new("log", "# a\n\ntime_s,pivot_x_m,s_m\n").expect_err("a column is missing");
+        let error = StrokesRowReader::new("log", "time_s,pivot_x_m,s_m", 3).expect_err("a column is missing");
         assert_eq!(error.line, Some(3));
-        assert!(StrokesRowReader::new("log", "# swing_period_s: soon\ntime_s,pivot_x_m,pivot_y_m,s_m\n").is_err());
-        let reader = StrokesRowReader::new("log", "\u{feff}time_s,pivot_x_m,pivot_y_m,s_m\n").expect("a header");
+        let reader = StrokesRowReader::new("log", "time_s,pivot_x_m,pivot_y_m,s_m\n", 1).expect("a header");
         for text in ["1,2", "1,0.5,0.03,a", "1,0.5,0.03,0.5,9", "1,50,0.03,0.5", "1,0.5,0.03,\"0.5"] {
             assert_eq!(reader.sample(text, 9).expect_err(text).line, Some(9), "{text}");
         }

@@ -2,12 +2,14 @@
 
 use std::path::Path;
 
-use palpate::pivot::PivotLog;
+use palpate::pivot::{PivotLog, PivotSample};
 
 use crate::csv::metadata::push_metadata;
 use crate::csv::number::{number, push_row};
 use crate::folder::write_whole;
-use crate::strokes::reader::{HEADER, SWING_PERIOD};
+use crate::log::log_reader::RECORDING;
+use crate::strokes::comments::SWING_PERIOD;
+use crate::strokes::reader::HEADER;
 use crate::write_error::WriteError;
 
 /// Writes a log of strokes as [`read_strokes`](crate::read_strokes) reads it: SI units, digits enough to read back the same numbers, and lines
@@ -27,11 +29,22 @@ pub fn strokes_csv(log: &PivotLog, metadata: &[(&str, String)]) -> String {
         text += &format!("# {SWING_PERIOD}: {period_s}\n");
     }
     text += &format!("{HEADER}\n");
-    for sample in &log.samples {
-        let numbers = [sample.time_s, sample.pivot_x_m, sample.pivot_y_m].map(number);
-        push_row(&mut text, numbers.into_iter().chain([sample.s_m.map(number).unwrap_or_default()]));
-    }
+    log.samples.iter().for_each(|sample| push_strokes_row(&mut text, sample));
     text
+}
+
+/// The head of a log of strokes that is written sample by sample: its metadata and the header. A file that begins so may be cut off anywhere below it;
+/// its readers leave out a last line that is not whole.
+pub fn strokes_csv_header(metadata: &[(String, String)]) -> String {
+    let mut text = format!("{RECORDING}\n");
+    push_metadata(&mut text, metadata);
+    text + HEADER + "\n"
+}
+
+/// The line of a sample, appended.
+pub fn push_strokes_row(text: &mut String, sample: &PivotSample) {
+    let numbers = [sample.time_s, sample.pivot_x_m, sample.pivot_y_m].map(number);
+    push_row(text, numbers.into_iter().chain([sample.s_m.map(number).unwrap_or_default()]));
 }
 
 #[cfg(test)]

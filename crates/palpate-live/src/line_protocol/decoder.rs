@@ -1,64 +1,54 @@
 //! Bytes from a board to samples, on a line that may be bad.
 //!
 //! One faulty line in 256 passes a check of eight bits by chance. On a line where most lines are faulty, those would be a noticeable part of what
-//! passes. So a line counts only among its like: after a fault, lines are held back until [`CONFIRMED`] in a row pass, with times and angles that
+//! passes. So a line counts only among its like: after a fault, lines are held back until [`LinePacket::CONFIRMED`] in a row pass, with times and places that
 //! follow from one to the next. Then they all count. Once that is so, a good line counts at once.
 
-use std::f64::consts::{PI, TAU};
-
 use palpate::Sample;
-use palpate_io::Conventions;
 
-use crate::gate::is_implausible;
+use crate::line_protocol::LinePacket;
 use crate::line_protocol::clock::{Clock, Step, step};
-use crate::line_protocol::packet::{LONGEST_LINE, Packet};
+use crate::line_protocol::fields::LONGEST_LINE;
 use crate::lines::{Line, Lines};
 use crate::losses::Losses;
-
-/// Good lines in a row that confirm each other. Of a million lines with one byte in ten changed, 3399 wrong samples get through if each line counts by
-/// itself, 20 with two, none with three (`tests/noisy_line.rs`).
-const CONFIRMED: usize = 3;
-/// Palms turn slower than this, radians per second: eight turns a second, beyond any drive that carries an object.
-const FASTEST_TURN_RAD_PER_S: f64 = 50.0;
-/// And the readings of their angles err by less than this, radians.
-const LARGEST_ANGLE_ERROR_RAD: f64 = 0.2;
+use crate::rigs::RigSample;
 
 /// Takes bytes in, gives samples out.
 #[derive(Clone, Debug)]
-pub struct Decoder {
+pub struct Decoder<S: RigSample = Sample> {
     lines: Lines,
-    conventions: Conventions,
+    conventions: S::Conventions,
     clock: Clock,
     /// The line before, if it counts.
-    before: Option<Packet>,
+    before: Option<S::Packet>,
     /// Good lines since the last fault that do not count yet, with the time of this machine.
-    held: Vec<(Packet, f64)>,
+    held: Vec<(S::Packet, f64)>,
     losses: Losses,
 }
 
-impl Decoder {
+impl<S: RigSample> Decoder<S> {
     /// A decoder of what a board sends; the conventions of its rig say which samples are plausible.
-    pub fn new(conventions: Conventions) -> Self {
+    pub fn new(conventions: S::Conventions) -> Self {
         Self {
             lines: Lines::new(LONGEST_LINE),
             conventions,
             clock: Clock::default(),
             before: None,
-            held: Vec::with_capacity(CONFIRMED),
+            held: Vec::with_capacity(S::Packet::CONFIRMED),
             losses: Losses::default(),
         }
     }
 
     /// Takes in bytes that arrived at `host_s`, in seconds of a clock of this machine that only runs forward, and appends the samples in them. Their
     /// times go on where the board's counter wraps or begins anew.
-    pub fn push(&mut self, bytes: &[u8], host_s: f64, samples: &mut Vec<Sample>) {
+    pub fn push(&mut self, bytes: &[u8], host_s: f64, samples: &mut Vec<S>) {
         let mut lines = std::mem::replace(&mut self.lines, Lines::new(0));
         lines.push(bytes, |line| match line {
             Line::TooLong => {
                 self.losses.too_long += 1;
                 self.doubt();
             }
-            Line::Whole(line) => match Packet::parse(line) {
+            Line::Whole(line) => match S::Packet::parse(line) {
                 Ok(packet) => self.take(packet, host_s, samples),
                 Err(_) => {
                     self.losses.faulty += 1;
@@ -89,14 +79,14 @@ impl Decoder {
         self.before = None;
     }
 
-    fn take(&mut self, packet: Packet, host_s: f64, samples: &mut Vec<Sample>) {
-        if is_implausible(&packet.sample(0.0), &self.conventions) {
+    fn take(&mut self, packet: S::Packet, host_s: f64, samples: &mut Vec<S>) {
+        if packet.sample(0.0).is_implausible(&self.conventions) {
             self.losses.implausible += 1;
             self.doubt();
             return;
         }
         if let Some(before) = self.before.or(self.held.last().map(|(before, _)| *before)) {
-            match step(before.time_us, packet.time_us) {
+            match step(before.time_us(), packet.time_us()) {
                 Step::Same => {
                     self.losses.doubled += 1;
                     return;
@@ -105,7 +95,7 @@ impl Decoder {
                     self.losses.late += 1;
                     return;
                 }
-                Step::Forward(step_s) if can_turn(&before, &packet, step_s) => {}
+                Step::Forward(step_s) if packet.can_follow(&before, step_s) => {}
                 Step::Forward(_) | Step::Leap => self.doubt(),
             }
         }
@@ -115,36 +105,29 @@ impl Decoder {
             return;
         }
         self.held.push((packet, host_s));
-        if self.held.len() == CONFIRMED {
+        if self.held.len() == S::Packet::CONFIRMED {
             std::mem::take(&mut self.held).into_iter().for_each(|(packet, host_s)| self.give(packet, host_s, samples));
             self.before = Some(packet);
         }
     }
 
     /// A line that counts; one that was sent before the newest is late.
-    fn give(&mut self, packet: Packet, host_s: f64, samples: &mut Vec<Sample>) {
-        match self.clock.step(packet.time_us) {
+    fn give(&mut self, packet: S::Packet, host_s: f64, samples: &mut Vec<S>) {
+        match self.clock.step(packet.time_us()) {
             Some(Step::Same) => self.losses.doubled += 1,
             Some(Step::Late) => self.losses.late += 1,
             Some(Step::Forward(_) | Step::Leap) | None => {
-                samples.push(packet.sample(self.clock.advance(packet.time_us, host_s)));
+                samples.push(packet.sample(self.clock.advance(packet.time_us(), host_s)));
             }
         }
     }
 }
 
-/// Whether palms get from one line to another.
-fn can_turn(from: &Packet, to: &Packet, step_s: f64) -> bool {
-    let farthest_rad = FASTEST_TURN_RAD_PER_S * step_s + LARGEST_ANGLE_ERROR_RAD;
-    let [turn1, turn2] = [0, 1].map(|palm| (f64::from(to.phi_urad[palm]) - f64::from(from.phi_urad[palm])).abs() / 1e6);
-    // An encoder may count modulo a turn.
-    let turn1 = PI - (turn1.rem_euclid(TAU) - PI).abs();
-    turn1 <= farthest_rad && turn2 <= farthest_rad
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::line_protocol::palms_packet::Packet;
+    use palpate_io::Conventions;
 
     fn packet(index: u32) -> Packet {
         Packet {

@@ -2,4 +2,5 @@
 
 pub(crate) mod reader;
 pub(crate) mod sample_message;
+pub(crate) mod strokes_message;
 pub(crate) mod writing;

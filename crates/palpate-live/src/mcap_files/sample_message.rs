@@ -6,8 +6,6 @@ use serde::{Deserialize, Serialize};
 
 /// Topic of the samples.
 pub(crate) const TOPIC: &str = "/palpate/sample";
-/// Name of their schema.
-pub(crate) const SCHEMA: &str = "palpate.Sample";
 /// Name of the metadata record with what stands in the comments of a CSV log.
 pub(crate) const METADATA: &str = "palpate";
 
@@ -18,7 +16,7 @@ pub(crate) fn metadata_record(metadata: &[(String, String)]) -> mcap::records::M
 
 /// The fields of the message.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct SampleMessage {
+pub struct SampleMessage {
     time_s: f64,
     phi1_rad: f64,
     phi2_rad: f64,
@@ -76,18 +74,10 @@ impl From<SampleMessage> for Sample {
 }
 
 /// The schema, for programs that show such files.
-pub(crate) fn schema() -> String {
-    let number = |name: &str| format!(r#""{name}":{{"type":"number"}}"#);
-    let or_null = |name: &str| format!(r#""{name}":{{"type":["number","null"]}}"#);
-    let numbers = ["time_s", "phi1_rad", "phi2_rad", "base1_x_m", "base1_y_m", "base2_x_m", "base2_y_m"].map(number);
-    let others = ["s1_m", "s2_m", "s1_sd_m", "s2_sd_m", "force1_n", "force2_n"].map(or_null);
-    let properties = numbers.into_iter().chain(others).collect::<Vec<_>>().join(",");
-    format!(r#"{{"title":"{SCHEMA}","type":"object","properties":{{{properties}}}}}"#)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::rigs::RigSample;
 
     #[test]
     fn samples_come_back_from_their_messages_to_the_bit() {
@@ -99,7 +89,7 @@ mod tests {
 
     #[test]
     fn the_schema_names_every_field() {
-        let schema: serde_json::Value = serde_json::from_str(&schema()).expect("JSON");
+        let schema: serde_json::Value = serde_json::from_str(&Sample::schema()).expect("JSON");
         let sample = Sample::new(0.0, PalmPair::hinged(1.0, 1.0), 0.0, 0.0);
         let message = serde_json::to_value(SampleMessage::from(&sample)).expect("JSON");
         let fields = message.as_object().expect("an object");

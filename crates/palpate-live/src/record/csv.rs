@@ -4,9 +4,8 @@ use std::fs::File;
 use std::io::{self, Write};
 use std::path::Path;
 
-use palpate::Sample;
-
-use super::LogFileWriter;
+use super::{LogFileWriter, SampleWriter};
+use crate::rigs::RigSample;
 
 /// Whole lines, written by one call each time.
 pub(super) struct CsvWriter {
@@ -18,20 +17,22 @@ pub(super) struct CsvWriter {
 }
 
 impl CsvWriter {
-    pub(super) fn create(path: &Path, metadata: &[(String, String)]) -> io::Result<Self> {
-        let mut writer = Self { file: super::create(path)?, lines: palpate_io::log_csv_header(metadata), whole: 0 };
+    pub(super) fn create<S: RigSample>(path: &Path, metadata: &[(String, String)]) -> io::Result<Self> {
+        let mut writer = Self { file: super::create(path)?, lines: S::csv_header(metadata), whole: 0 };
         writer.hand_over().inspect_err(|_| writer.undo())?;
         Ok(writer)
     }
 }
 
-impl LogFileWriter for CsvWriter {
-    fn push(&mut self, sample: &Sample) -> io::Result<usize> {
+impl<S: RigSample> SampleWriter<S> for CsvWriter {
+    fn push(&mut self, sample: &S) -> io::Result<usize> {
         let before = self.lines.len();
-        palpate_io::push_log_row(&mut self.lines, sample);
+        sample.push_csv_row(&mut self.lines);
         Ok(self.lines.len() - before)
     }
+}
 
+impl LogFileWriter for CsvWriter {
     fn hand_over(&mut self) -> io::Result<u64> {
         self.file.write_all(self.lines.as_bytes())?;
         self.whole += self.lines.len() as u64;

@@ -7,11 +7,11 @@ use std::path::Path;
 
 use mcap::Writer;
 use mcap::records::MessageHeader;
-use palpate::Sample;
 
-use super::LogFileWriter;
-use crate::mcap_files::sample_message::{SCHEMA, SampleMessage, TOPIC, metadata_record, schema};
+use super::{LogFileWriter, SampleWriter};
+use crate::mcap_files::sample_message::{TOPIC, metadata_record};
 use crate::mcap_files::writing::{Clock, io_error, options};
+use crate::rigs::RigSample;
 
 /// A file of the format.
 pub(super) struct McapWriter {
@@ -26,10 +26,10 @@ pub(super) struct McapWriter {
 }
 
 impl McapWriter {
-    pub(super) fn create(path: &Path, metadata: &[(String, String)]) -> io::Result<Self> {
+    pub(super) fn create<S: RigSample>(path: &Path, metadata: &[(String, String)]) -> io::Result<Self> {
         let file = super::create(path)?;
         let mut writer = options().create(BufWriter::new(file.try_clone()?)).map_err(io_error)?;
-        let schema_id = writer.add_schema(SCHEMA, "jsonschema", schema().as_bytes()).map_err(io_error)?;
+        let schema_id = writer.add_schema(S::SCHEMA, "jsonschema", S::schema().as_bytes()).map_err(io_error)?;
         let channel = writer.add_channel(schema_id, TOPIC, "json", &BTreeMap::new()).map_err(io_error)?;
         writer.write_metadata(&metadata_record(metadata)).map_err(io_error)?;
         let mut writer = Self { writer: Some(writer), file, channel, sequence: 0, clock: Clock::new(), whole: 0 };
@@ -42,17 +42,19 @@ impl McapWriter {
     }
 }
 
-impl LogFileWriter for McapWriter {
-    fn push(&mut self, sample: &Sample) -> io::Result<usize> {
-        let data = serde_json::to_vec(&SampleMessage::from(sample))?;
-        let log_time = self.clock.ns(sample.time_s);
+impl<S: RigSample> SampleWriter<S> for McapWriter {
+    fn push(&mut self, sample: &S) -> io::Result<usize> {
+        let data = serde_json::to_vec(&S::Message::from(sample))?;
+        let log_time = self.clock.ns(sample.time_s());
         let header =
             MessageHeader { channel_id: self.channel, sequence: self.sequence, log_time, publish_time: log_time };
         self.sequence = self.sequence.wrapping_add(1);
         self.writer()?.write_to_known_channel(&header, &data).map_err(io_error)?;
         Ok(data.len())
     }
+}
 
+impl LogFileWriter for McapWriter {
     fn hand_over(&mut self) -> io::Result<u64> {
         self.writer()?.flush().map_err(io_error)?;
         let length = self.file.metadata()?.len();

@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 use palpate::Sample;
 
 use crate::error::RecordError;
+use crate::rigs::RigSample;
 
 /// What was recorded is handed to the operating system at least this often, where it is safe from the end of this program.
 const HAND_OVER: Duration = Duration::from_millis(250);
@@ -38,11 +39,8 @@ pub struct Recorded {
     pub duration_s: f64,
 }
 
-/// A file that takes samples.
+/// A file of a recording.
 trait LogFileWriter {
-    /// Takes a sample in; its bytes.
-    fn push(&mut self, sample: &Sample) -> io::Result<usize>;
-
     /// Hands what was taken in to the operating system, as something that can be read; bytes in the file.
     fn hand_over(&mut self) -> io::Result<u64>;
 
@@ -56,6 +54,12 @@ trait LogFileWriter {
     fn undo(&mut self);
 }
 
+/// One that takes samples of a rig.
+trait SampleWriter<S>: LogFileWriter {
+    /// Takes a sample in; its bytes.
+    fn push(&mut self, sample: &S) -> io::Result<usize>;
+}
+
 /// The formats of recordings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Format {
@@ -67,12 +71,12 @@ enum Format {
 ///
 /// A recording in CSV grows line by line; one in MCAP by chunks that are whole. Neither needs an end to be read. After a failure, such as a full
 /// disk, the file holds everything up to some moment before.
-pub struct Recorder {
+pub struct Recorder<S: RigSample = Sample> {
     path: PathBuf,
     format: Format,
     rotation: Rotation,
     metadata: Vec<(String, String)>,
-    writer: Box<dyn LogFileWriter>,
+    writer: Box<dyn SampleWriter<S>>,
     /// Of the samples in the current file.
     first_s: Option<f64>,
     /// Time of the first sample of all and of the newest.
@@ -88,13 +92,13 @@ pub struct Recorder {
     files: Vec<PathBuf>,
 }
 
-impl std::fmt::Debug for Recorder {
+impl<S: RigSample> std::fmt::Debug for Recorder<S> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Recorder").field("files", &self.files).field("samples", &self.safe).finish_non_exhaustive()
     }
 }
 
-impl Recorder {
+impl<S: RigSample> Recorder<S> {
     /// Begins a recording; its format goes by the name, `.csv` or `.mcap`. The metadata are what stands in the comments of a log. With a rotation, the
     /// files are `NAME.0001.csv` and so on.
     ///
@@ -133,15 +137,15 @@ impl Recorder {
     ///
     /// # Errors
     /// The file cannot be written. It holds what [`recorded`](Self::recorded) says.
-    pub fn push(&mut self, samples: &[Sample]) -> Result<(), RecordError> {
+    pub fn push(&mut self, samples: &[S]) -> Result<(), RecordError> {
         for sample in samples {
-            if self.is_full(sample.time_s) {
+            if self.is_full(sample.time_s()) {
                 self.go_on_in_another()?;
             }
             self.pending_bytes += self.attempt("writing failed", |writer| writer.push(sample))? as u64;
             self.pending += 1;
-            self.first_s.get_or_insert(sample.time_s);
-            self.span_s.get_or_insert((sample.time_s, sample.time_s)).1 = sample.time_s;
+            self.first_s.get_or_insert(sample.time_s());
+            self.span_s.get_or_insert((sample.time_s(), sample.time_s())).1 = sample.time_s();
             if self.pending_bytes >= HAND_OVER_BYTES {
                 self.hand_over()?;
             }
@@ -209,7 +213,7 @@ impl Recorder {
     fn attempt<T>(
         &mut self,
         action: &'static str,
-        attempt: impl FnOnce(&mut dyn LogFileWriter) -> io::Result<T>,
+        attempt: impl FnOnce(&mut dyn SampleWriter<S>) -> io::Result<T>,
     ) -> Result<T, RecordError> {
         attempt(self.writer.as_mut()).map_err(|error| {
             self.writer.undo();
@@ -219,12 +223,16 @@ impl Recorder {
     }
 }
 
-fn open(path: &Path, format: Format, metadata: &[(String, String)]) -> Result<Box<dyn LogFileWriter>, RecordError> {
+fn open<S: RigSample>(
+    path: &Path,
+    format: Format,
+    metadata: &[(String, String)],
+) -> Result<Box<dyn SampleWriter<S>>, RecordError> {
     require_new(path)?;
     let failed = |error| RecordError::io(path, "it cannot be made", &error);
     Ok(match format {
-        Format::Csv => Box::new(csv::CsvWriter::create(path, metadata).map_err(failed)?),
-        Format::Mcap => Box::new(mcap::McapWriter::create(path, metadata).map_err(failed)?),
+        Format::Csv => Box::new(csv::CsvWriter::create::<S>(path, metadata).map_err(failed)?),
+        Format::Mcap => Box::new(mcap::McapWriter::create::<S>(path, metadata).map_err(failed)?),
     })
 }
 

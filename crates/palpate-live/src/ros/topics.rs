@@ -6,22 +6,26 @@ use serde::Deserialize;
 
 use crate::error::SourceError;
 use crate::join::JoinOptions;
+use crate::rigs::RigKind;
 use crate::ros::field::Field;
 
 /// What the file says.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Topics {
-    phi1: Entry,
-    phi2: Entry,
-    s1: Entry,
-    s2: Entry,
+    phi1: Option<Entry>,
+    phi2: Option<Entry>,
+    s1: Option<Entry>,
+    s2: Option<Entry>,
     force1: Option<Entry>,
     force2: Option<Entry>,
+    pivot_x: Option<Entry>,
+    pivot_y: Option<Entry>,
+    s: Option<Entry>,
     /// Readings of the two pads closer in time than this are of one instant.
     #[serde(default = "together_ms")]
     together_ms: f64,
-    /// Angles are interpolated over no longer than this.
+    /// Angles, or the pivot, are interpolated over no longer than this.
     #[serde(default = "longest_gap_ms")]
     longest_gap_ms: f64,
 }
@@ -62,7 +66,9 @@ enum Unit {
 pub(crate) enum Quantity {
     /// Angle φ₁ or φ₂.
     Angle(usize),
-    /// Contact position on palm 1 or 2.
+    /// X or Y of the pivot.
+    Pivot(usize),
+    /// Contact position on palm 1 or 2, or on the only pad.
     Position(usize),
     /// Normal force there.
     Force(usize),
@@ -104,8 +110,19 @@ impl Topics {
                 return Err(SourceError::settings(path, format!("{key} must be a positive number of milliseconds")));
             }
         }
-        let entries = topics.entries();
-        for (name, quantity, entry) in entries {
+        let rig = topics.rig_kind();
+        let (of_rig, others) = topics.all().into_iter().partition::<Vec<_>, _>(|(of, ..)| *of == rig);
+        let missing = of_rig.iter().find(|(_, name, _, entry)| entry.is_none() && !name.starts_with("force"));
+        if let Some((_, name, ..)) = missing {
+            return Err(SourceError::settings(path, format!("missing field `{name}`")));
+        }
+        if let Some((_, name, ..)) = others.iter().find(|(.., entry)| entry.is_some()) {
+            return Err(SourceError::settings(
+                path,
+                format!("{name} is of two palms, and pivot_x of a pivoting grasp; keep one of the rigs"),
+            ));
+        }
+        for (name, quantity, entry) in topics.entries() {
             if entry.per_si(quantity).is_none() {
                 let problem = format!(
                     "{name}: this unit is none of its own; lengths have m, cm, mm or um, angles rad or deg, forces n or mn"
@@ -116,16 +133,29 @@ impl Topics {
         Ok(topics)
     }
 
+    /// Of which rig the bag is.
+    pub(crate) fn rig_kind(&self) -> RigKind {
+        let is_pivot = [&self.pivot_x, &self.pivot_y, &self.s].into_iter().any(Option::is_some);
+        if is_pivot { RigKind::Pivot } else { RigKind::Palms }
+    }
+
+    fn all(&self) -> [(RigKind, &'static str, Quantity, Option<&Entry>); 9] {
+        let (palms, pivot) = (RigKind::Palms, RigKind::Pivot);
+        [
+            (palms, "phi1", Quantity::Angle(0), self.phi1.as_ref()),
+            (palms, "phi2", Quantity::Angle(1), self.phi2.as_ref()),
+            (palms, "s1", Quantity::Position(0), self.s1.as_ref()),
+            (palms, "s2", Quantity::Position(1), self.s2.as_ref()),
+            (palms, "force1", Quantity::Force(0), self.force1.as_ref()),
+            (palms, "force2", Quantity::Force(1), self.force2.as_ref()),
+            (pivot, "pivot_x", Quantity::Pivot(0), self.pivot_x.as_ref()),
+            (pivot, "pivot_y", Quantity::Pivot(1), self.pivot_y.as_ref()),
+            (pivot, "s", Quantity::Position(0), self.s.as_ref()),
+        ]
+    }
+
     fn entries(&self) -> Vec<(&'static str, Quantity, &Entry)> {
-        let all = [
-            ("phi1", Quantity::Angle(0), Some(&self.phi1)),
-            ("phi2", Quantity::Angle(1), Some(&self.phi2)),
-            ("s1", Quantity::Position(0), Some(&self.s1)),
-            ("s2", Quantity::Position(1), Some(&self.s2)),
-            ("force1", Quantity::Force(0), self.force1.as_ref()),
-            ("force2", Quantity::Force(1), self.force2.as_ref()),
-        ];
-        all.into_iter().filter_map(|(name, quantity, entry)| Some((name, quantity, entry?))).collect()
+        self.all().into_iter().filter_map(|(_, name, quantity, entry)| Some((name, quantity, entry?))).collect()
     }
 
     pub(crate) fn wanted(&self) -> Vec<Wanted> {
@@ -146,12 +176,14 @@ impl Entry {
     fn per_si(&self, quantity: Quantity) -> Option<f64> {
         match (quantity, self.unit) {
             (_, None)
-            | (Quantity::Position(_), Some(Unit::M))
+            | (Quantity::Position(_) | Quantity::Pivot(_), Some(Unit::M))
             | (Quantity::Angle(_), Some(Unit::Rad))
             | (Quantity::Force(_), Some(Unit::N)) => Some(1.0),
-            (Quantity::Position(_), Some(Unit::Cm)) => Some(1e2),
-            (Quantity::Position(_), Some(Unit::Mm)) | (Quantity::Force(_), Some(Unit::Mn)) => Some(1e3),
-            (Quantity::Position(_), Some(Unit::Um)) => Some(1e6),
+            (Quantity::Position(_) | Quantity::Pivot(_), Some(Unit::Cm)) => Some(1e2),
+            (Quantity::Position(_) | Quantity::Pivot(_), Some(Unit::Mm)) | (Quantity::Force(_), Some(Unit::Mn)) => {
+                Some(1e3)
+            }
+            (Quantity::Position(_) | Quantity::Pivot(_), Some(Unit::Um)) => Some(1e6),
             (Quantity::Angle(_), Some(Unit::Deg)) => Some(1_f64.to_degrees()),
             _ => None,
         }
@@ -170,6 +202,9 @@ mod tests {
         force2 = { topic = "/palm2/wrench", field = "wrench.force.z" }
         together_ms = 10
     "#;
+
+    const ENTRY: &str = r#"{ topic = "/arm", field = "point.x" }"#;
+    const ANGLE: &str = r#"{ topic = "/arm", field = "point.x", unit = "deg" }"#;
 
     fn parse(text: &str) -> Result<Topics, SourceError> {
         Topics::parse("topics.toml".as_ref(), text)
@@ -197,6 +232,13 @@ mod tests {
             (TOPICS.replace("s1 =", "s3 ="), "topics.toml: line 4: unknown field `s3`"),
             (TOPICS.replace("= 10", "= 0"), "topics.toml: together_ms must be"),
             (TOPICS.replace("\"mm\"", "\"inch\""), "topics.toml: line 5: "),
+            (TOPICS.replace("s1 =", "force1 ="), "topics.toml: missing field `s1`"),
+            (TOPICS.replace("s1 =", "s ="), "topics.toml: missing field `pivot_x`"),
+            (
+                format!("pivot_x = {ENTRY}\npivot_y = {ENTRY}\ns = {ENTRY}\nphi1 = {ENTRY}"),
+                "topics.toml: phi1 is of two palms",
+            ),
+            (format!("pivot_x = {ENTRY}\npivot_y = {ENTRY}\ns = {ANGLE}"), "topics.toml: s: this unit"),
         ];
         for (text, expected) in wrong {
             let message = parse(&text).expect_err(expected).to_string();

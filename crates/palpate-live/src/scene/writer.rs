@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{self, BufWriter};
+use std::marker::PhantomData;
 use std::path::{Path, PathBuf};
 
 use foxglove::Encode;
@@ -10,13 +11,14 @@ use foxglove::messages::{FrameTransform, PointCloud, PoseInFrame, SceneUpdate, T
 use mcap::Writer;
 use mcap::records::MessageHeader;
 use palpate::Sample;
-use palpate::live::Estimate;
 
 use super::drawing;
+use super::moment::Moment;
 use crate::error::RecordError;
-use crate::mcap_files::sample_message::{SCHEMA, SampleMessage, TOPIC, metadata_record, schema};
+use crate::mcap_files::sample_message::{TOPIC, metadata_record};
 use crate::mcap_files::writing::{Clock, io_error, options};
 use crate::record::{create, require_new};
+use crate::rigs::RigSample;
 
 /// Time between two pictures, seconds: as often as an eye sees.
 const PICTURE_S: f64 = 0.04;
@@ -33,9 +35,9 @@ const ESTIMATE: &str = "palpate.Estimate";
 /// Writes samples and what was estimated behind them as a scene.
 ///
 /// Topics: `/palpate/scene` (`foxglove.SceneUpdate`), `/palpate/pose` (`foxglove.PoseInFrame`), `/tf` (`foxglove.FrameTransform`),
-/// `/palpate/boundary` (`foxglove.PointCloud`), `/palpate/estimate` (JSON) and `/palpate/sample` (JSON, every sample, so that the file is a palm log as
+/// `/palpate/boundary` (`foxglove.PointCloud`), `/palpate/estimate` (JSON) and `/palpate/sample` (JSON, every sample, so that the file is a log as
 /// well). Times are those of the samples, from the moment at which the file was begun.
-pub struct SceneWriter {
+pub struct SceneWriter<S: RigSample = Sample> {
     path: PathBuf,
     writer: Writer<BufWriter<File>>,
     scene: u16,
@@ -46,13 +48,14 @@ pub struct SceneWriter {
     sample: u16,
     sequence: u32,
     clock: Clock,
+    of: PhantomData<S>,
     /// When each was last done, seconds since the first sample.
     drawn_s: f64,
     boundary_s: f64,
     whole_s: f64,
 }
 
-impl SceneWriter {
+impl<S: RigSample> SceneWriter<S> {
     /// Begins a file. The metadata are what stands in the comments of a log.
     ///
     /// # Errors
@@ -74,7 +77,7 @@ impl SceneWriter {
             let schema = writer.add_schema(name, "jsonschema", schema.as_bytes())?;
             writer.add_channel(schema, topic, "json", &BTreeMap::new())
         };
-        let sample = json(TOPIC, SCHEMA, &schema()).map_err(io_error)?;
+        let sample = json(TOPIC, S::SCHEMA, &S::schema()).map_err(io_error)?;
         let any = format!(r#"{{"title":"{ESTIMATE}","type":"object"}}"#);
         let estimate = json("/palpate/estimate", ESTIMATE, &any).map_err(io_error)?;
         writer.write_metadata(&metadata_record(metadata)).map_err(io_error)?;
@@ -89,39 +92,35 @@ impl SceneWriter {
             sample,
             sequence: 0,
             clock: Clock::new(),
+            of: PhantomData,
             drawn_s: f64::NEG_INFINITY,
             boundary_s: f64::NEG_INFINITY,
             whole_s: f64::NEG_INFINITY,
         })
     }
 
-    /// Takes in a sample and the estimate behind it, which is drawn 25 times a second at most; `json` is asked for it as an object in JSON then.
+    /// Takes in a sample and what is seen behind it, which is drawn 25 times a second at most; `json` is asked for the estimate as an object in JSON then.
     ///
     /// # Errors
     /// The file cannot be written.
-    pub fn push(
-        &mut self,
-        sample: &Sample,
-        estimate: &Estimate,
-        json: impl FnOnce() -> String,
-    ) -> Result<(), RecordError> {
-        self.try_push(sample, estimate, json).map_err(|error| self.failed(&error))
+    pub fn push(&mut self, sample: &S, moment: &Moment, json: impl FnOnce() -> String) -> Result<(), RecordError> {
+        self.try_push(sample, moment, json).map_err(|error| self.failed(&error))
     }
 
-    fn try_push(&mut self, sample: &Sample, estimate: &Estimate, json: impl FnOnce() -> String) -> io::Result<()> {
-        let (since_first_s, time_ns) = (self.clock.since_first_s(sample.time_s), self.clock.ns(sample.time_s));
-        self.write(self.sample, time_ns, &serde_json::to_vec(&SampleMessage::from(sample))?)?;
+    fn try_push(&mut self, sample: &S, moment: &Moment, json: impl FnOnce() -> String) -> io::Result<()> {
+        let (since_first_s, time_ns) = (self.clock.since_first_s(sample.time_s()), self.clock.ns(sample.time_s()));
+        self.write(self.sample, time_ns, &serde_json::to_vec(&S::Message::from(sample))?)?;
         let is_due = |last_s: f64, every_s: f64| since_first_s >= last_s + every_s;
         if is_due(self.drawn_s, PICTURE_S) {
             self.drawn_s = since_first_s;
-            self.draw(sample, estimate, time_ns)?;
+            self.draw(moment, time_ns)?;
             self.write(self.estimate, time_ns, json().as_bytes())?;
         }
-        if !estimate.outline.is_empty() && is_due(self.boundary_s, BOUNDARY_S) {
+        if !moment.outline.is_empty() && is_due(self.boundary_s, BOUNDARY_S) {
             self.boundary_s = since_first_s;
             let time = timestamp(time_ns);
-            self.message(self.scene, time_ns, &drawing::object(estimate, time))?;
-            self.message(self.boundary, time_ns, &drawing::boundary(estimate, time))?;
+            self.message(self.scene, time_ns, &drawing::object(moment, time))?;
+            self.message(self.boundary, time_ns, &drawing::boundary(moment, time))?;
         }
         if is_due(self.whole_s, WHOLE_S) {
             self.whole_s = since_first_s;
@@ -130,11 +129,10 @@ impl SceneWriter {
         Ok(())
     }
 
-    fn draw(&mut self, sample: &Sample, estimate: &Estimate, time_ns: u64) -> io::Result<()> {
+    fn draw(&mut self, moment: &Moment, time_ns: u64) -> io::Result<()> {
         let time = timestamp(time_ns);
-        self.message(self.scene, time_ns, &drawing::palms(sample, estimate, time))?;
-        if let Some(pose) = &estimate.pose {
-            let (pose, transform) = drawing::pose_of(pose, time);
+        self.message(self.scene, time_ns, &drawing::surfaces(moment, time))?;
+        if let Some((pose, transform)) = drawing::pose_of(moment, time) {
             self.message(self.transform, time_ns, &transform)?;
             self.message(self.pose, time_ns, &pose)?;
         }

@@ -5,14 +5,16 @@ use std::io::Read;
 use std::path::PathBuf;
 use std::str::FromStr;
 
-use palpate_io::Conventions;
-
 use crate::error::SourceError;
+use crate::head::Head;
+use crate::log_file::mcap_rig_kind;
+use crate::rigs::{RigKind, RigSample};
 use crate::source::Source;
 use crate::source::follow::Follow;
+use crate::source::mcap::McapSource;
 use crate::source::serial::Serial;
+use crate::source::simulated::{self, Simulated};
 use crate::source::text::Text;
-use crate::strokes::Head;
 
 /// Bits per second of a serial port if nothing is said of it.
 const USUAL_BAUD: u32 = 115_200;
@@ -20,9 +22,9 @@ const USUAL_BAUD: u32 = 115_200;
 /// The address of a source.
 ///
 /// ```
-/// use palpate_live::Address;
+/// use palpate_live::{Address, RigKind};
 /// let address: Address = "serial:/dev/ttyUSB0?baud=230400".parse()?;
-/// assert_eq!(address, Address::Serial { path: "/dev/ttyUSB0".to_owned(), baud: 230_400 });
+/// assert_eq!(address, Address::Serial { path: "/dev/ttyUSB0".to_owned(), baud: 230_400, rig: RigKind::Palms });
 /// assert_eq!(address.to_string(), "serial:/dev/ttyUSB0?baud=230400");
 /// # Ok::<(), palpate_live::SourceError>(())
 /// ```
@@ -33,12 +35,14 @@ pub enum Address {
     StandardInput,
     /// A path: a CSV file that is followed as it grows.
     File(PathBuf),
-    /// `serial:/dev/ttyUSB0?baud=115200`.
+    /// `serial:/dev/ttyUSB0?baud=115200`; with `?rig=pivot` one of strokes.
     Serial {
         /// The device.
         path: String,
         /// Bits per second.
         baud: u32,
+        /// Of which rig its lines are.
+        rig: RigKind,
     },
     /// `evdev:/dev/input/eventX,/dev/input/eventY?angles=/dev/input/eventZ`.
     Evdev {
@@ -94,7 +98,13 @@ impl FromStr for Address {
                 let baud = options.take("baud").map_or(Ok(USUAL_BAUD), |text| {
                     text.parse().ok().filter(|&baud| baud > 0).ok_or("baud is a whole number such as 115200")
                 });
-                Self::Serial { path: name.to_owned(), baud: baud.map_err(|problem| wrong(problem.to_owned()))? }
+                let baud = baud.map_err(|problem| wrong(problem.to_owned()))?;
+                let rig = match options.take("rig") {
+                    None | Some("palms") => RigKind::Palms,
+                    Some("pivot") => RigKind::Pivot,
+                    Some(_) => return Err(wrong("rig is palms or pivot".to_owned())),
+                };
+                Self::Serial { path: name.to_owned(), baud, rig }
             }
             "evdev" => {
                 let (pad1, pad2) =
@@ -156,7 +166,8 @@ impl fmt::Display for Address {
         match self {
             Self::StandardInput => f.write_str("-"),
             Self::File(path) => path.display().fmt(f),
-            Self::Serial { path, baud } => write!(f, "serial:{path}?baud={baud}"),
+            Self::Serial { path, baud, rig: RigKind::Palms } => write!(f, "serial:{path}?baud={baud}"),
+            Self::Serial { path, baud, rig: RigKind::Pivot } => write!(f, "serial:{path}?baud={baud}&rig=pivot"),
             Self::Evdev { pads: [pad1, pad2], units_per_mm, angles } => {
                 write!(f, "evdev:{},{}", pad1.display(), pad2.display())?;
                 match angles {
@@ -175,11 +186,23 @@ impl fmt::Display for Address {
 }
 
 impl Address {
+    /// Which rig the source is of: said by the head of CSV lines, by the address of a port, by the map or the messages of an MCAP file, by the plan
+    /// of a simulated rig. What cannot be read is of palms; opening it says why.
+    pub fn rig_kind(&self, head: &Head) -> RigKind {
+        match self {
+            Self::StandardInput | Self::File(_) if head.is_of_strokes() => RigKind::Pivot,
+            Self::Serial { rig, .. } => *rig,
+            Self::Mcap { file, map } => mcap_rig_kind(file, map.as_deref()),
+            Self::Simulated(path) => simulated::rig_kind(path),
+            _ => RigKind::Palms,
+        }
+    }
+
     /// Opens the source. The conventions are those of its rig, where they are stated; else it may state them itself. Samples are given as the rig has them.
     ///
     /// # Errors
     /// There is no such source, or it cannot be used.
-    pub fn open(&self, conventions: Option<Conventions>) -> Result<Box<dyn Source>, SourceError> {
+    pub fn open<S: RigSample>(&self, conventions: Option<S::Conventions>) -> Result<Box<dyn Source<S>>, SourceError> {
         self.open_after(Head::default(), conventions)
     }
 
@@ -187,27 +210,21 @@ impl Address {
     ///
     /// # Errors
     /// As of [`open`](Self::open).
-    pub fn open_after(&self, head: Head, conventions: Option<Conventions>) -> Result<Box<dyn Source>, SourceError> {
+    pub fn open_after<S: RigSample>(
+        &self,
+        head: Head,
+        conventions: Option<S::Conventions>,
+    ) -> Result<Box<dyn Source<S>>, SourceError> {
         Ok(match self {
             Self::StandardInput => {
                 let whole = std::io::Cursor::new(head.into_bytes()).chain(std::io::stdin());
                 Box::new(Text::new("standard input", whole, conventions))
             }
             Self::File(path) => Box::new(Follow::open(path, conventions)?),
-            Self::Serial { path, baud } => Box::new(Serial::open(path, *baud, conventions.unwrap_or_default())?),
-            #[cfg(target_os = "linux")]
-            Self::Evdev { pads, units_per_mm, angles } => {
-                Box::new(crate::source::evdev::Evdev::open(pads, *units_per_mm, angles)?)
-            }
-            #[cfg(not(target_os = "linux"))]
-            Self::Evdev { .. } => {
-                return Err(SourceError::Address {
-                    address: self.to_string(),
-                    problem: "input devices are read on Linux only".to_owned(),
-                });
-            }
-            Self::Mcap { file, map } => Box::new(crate::source::mcap::McapSource::open(file, map.as_deref())?),
-            Self::Simulated(path) => Box::new(crate::source::simulated::Simulated::open(path)?),
+            Self::Serial { path, baud, .. } => Box::new(Serial::open(path, *baud, conventions.unwrap_or_default())?),
+            Self::Evdev { .. } => S::open_devices(self)?,
+            Self::Mcap { file, map } => Box::new(McapSource::open(file, map.as_deref())?),
+            Self::Simulated(path) => Box::new(Simulated::open(path)?),
         })
     }
 }
@@ -222,6 +239,7 @@ mod tests {
             "-",
             "logs/trial.csv",
             "serial:/dev/ttyUSB0?baud=9600",
+            "serial:/dev/ttyUSB0?baud=9600&rig=pivot",
             "evdev:/dev/input/event5,/dev/input/event6?angles=/dev/input/event7",
             "evdev:a,b?angles=c&units_per_mm=12.5",
             "mcap:bag.mcap",
@@ -246,6 +264,7 @@ mod tests {
             "serial:a?baud=x",
             "serial:a?baud",
             "serial:a?speed=1",
+            "serial:a?rig=hand",
             "sim:a?map=b",
             "evdev:a?angles=c",
             "evdev:a,b",

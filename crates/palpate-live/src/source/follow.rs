@@ -7,10 +7,10 @@ use std::path::Path;
 use std::time::Duration;
 
 use palpate::Sample;
-use palpate_io::{Conventions, RigFile};
 
 use crate::error::SourceError;
 use crate::losses::Losses;
+use crate::rigs::RigSample;
 use crate::source::text::CsvDecoder;
 use crate::source::{Arrival, Overflow, Source};
 
@@ -20,16 +20,16 @@ const PAUSE: Duration = Duration::from_millis(20);
 const READ_BYTES: usize = 64 * 1024;
 
 /// A growing file. One that becomes shorter has begun anew.
-pub(crate) struct Follow {
+pub(crate) struct Follow<S: RigSample = Sample> {
     name: String,
     file: File,
-    decoder: CsvDecoder,
-    samples: VecDeque<Sample>,
+    decoder: CsvDecoder<S>,
+    samples: VecDeque<S>,
     buffer: Vec<u8>,
 }
 
-impl Follow {
-    pub(crate) fn open(path: &Path, conventions: Option<Conventions>) -> Result<Self, SourceError> {
+impl<S: RigSample> Follow<S> {
+    pub(crate) fn open(path: &Path, conventions: Option<S::Conventions>) -> Result<Self, SourceError> {
         let name = path.display().to_string();
         let failed = |error| SourceError::io(&name, "it cannot be opened", &error);
         let file = File::open(path).map_err(failed)?;
@@ -50,8 +50,8 @@ impl Follow {
     }
 }
 
-impl Source for Follow {
-    fn next(&mut self) -> Result<Arrival, SourceError> {
+impl<S: RigSample> Source<S> for Follow<S> {
+    fn next(&mut self) -> Result<Arrival<S>, SourceError> {
         if self.samples.is_empty() {
             let count = self.read().map_err(|error| SourceError::io(&self.name, "it cannot be read", &error))?;
             if count == 0 {
@@ -70,7 +70,7 @@ impl Source for Follow {
         self.decoder.first_fault()
     }
 
-    fn rig(&self) -> Option<RigFile> {
+    fn rig(&self) -> Option<S::Rig> {
         self.decoder.rig()
     }
 
@@ -98,7 +98,7 @@ mod tests {
         let dir = tempfile::tempdir().expect("a folder");
         let path = dir.path().join("log.csv");
         let mut file = File::create(&path).expect("a file");
-        let mut source = Follow::open(&path, None).expect("the file");
+        let mut source = Follow::<Sample>::open(&path, None).expect("the file");
         let mut write = |text: &str| file.write_all(text.as_bytes()).expect("a line");
         assert!(times(&mut source).is_empty());
         write("time_s,phi1_deg,phi2_deg,s1_mm,s2_mm\n1,60,74,29,31\n2,60,");
@@ -114,7 +114,7 @@ mod tests {
     fn what_is_no_file_is_refused() {
         let dir = tempfile::tempdir().expect("a folder");
         for path in [dir.path(), &dir.path().join("missing.csv")] {
-            assert!(Follow::open(path, None).is_err());
+            assert!(Follow::<Sample>::open(path, None).is_err());
         }
     }
 }

@@ -11,7 +11,8 @@ use crate::error::SourceError;
 use crate::join::{Join, Touch};
 use crate::losses::Losses;
 use crate::mcap_files::reader::{Channel, Item, McapProblem, McapReader};
-use crate::mcap_files::sample_message::{METADATA, SCHEMA, SampleMessage, TOPIC};
+use crate::mcap_files::sample_message::{METADATA, TOPIC};
+use crate::rigs::RigSample;
 use crate::ros::message::{Encoding, MessageKind};
 use crate::ros::topics::{Quantity, Topics, Wanted};
 use crate::source::{Arrival, Overflow, Source};
@@ -20,13 +21,13 @@ use crate::source::{Arrival, Overflow, Source};
 const LONGEST_MESSAGE: usize = 256 * 1024;
 
 /// An MCAP file from its beginning to its end.
-pub(crate) struct McapSource<R = BufReader<File>> {
+pub(crate) struct McapSource<S: RigSample = Sample, R = BufReader<File>> {
     name: String,
     reader: McapReader<R>,
-    content: Content,
+    content: Content<S>,
     /// What is looked for in the messages of each channel.
     wanted: HashMap<u16, Vec<(MessageKind, Encoding, Wanted)>>,
-    samples: VecDeque<Sample>,
+    samples: VecDeque<S>,
     /// `# key: value` of the log.
     metadata: Vec<(String, String)>,
     /// Seconds since 1970 at the first message: samples count from there.
@@ -39,14 +40,14 @@ pub(crate) struct McapSource<R = BufReader<File>> {
 }
 
 /// What the file holds.
-enum Content {
+enum Content<S> {
     /// Samples that palpate recorded.
     Recording,
     /// Messages of a robot.
-    Bag { wanted: Vec<Wanted>, join: Box<Join> },
+    Bag { wanted: Vec<Wanted>, join: Box<Join<S>> },
 }
 
-impl McapSource {
+impl<S: RigSample> McapSource<S> {
     pub(crate) fn open(path: &Path, map: Option<&Path>) -> Result<Self, SourceError> {
         let topics = map.map(Topics::read).transpose()?;
         let name = path.display().to_string();
@@ -55,7 +56,7 @@ impl McapSource {
     }
 }
 
-impl<R: Read> McapSource<R> {
+impl<S: RigSample, R: Read> McapSource<S, R> {
     pub(crate) fn new(name: String, file: R, topics: Option<&Topics>) -> Self {
         let content = topics.map_or(Content::Recording, |topics| Content::Bag {
             wanted: topics.wanted(),
@@ -77,6 +78,17 @@ impl<R: Read> McapSource<R> {
         }
     }
 
+    /// Whether it is a recording of samples of this rig; reads up to the first of any.
+    pub(crate) fn holds_recording(&mut self) -> bool {
+        while let Ok(Some(item)) = self.reader.next() {
+            let Item::Message { channel, .. } = item else { continue };
+            if let Some(channel) = self.reader.channel(channel).filter(|channel| channel.topic == TOPIC) {
+                return is_recording::<S>(channel);
+            }
+        }
+        false
+    }
+
     /// What the recording says of itself, as far as it was read.
     pub(crate) fn metadata(&self) -> &[(String, String)] {
         &self.metadata
@@ -92,7 +104,7 @@ impl<R: Read> McapSource<R> {
         }
         let Some(wanted) = self.wanted.get(&channel) else { return Ok(()) };
         let of_recording =
-            matches!(self.content, Content::Recording) && self.reader.channel(channel).is_some_and(is_recording);
+            matches!(self.content, Content::Recording) && self.reader.channel(channel).is_some_and(is_recording::<S>);
         if wanted.is_empty() && !of_recording {
             return Ok(());
         }
@@ -103,7 +115,7 @@ impl<R: Read> McapSource<R> {
         match &mut self.content {
             Content::Recording => {
                 self.found = vec![true];
-                match serde_json::from_slice::<SampleMessage>(data) {
+                match serde_json::from_slice::<S::Message>(data) {
                     Ok(message) => self.samples.push_back(message.into()),
                     Err(error) => self.fault(TOPIC, &error.to_string()),
                 }
@@ -123,10 +135,12 @@ impl<R: Read> McapSource<R> {
                 for (_, _, wanted) in wanted {
                     let value = wanted.field.of(&message).map(|value| wanted.to_si(value));
                     match (wanted.quantity, value) {
-                        (Quantity::Angle(palm), Some(angle_rad)) => join.angle(palm, time_s, angle_rad),
+                        (Quantity::Angle(coordinate) | Quantity::Pivot(coordinate), Some(value)) => {
+                            join.place(coordinate, time_s, value);
+                        }
                         (Quantity::Position(palm), position_m) => join.touch(palm, time_s, Touch::Position(position_m)),
                         (Quantity::Force(palm), Some(force_n)) => join.touch(palm, time_s, Touch::Force(force_n)),
-                        (Quantity::Angle(_) | Quantity::Force(_), None) => {}
+                        (Quantity::Angle(_) | Quantity::Pivot(_) | Quantity::Force(_), None) => {}
                     }
                 }
                 join.take(&mut self.samples);
@@ -196,12 +210,12 @@ impl<R: Read> McapSource<R> {
     }
 }
 
-fn is_recording(channel: &Channel) -> bool {
-    channel.topic == TOPIC && channel.schema == SCHEMA && channel.encoding == "json"
+fn is_recording<S: RigSample>(channel: &Channel) -> bool {
+    channel.topic == TOPIC && channel.schema == S::SCHEMA && channel.encoding == "json"
 }
 
-impl<R: Read + Send> Source for McapSource<R> {
-    fn next(&mut self) -> Result<Arrival, SourceError> {
+impl<S: RigSample, R: Read + Send> Source<S> for McapSource<S, R> {
+    fn next(&mut self) -> Result<Arrival<S>, SourceError> {
         if let Some(sample) = self.samples.pop_front() {
             return Ok(Arrival::Sample(sample));
         }

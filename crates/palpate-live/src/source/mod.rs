@@ -10,18 +10,18 @@ pub(crate) mod simulated;
 pub(crate) mod text;
 
 use palpate::Sample;
-use palpate_io::RigFile;
 
 use crate::error::SourceError;
 use crate::losses::Losses;
+use crate::rigs::RigSample;
 
-/// A source of samples. It is read by one thread, in a loop.
-pub trait Source: Send {
+/// A source of samples, of two palms or of the other rig. It is read by one thread, in a loop.
+pub trait Source<S: RigSample = Sample>: Send {
     /// The next thing that comes. Returns [`Arrival::Nothing`] now and then where nothing does, if the source can be waited for in parts.
     ///
     /// # Errors
     /// The source is at its end and something is wrong with it. A source that may come back is no error.
-    fn next(&mut self) -> Result<Arrival, SourceError>;
+    fn next(&mut self) -> Result<Arrival<S>, SourceError>;
 
     /// What was lost since the source was opened.
     fn losses(&self) -> Losses;
@@ -31,8 +31,8 @@ pub trait Source: Send {
         None
     }
 
-    /// What the source knows of its rig so far, if anything: a simulated one when it is opened, a palm log when its first sample is there.
-    fn rig(&self) -> Option<RigFile> {
+    /// What the source knows of its rig so far, if anything: a simulated one when it is opened, a log when its first sample is there.
+    fn rig(&self) -> Option<S::Rig> {
         None
     }
 
@@ -42,9 +42,9 @@ pub trait Source: Send {
 
 /// What a source gives.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Arrival {
+pub enum Arrival<S = Sample> {
     /// A sample, as the rig has it: before the conventions of its rig file are applied.
-    Sample(Sample),
+    Sample(S),
     /// Nothing for now.
     Nothing,
     /// Nothing any more.

@@ -5,12 +5,12 @@ use std::io::{self, Read};
 use std::time::{Duration, Instant};
 
 use palpate::Sample;
-use palpate_io::Conventions;
 use serialport::SerialPort;
 
 use crate::error::SourceError;
 use crate::line_protocol::decoder::Decoder;
 use crate::losses::Losses;
+use crate::rigs::RigSample;
 use crate::source::{Arrival, Overflow, Source};
 
 /// Longest wait for a byte before the caller hears of it.
@@ -21,18 +21,18 @@ const PAUSE: Duration = Duration::from_millis(100);
 const READ_BYTES: usize = 4096;
 
 /// A serial port. One that is gone is opened again when it is back.
-pub(crate) struct Serial {
+pub(crate) struct Serial<S: RigSample = Sample> {
     path: String,
     baud: u32,
     port: Option<Box<dyn SerialPort>>,
     opened: Instant,
-    decoder: Decoder,
-    decoded: Vec<Sample>,
-    samples: VecDeque<Sample>,
+    decoder: Decoder<S>,
+    decoded: Vec<S>,
+    samples: VecDeque<S>,
 }
 
-impl Serial {
-    pub(crate) fn open(path: &str, baud: u32, conventions: Conventions) -> Result<Self, SourceError> {
+impl<S: RigSample> Serial<S> {
+    pub(crate) fn open(path: &str, baud: u32, conventions: S::Conventions) -> Result<Self, SourceError> {
         let port = open(path, baud).map_err(|error| SourceError::io(path, "the port cannot be opened", &error))?;
         Ok(Self {
             path: path.to_owned(),
@@ -69,8 +69,8 @@ fn open(path: &str, baud: u32) -> io::Result<Box<dyn SerialPort>> {
     Ok(serialport::new(path, baud).timeout(PATIENCE).open()?)
 }
 
-impl Source for Serial {
-    fn next(&mut self) -> Result<Arrival, SourceError> {
+impl<S: RigSample> Source<S> for Serial<S> {
+    fn next(&mut self) -> Result<Arrival<S>, SourceError> {
         if self.samples.is_empty() {
             let mut buffer = [0; READ_BYTES];
             let count = self.read(&mut buffer);

@@ -4,11 +4,11 @@ use std::collections::VecDeque;
 use std::io::{self, Read};
 
 use palpate::Sample;
-use palpate_io::{Conventions, RigFile, RowReader};
 
 use crate::error::SourceError;
 use crate::lines::{Line, Lines};
 use crate::losses::Losses;
+use crate::rigs::RigSample;
 use crate::source::{Arrival, Overflow, Source};
 
 /// Longest line, bytes: thirteen columns take 350.
@@ -16,22 +16,22 @@ pub(crate) const LONGEST_LINE: usize = 4096;
 /// Bytes read at a time.
 const READ_BYTES: usize = 64 * 1024;
 
-/// A palm log line by line: comments, a header, samples.
+/// A log line by line: comments, a header, samples.
 #[derive(Clone, Debug)]
-pub(crate) struct CsvDecoder {
+pub(crate) struct CsvDecoder<S: RigSample = Sample> {
     name: String,
     /// Those that were stated; else the file may state them.
-    conventions: Option<Conventions>,
-    rig: Option<RigFile>,
+    conventions: Option<S::Conventions>,
+    rig: Option<S::Rig>,
     lines: Lines,
     line_number: usize,
-    rows: Option<RowReader>,
+    rows: Option<S::Rows>,
     losses: Losses,
     first_fault: Option<String>,
 }
 
-impl CsvDecoder {
-    pub(crate) fn new(name: &str, conventions: Option<Conventions>) -> Self {
+impl<S: RigSample> CsvDecoder<S> {
+    pub(crate) fn new(name: &str, conventions: Option<S::Conventions>) -> Self {
         Self {
             name: name.to_owned(),
             conventions,
@@ -48,7 +48,7 @@ impl CsvDecoder {
     ///
     /// # Errors
     /// The header cannot be used.
-    pub(crate) fn push(&mut self, bytes: &[u8], samples: &mut VecDeque<Sample>) -> Result<(), SourceError> {
+    pub(crate) fn push(&mut self, bytes: &[u8], samples: &mut VecDeque<S>) -> Result<(), SourceError> {
         let mut lines = std::mem::replace(&mut self.lines, Lines::new(0));
         let mut ended = Ok(());
         lines.push(bytes, |line| {
@@ -61,7 +61,7 @@ impl CsvDecoder {
     }
 
     /// Takes in that nothing more comes: the last line may have no line break.
-    pub(crate) fn finish(&mut self, samples: &mut VecDeque<Sample>) -> Result<(), SourceError> {
+    pub(crate) fn finish(&mut self, samples: &mut VecDeque<S>) -> Result<(), SourceError> {
         let mut lines = std::mem::replace(&mut self.lines, Lines::new(0));
         let mut ended = Ok(());
         lines.finish(|line| ended = self.take(line, samples));
@@ -80,7 +80,7 @@ impl CsvDecoder {
         self.losses.gaps += 1;
     }
 
-    fn take(&mut self, line: Line, samples: &mut VecDeque<Sample>) -> Result<(), SourceError> {
+    fn take(&mut self, line: Line, samples: &mut VecDeque<S>) -> Result<(), SourceError> {
         self.line_number += 1;
         let Line::Whole(bytes) = line else {
             self.losses.too_long += 1;
@@ -92,17 +92,15 @@ impl CsvDecoder {
         let text = String::from_utf8_lossy(bytes);
         let Some(rows) = &self.rows else {
             if text.trim_start().starts_with('#') {
-                if self.rig.is_none() && self.conventions.is_none() {
-                    self.rig = palpate_io::rig_of_comment(&self.name, &text)?;
-                }
+                S::take_comment(&self.name, &text, self.conventions.is_some(), &mut self.rig)?;
             } else if !text.trim().is_empty() {
-                let of_rig = self.rig.as_ref().map(|rig| rig.conventions);
+                let of_rig = self.rig.as_ref().map(S::conventions);
                 let conventions = self.conventions.or(of_rig).unwrap_or_default();
-                self.rows = Some(RowReader::new(&self.name, &text, self.line_number, conventions)?);
+                self.rows = Some(S::rows(&self.name, &text, self.line_number, conventions)?);
             }
             return Ok(());
         };
-        match rows.sample(&text, self.line_number) {
+        match S::row(rows, &text, self.line_number) {
             Ok(sample) => samples.extend(sample),
             Err(error) => {
                 self.losses.faulty += 1;
@@ -116,8 +114,8 @@ impl CsvDecoder {
         self.losses
     }
 
-    /// What the lines above the header say of the rig, where nothing was stated.
-    pub(crate) fn rig(&self) -> Option<RigFile> {
+    /// What the lines above the header say of the rig.
+    pub(crate) fn rig(&self) -> Option<S::Rig> {
         self.rig
     }
 
@@ -127,23 +125,23 @@ impl CsvDecoder {
 }
 
 /// Lines from a pipe, to its end.
-pub(crate) struct Text<R> {
+pub(crate) struct Text<R, S: RigSample = Sample> {
     input: R,
-    decoder: CsvDecoder,
-    samples: VecDeque<Sample>,
+    decoder: CsvDecoder<S>,
+    samples: VecDeque<S>,
     buffer: Vec<u8>,
     ended: bool,
 }
 
-impl<R: Read + Send> Text<R> {
-    pub(crate) fn new(name: &str, input: R, conventions: Option<Conventions>) -> Self {
+impl<R: Read + Send, S: RigSample> Text<R, S> {
+    pub(crate) fn new(name: &str, input: R, conventions: Option<S::Conventions>) -> Self {
         let decoder = CsvDecoder::new(name, conventions);
         Self { input, decoder, samples: VecDeque::new(), buffer: vec![0; READ_BYTES], ended: false }
     }
 }
 
-impl<R: Read + Send> Source for Text<R> {
-    fn next(&mut self) -> Result<Arrival, SourceError> {
+impl<R: Read + Send, S: RigSample> Source<S> for Text<R, S> {
+    fn next(&mut self) -> Result<Arrival<S>, SourceError> {
         loop {
             if let Some(sample) = self.samples.pop_front() {
                 return Ok(Arrival::Sample(sample));
@@ -176,7 +174,7 @@ impl<R: Read + Send> Source for Text<R> {
         self.decoder.first_fault()
     }
 
-    fn rig(&self) -> Option<RigFile> {
+    fn rig(&self) -> Option<S::Rig> {
         self.decoder.rig()
     }
 
@@ -190,7 +188,7 @@ mod tests {
     use super::*;
 
     fn read(text: &[u8]) -> (Result<Vec<f64>, SourceError>, Losses, Option<String>) {
-        let mut source = Text::new("stdin", text, None);
+        let mut source = Text::<_, Sample>::new("stdin", text, None);
         let mut times = Vec::new();
         let ended = loop {
             match source.next() {

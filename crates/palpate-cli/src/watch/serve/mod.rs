@@ -15,6 +15,7 @@ use std::time::Duration;
 
 use palpate::Sample;
 use palpate::live::Estimate;
+use palpate::pivot::{PadPose, PivotSample, StrokesEstimate};
 use palpate_live::Losses;
 
 use crate::terminal::Failure;
@@ -79,7 +80,20 @@ impl Server {
 
     /// Shows an estimate to whoever looks.
     pub fn show(&self, sample: &Sample, estimate: &Estimate, losses: Losses, rate_hz: f64) {
-        self.viewers.show(&frame::of(sample, estimate, losses, rate_hz), || frame::outline(estimate));
+        self.viewers.show(&frame::of(sample, estimate, losses, rate_hz), || frame::outline(&estimate.outline));
+    }
+
+    /// The same of strokes over a pad.
+    pub fn show_strokes(
+        &self,
+        sample: &PivotSample,
+        pad: &PadPose,
+        estimate: &StrokesEstimate,
+        losses: Losses,
+        rate_hz: f64,
+    ) {
+        let frame = frame::of_strokes(sample, pad, estimate, losses, rate_hz);
+        self.viewers.show(&frame, || frame::outline(&estimate.outline));
     }
 
     /// Tells that there is no more, and what came of it.
@@ -243,6 +257,15 @@ mod tests {
         server.end("certified: nothing");
         let answer = ask(&server, "GET /events HTTP/1.1\r\nHost: localhost:PORT\r\n\r\n");
         assert_eq!(status(&answer), "200");
+        let strokes = PivotSample { time_s: 3.5, pivot_x_m: 0.5, pivot_y_m: 0.031, s_m: None };
+        let pad = PadPose::default();
+        let late = Server::start("127.0.0.1:0".parse().expect("an address"), "late").expect("a server");
+        let mut strokes_estimate = StrokesEstimate::default();
+        strokes_estimate.time_s = 3.5;
+        late.show_strokes(&strokes, &pad, &strokes_estimate, Losses::default(), 20.0);
+        late.end("not certified");
+        let of_strokes = ask(&late, "GET /events HTTP/1.1\r\nHost: localhost:PORT\r\n\r\n");
+        assert!(of_strokes.contains("\"pivot\":[500.0,31.0]") && of_strokes.contains("\"t\":3.5"), "{of_strokes}");
         for expected in [
             "event: title\ndata: \"late\"",
             "event: past\ndata: [{",

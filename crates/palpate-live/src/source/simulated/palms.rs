@@ -1,7 +1,6 @@
-//! A simulated rig in real time, from a small plan.
+//! Two palms that are simulated, from a small plan.
 
 use std::path::Path;
-use std::time::{Duration, Instant};
 
 use palpate::Sample;
 use palpate::palms::PalmMotion;
@@ -13,11 +12,7 @@ use palpate_io::RigFile;
 use serde::Deserialize;
 
 use crate::error::SourceError;
-use crate::losses::Losses;
-use crate::source::{Arrival, Overflow, Source};
 
-/// Longest time without an answer, while the next sample is not due.
-const PATIENCE: Duration = Duration::from_millis(100);
 /// Samples of a plan at most.
 const MOST_SAMPLES: f64 = 1e6;
 
@@ -77,41 +72,22 @@ impl Default for Plan {
     }
 }
 
-/// A rig that is not there.
-pub(crate) struct Simulated {
-    samples: std::vec::IntoIter<Sample>,
-    /// The next sample, until it is due.
-    next: Option<Sample>,
-    speed: f64,
-    rig: RigFile,
-    /// When the first sample was given, and its time.
-    begun: Option<(Instant, f64)>,
-}
-
-impl Simulated {
-    pub(crate) fn open(path: &Path) -> Result<Self, SourceError> {
-        let text = std::fs::read_to_string(path)
-            .map_err(|error| SourceError::io(path.display().to_string(), "the plan cannot be read", &error))?;
-        let plan: Plan = toml::from_str(&text).map_err(|error| {
-            let line = error.span().map_or(1, |span| text[..span.start.min(text.len())].matches('\n').count() + 1);
-            SourceError::settings(path, format!("line {line}: {}", error.message()))
-        })?;
-        let rig = match &plan.rig {
-            Some(rig) => palpate_io::read_rig(&path.parent().unwrap_or(Path::new("")).join(rig))
-                .map_err(|error| SourceError::settings(path, format!("rig: {error}")))?,
-            None => RigFile::exact(),
-        };
-        let mut samples = plan.simulate(&rig).map_err(|problem| SourceError::settings(path, problem))?.into_iter();
-        Ok(Self { next: samples.next(), samples, speed: plan.speed, rig, begun: None })
-    }
+/// The samples of a plan, its speed and its rig.
+pub(crate) fn simulated(path: &Path, text: &str) -> Result<(Vec<Sample>, f64, RigFile), SourceError> {
+    let plan: Plan = super::parse(path, text)?;
+    let rig = match &plan.rig {
+        Some(rig) => palpate_io::read_rig(&path.parent().unwrap_or(Path::new("")).join(rig))
+            .map_err(|error| SourceError::settings(path, format!("rig: {error}")))?,
+        None => RigFile::exact(),
+    };
+    let samples = plan.simulate(&rig).map_err(|problem| SourceError::settings(path, problem))?;
+    Ok((samples, plan.speed, rig))
 }
 
 impl Plan {
     /// What such a rig writes.
     fn simulate(&self, rig: &RigFile) -> Result<Vec<Sample>, String> {
-        if !(self.speed >= 0.0 && self.speed.is_finite()) {
-            return Err("speed must not be negative; 1 is real time, 0 as fast as possible".to_owned());
-        }
+        super::require_speed(self.speed)?;
         let samples = self.duration_s * self.rate_hz;
         if !(samples > 0.0 && samples <= MOST_SAMPLES) {
             return Err(format!(
@@ -156,47 +132,21 @@ impl Plan {
     }
 }
 
-impl Source for Simulated {
-    fn next(&mut self) -> Result<Arrival, SourceError> {
-        let Some(sample) = self.next else { return Ok(Arrival::End) };
-        let (begun, first_s) = *self.begun.get_or_insert((Instant::now(), sample.time_s));
-        if self.speed > 0.0 {
-            let due = Duration::try_from_secs_f64((sample.time_s - first_s) / self.speed).unwrap_or_default();
-            let left = due.saturating_sub(begun.elapsed());
-            std::thread::sleep(left.min(PATIENCE));
-            if left > PATIENCE {
-                return Ok(Arrival::Nothing);
-            }
-        }
-        self.next = self.samples.next();
-        Ok(Arrival::Sample(sample))
-    }
-
-    fn losses(&self) -> Losses {
-        Losses::default()
-    }
-
-    fn rig(&self) -> Option<RigFile> {
-        Some(self.rig)
-    }
-
-    fn overflow(&self) -> Overflow {
-        if self.speed > 0.0 { Overflow::DropsOldest } else { Overflow::Waits }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::source::simulated::Simulated;
+    use crate::source::{Arrival, Source};
+    use std::time::{Duration, Instant};
 
-    fn open(plan: &str) -> Result<Simulated, SourceError> {
+    fn open(plan: &str) -> Result<Simulated<Sample>, SourceError> {
         let dir = tempfile::tempdir().expect("a folder");
         std::fs::write(dir.path().join("rig.toml"), "[angles]\nsign2 = -1\n[palm1]\nzero_mm = 3\n").expect("a rig");
         std::fs::write(dir.path().join("plan.toml"), plan).expect("a plan");
         Simulated::open(&dir.path().join("plan.toml"))
     }
 
-    fn all(mut source: Simulated) -> Vec<Sample> {
+    fn all(mut source: Simulated<Sample>) -> Vec<Sample> {
         let mut samples = Vec::new();
         loop {
             match source.next() {
