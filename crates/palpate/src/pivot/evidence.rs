@@ -45,10 +45,10 @@ pub(super) struct Fit {
 }
 
 impl Fit {
-    /// A problem with the noise, spread and scale of this fit.
+    /// A problem with the noise, number of harmonics, spread and scale of this fit.
     pub fn like<'a>(&self, problem: Problem<'a>) -> Problem<'a> {
         let between = problem.between.zip(self.between_rad).map(|((between, _), sd_rad)| (between, sd_rad));
-        Problem { noise: self.noise, spread_m: self.spread_m, between, ..problem }
+        Problem { noise: self.noise, order: self.order, spread_m: self.spread_m, between, ..problem }
     }
 }
 
@@ -122,7 +122,7 @@ pub(super) fn choose_order(problem: &Problem, start: State, stated: Stated) -> O
     for orders in [up, down] {
         let mut worse = 0;
         for order in orders.into_iter().take_while(is_checked) {
-            let tried = best.like(Problem { order, ..problem.clone() });
+            let tried = Problem { order, ..best.like(problem.clone()) };
             match fit_above(tried, best.optimum.state.clone(), stated, best.log_evidence) {
                 Some(fit) if fit.log_evidence > best.log_evidence => {
                     // What it is better than has more harmonics, on the way down.
@@ -141,7 +141,10 @@ pub(super) fn choose_order(problem: &Problem, start: State, stated: Stated) -> O
         }
     }
     let next = ORDERS.into_iter().find(|order| *order > best.order).filter(is_checked);
-    let fitted = |order| fit(best.like(Problem { order, ..problem.clone() }), best.optimum.state.clone(), stated);
+    let fitted = |order| {
+        let tried = Problem { order, ..best.like(problem.clone()) };
+        fit(tried, best.optimum.state.clone(), stated)
+    };
     richer.or_else(|| next.and_then(fitted)).or(Some(best))
 }
 

@@ -272,19 +272,19 @@ impl<'a> Prepared<'a> {
         let choose = |order: usize, start: State| {
             let order = self.options.harmonics.unwrap_or(order);
             let decided = evidence::fit(Problem { order, ..problem.clone() }, start, self.stated())?;
-            let alone = decided.like(Problem { order, between: None, ..problem.clone() });
+            let alone = decided.like(Problem { between: None, ..problem.clone() });
             let state = decided.optimum.state.clone();
             let by_readings = match self.options.harmonics {
                 Some(_) => evidence::fit(alone, state, self.stated()),
                 None => choose_order(&alone, state, self.stated()),
             }?;
             let between = Fit { between_rad: decided.between_rad, ..by_readings };
-            let joined = between.like(Problem { order: between.order, ..problem.clone() });
+            let joined = between.like(problem.clone());
             let optimum = joined.solve(between.optimum.state)?;
             let log_evidence = evidence::log_evidence(&joined, &optimum)? - prior.cost(&optimum.state.theta_rad);
             Some(Fit { optimum, log_evidence, ..between })
         };
-        let whole = |fit: &Fit| fit.like(Problem { order: fit.order, ..problem.clone() });
+        let whole = |fit: &Fit| fit.like(problem.clone());
         if let Some(Found { fit, .. }) = explained {
             let alike = whole(fit);
             let laid = laid_on(&prior.ranges, &relative_rad, &fit.optimum.state.theta_rad);
@@ -356,12 +356,11 @@ impl<'a> Prepared<'a> {
             alternatives.retain(|other| !same(&other.optimum.state, &fit.optimum.state));
         }
         let fit = loosened(&whole(&fit), fit);
-        let (mut reconstruction, posterior) = self.assembled(&whole(&fit), &fit, &prior, 1 + alternatives.len())?;
+        let (mut reconstruction, posterior) = self.assembled(&problem, &fit, &prior, 1 + alternatives.len())?;
         let others = alternatives
             .iter()
             .take(4)
-            // What was questioned before may have another number of harmonics.
-            .filter_map(|other| self.assembled(&whole(other), other, &prior, 1 + alternatives.len()));
+            .filter_map(|other| self.assembled(&problem, other, &prior, 1 + alternatives.len()));
         reconstruction.others = others.map(|(other, _)| other).collect();
         Some(Found { reconstruction, posterior, log_evidence: fit.log_evidence, fit })
     }
@@ -453,7 +452,7 @@ impl<'a> Prepared<'a> {
         self.ranges.iter().map(next).collect()
     }
 
-    /// The result of one fit.
+    /// The result of one fit, whose noise and number of harmonics are its own and not those of the problem.
     fn assembled(
         &self,
         problem: &Problem,
@@ -461,6 +460,7 @@ impl<'a> Prepared<'a> {
         prior: &MotionPrior,
         alternatives: usize,
     ) -> Option<(PivotReconstruction, PivotPosterior)> {
+        let problem = &fit.like(problem.clone());
         let rig = &self.options.rig;
         let state = &fit.optimum.state;
         let linear = &fit.optimum.linear;
@@ -704,6 +704,48 @@ pub(super) fn fault_of(before: Option<&PivotSample>, sample: &PivotSample) -> Op
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::pivot::{PivotSimulateOptions, Stroke, simulate_strokes};
+    use crate::sensor::Touchpad;
+    use crate::shape::NamedShape;
+
+    /// What was questioned before may have another number of harmonics than what took its place.
+    #[test]
+    fn alternatives_have_their_own_number_of_harmonics() {
+        let egg = NamedShape::Egg.shape(0.03).expect("an egg").translated(0.004, 0.003);
+        let strokes = [0.65, 0.35].map(|to_m| Stroke { along_m: vec![0.5, to_m], press: 3.0 });
+        let touchpad = Touchpad { length_m: 1.0, noise_sd_m: 1e-4, ..Touchpad::ideal() };
+        let options = PivotSimulateOptions { touchpad, arm_noise_sd_m: 2e-5, ..PivotSimulateOptions::default() };
+        let log = simulate_strokes(&egg, &strokes, &options).expect("possible").log;
+        let options = PivotOptions::default();
+        let prepared = Prepared::new(&log, &options).expect("a log");
+        let Found { fit, reconstruction, .. } = prepared.solved(CROSSINGS[0], None).expect("a result");
+        let readings: Vec<Reading> = prepared.used().iter().map(|&index| prepared.readings[index]).collect();
+        let problem = Problem {
+            readings: &readings,
+            noise: fit.noise,
+            order: fit.order,
+            size_m: prepared.size_m,
+            spread_m: prepared.size_m,
+            stated: options.rig.calibration,
+            open: Vec::new(),
+            between: None,
+        };
+        let theta_rad = fit.optimum.state.theta_rad.clone();
+        let prior = MotionPrior {
+            ranges: prepared.ranges_of_used(),
+            begins_at_rest: prepared.begins_at_rest(),
+            relative_rad: [theta_rad.clone(), theta_rad],
+            tips_over: vec![false; readings.len()],
+            lifted: vec![false; readings.len()],
+        };
+        for order in [fit.order - 2, fit.order + 2] {
+            let of_order = Problem { order, ..problem.clone() };
+            let other = evidence::fit(of_order, fit.optimum.state.clone(), prepared.stated()).expect("another");
+            let (found, _) = prepared.assembled(&problem, &other, &prior, 2).expect("its result");
+            assert_eq!((found.shape.harmonics_m().len(), found.alternatives), (order, 2));
+            assert_eq!(found.motion.len(), reconstruction.motion.len());
+        }
+    }
 
     #[test]
     fn segments_are_laid_on_others_by_one_rotation_each() {
