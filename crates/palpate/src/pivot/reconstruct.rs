@@ -106,13 +106,18 @@ pub fn reconstruct_with_posterior(
     check(log, options)?;
     let prepared = Prepared::new(log, options)?;
     let mut found: Vec<Found> = Vec::new();
-    for (index, crossings) in CROSSINGS.into_iter().enumerate() {
-        let explained = found.iter().find(|found| found.is_explained());
-        if index >= ALWAYS_TRIED && explained.is_some() {
+    let mut tried: Vec<Vec<f64>> = Vec::new();
+    for (index, (width, may_roll)) in CROSSINGS.into_iter().enumerate() {
+        if index >= ALWAYS_TRIED && found.iter().any(Found::is_explained) {
             break;
         }
-        let other = prepared.solved(crossings, explained);
-        found.extend(other);
+        // Without a crossing all closed forms are one.
+        let relative_rad = prepared.relative(width, may_roll);
+        if !tried.contains(&relative_rad) {
+            let other = prepared.solved([&relative_rad, &prepared.relative(width, !may_roll)], &found);
+            found.extend(other);
+            tried.push(relative_rad);
+        }
     }
     // Of those that explain the log the likeliest, or else of all.
     let likeliest =
@@ -143,6 +148,8 @@ struct Found {
     log_evidence: f64,
     /// Noise, shape and contact angles of the readings that are used.
     fit: Fit,
+    /// Where its start led, before rivals were looked for.
+    led_to: State,
 }
 
 impl Found {
@@ -232,11 +239,11 @@ impl<'a> Prepared<'a> {
         self.ranges.iter().flat_map(Clone::clone).collect()
     }
 
-    /// The best result with crossings so wide, rolled through or not, and its evidence. Where another start explains the log, this one is left if its
-    /// segments, laid on that, lead back to it, or if what they are arranged to leads there, or explains the log with as many harmonics so little that no
-    /// decoding makes a rival of it.
-    fn solved(&self, (width, may_roll): (f64, bool), explained: Option<&Found>) -> Option<Found> {
-        let [relative_rad, other_rad] = [may_roll, !may_roll].map(|may_roll| self.relative(width, may_roll));
+    /// The best result from one closed form, the other of the same crossings beside it. It is left where it leads to the same as an earlier start; and
+    /// where one of these explains the log, if its segments, laid on that, lead back to it, or if what they are arranged to leads there, or explains the
+    /// log with as many harmonics so little that no decoding makes a rival of it.
+    fn solved(&self, [relative_rad, other_rad]: [&[f64]; 2], earlier: &[Found]) -> Option<Found> {
+        let explained = earlier.iter().find(|found| found.is_explained());
         let told = self.options.rig.tolerances.told();
         let open: Vec<(usize, f64)> = told.into_iter().enumerate().filter(|(_, sd)| *sd > 0.0).collect();
         let noise = self.reference();
@@ -257,7 +264,7 @@ impl<'a> Prepared<'a> {
         let prior = MotionPrior {
             ranges: self.ranges_of_used(),
             begins_at_rest: self.begins_at_rest(),
-            relative_rad: [relative_rad.clone(), other_rad],
+            relative_rad: [relative_rad.to_vec(), other_rad.to_vec()],
             tips_over: of_used(&tips_over(&self.r_m, &self.d_m, self.size_m)),
             lifted: of_used(&lifted(&self.readings, self.scatter.r_m)),
         };
@@ -287,7 +294,7 @@ impl<'a> Prepared<'a> {
         let whole = |fit: &Fit| fit.like(problem.clone());
         if let Some(Found { fit, .. }) = explained {
             let alike = whole(fit);
-            let laid = laid_on(&prior.ranges, &relative_rad, &fit.optimum.state.theta_rad);
+            let laid = laid_on(&prior.ranges, relative_rad, &fit.optimum.state.theta_rad);
             let there = alike.solve(shape_given_angles(&alike, laid)?)?;
             if same(&there.state, &fit.optimum.state) {
                 return None;
@@ -296,13 +303,13 @@ impl<'a> Prepared<'a> {
         let segments = Segments {
             readings: &thinning.of(&readings),
             ranges: &thinning.ranges,
-            relative_rad: &thinning.of(&relative_rad),
+            relative_rad: &thinning.of(relative_rad),
             begins_at_rest: &self.begins_at_rest(),
         };
         let arrangements = segments.arrangements(&search);
         let whole_state = |arrangement: &Arrangement| {
             let state = segments.in_order(arrangement)?;
-            Some(State { theta_rad: thinning.spread(&relative_rad, &state.theta_rad), ..state })
+            Some(State { theta_rad: thinning.spread(relative_rad, &state.theta_rad), ..state })
         };
         let start = whole_state(arrangements.first()?)?;
         if let Some(Found { fit, .. }) = explained {
@@ -335,6 +342,10 @@ impl<'a> Prepared<'a> {
             }
             fit = next;
         }
+        if earlier.iter().any(|found| same(&found.led_to, &fit.optimum.state)) {
+            return None;
+        }
+        let led_to = fit.optimum.state.clone();
         let rivals = Rivals { search: &search, readings: &readings, thinning: &thinning, prior: &prior };
         // Rivals that turn out better take its place, and are examined in their turn.
         let mut alternatives = Vec::new();
@@ -362,7 +373,7 @@ impl<'a> Prepared<'a> {
             .take(4)
             .filter_map(|other| self.assembled(&problem, other, &prior, 1 + alternatives.len()));
         reconstruction.others = others.map(|(other, _)| other).collect();
-        Some(Found { reconstruction, posterior, log_evidence: fit.log_evidence, fit })
+        Some(Found { reconstruction, posterior, log_evidence: fit.log_evidence, fit, led_to })
     }
 
     /// What a fit leaves over what the noise explains, per degree of freedom; and these.
@@ -718,7 +729,9 @@ mod tests {
         let log = simulate_strokes(&egg, &strokes, &options).expect("possible").log;
         let options = PivotOptions::default();
         let prepared = Prepared::new(&log, &options).expect("a log");
-        let Found { fit, reconstruction, .. } = prepared.solved(CROSSINGS[0], None).expect("a result");
+        let relative_rad = [true, false].map(|may_roll| prepared.relative(1.0, may_roll));
+        let [rolled, through] = &relative_rad;
+        let Found { fit, reconstruction, .. } = prepared.solved([rolled, through], &[]).expect("a result");
         let readings: Vec<Reading> = prepared.used().iter().map(|&index| prepared.readings[index]).collect();
         let problem = Problem {
             readings: &readings,
