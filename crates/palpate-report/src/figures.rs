@@ -141,8 +141,15 @@ pub(crate) fn verdict(result: &Reconstruction) -> String {
 /// With a χ² per degree of freedom below this, noise was expected that is not there.
 const HARDLY_ANY_NOISE: f64 = 0.05;
 
-/// A coefficient of friction below so many of its standard deviations is not told: an object that hardly slides is held by any friction above some.
+/// What is below so many of its standard deviations is not told: an object that hardly slides is held by any friction above some, and with its centre of mass
+/// nearly anywhere.
 const TOLD_SDS: f64 = 2.0;
+
+/// How well the centre of mass is known, root mean square over the motion, metres.
+fn center_sd_m(result: &Reconstruction) -> f64 {
+    let squares = result.motion.iter().map(|pose| pose.com_sd_m.powi(2)).sum::<f64>();
+    (squares / result.motion.len().max(1) as f64).sqrt()
+}
 
 /// What a χ² of nearly 0 means: no fit is that good by chance.
 fn quiet(result: &Reconstruction) -> String {
@@ -301,10 +308,17 @@ fn key_figures_of(input: &ReportInput, result: &Reconstruction) -> String {
         length(result.shape.mean_radius_m()),
         "Average of the support function r(θ) over all directions. The perimeter is 2π times this.",
     );
+    let offset_m = above_rounding(centroid.x_m.hypot(centroid.y_m));
+    let center_sd_m = center_sd_m(result);
+    let is_told = result.is_com_certified() || offset_m > TOLD_SDS * center_sd_m;
     add(
         "Centre-of-mass offset",
-        length(above_rounding(centroid.x_m.hypot(centroid.y_m))),
-        "Distance from the centre of mass to the centroid of the area. 0 for a uniform mass distribution.",
+        if is_told { length(offset_m) } else { ("–".to_owned(), "") },
+        &format!(
+            "Distance from the centre of mass to the centroid of the area, where the centre is told: it is known to ± {}, one standard deviation. \
+             0 for a uniform mass distribution.",
+            length_text(center_sd_m)
+        ),
     );
     let (value, unit) = length(felt_half_width_m(result));
     add(

@@ -71,6 +71,17 @@ fn friction_is_told_with_what_the_contacts_do() {
     };
     assert!(with_sds(0.049, 0.126).contains("0.100, ?"));
     assert!(with_sds(0.051, 0.126).contains("<dt>Friction</dt><dd>–</dd>"));
+    // Nor is an offset of a centre of mass that may be anywhere.
+    let with_center = |sd_m: f64| {
+        let mut egg = fixture(50, 1.0, 1.0);
+        egg.reconstruction.verdict = Verdict::new(vec![Doubt::UncertainCenter { sd_m }]);
+        egg.reconstruction.motion.iter_mut().for_each(|pose| pose.com_sd_m = sd_m);
+        page(&input(&egg.log, &egg.reconstruction))
+    };
+    let untold = "<dt>Centre-of-mass offset</dt><dd>–</dd>";
+    let centroid = egg.reconstruction.shape.centroid();
+    let offset_m = centroid.x_m.hypot(centroid.y_m);
+    assert!(with_center(0.51 * offset_m).contains(untold) && !with_center(0.49 * offset_m).contains(untold));
     let modes = &first(&html)["modes"];
     assert_eq!((modes[0][0].as_i64(), modes[1][0].as_i64()), (Some(0), Some(-1)));
     assert!(modes[0][1].is_null());

@@ -518,13 +518,17 @@ impl OfFriction<'_> {
     fn estimate(&self) -> FrictionEstimate {
         let Settled { optimum, regimes, .. } = &self.settled;
         let covariance = optimum.eliminated.covariance();
+        let friction = optimum.unknowns.coefficients.len();
         let sd = |unknown: usize| optimum.sd(&covariance, unknown);
-        let (order, friction) = (optimum.unknowns.coefficients.len() / 2, optimum.unknowns.coefficients.len());
+        // The first harmonic of a shape that was felt in part is not where its centre of mass is.
+        let of_center = optimum
+            .center_and_friction()
+            .map(|[x, y, ..]| [x, y].map(|row| (optimum.inflation * row.dot(&(&covariance * &row)).max(0.0)).sqrt()));
         FrictionEstimate {
             coefficients: optimum.unknowns.friction,
             coefficient_sds: [sd(friction), sd(friction + 1)],
             center_m: [0.0; 2],
-            center_sd_m: [sd(1), sd(1 + order)],
+            center_sd_m: of_center.unwrap_or([CENTER_SD * optimum.unknowns.coefficients[0]; 2]),
             misfit: optimum.misfit,
             slides: regimes.iter().filter(|regime| regime.place == Place::Between).count(),
             rolls: runs(regimes),

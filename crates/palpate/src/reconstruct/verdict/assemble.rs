@@ -182,8 +182,8 @@ pub(crate) fn assemble(
         },
         coverage: felt.len() as f64 / NODES as f64,
         ambiguous,
-        // Where other forces are fitted, short pieces that are open may be what was not explained.
-        ambiguity_rad: if at_rest {
+        // Where inertia is fitted, short pieces that are open may be what was not explained.
+        ambiguity_rad: if inertia.is_none() {
             open_motion_rad(&ambiguity_rad, is_aside)
         } else {
             root_mean_square(&ambiguity_rad)

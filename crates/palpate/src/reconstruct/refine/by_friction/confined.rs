@@ -69,7 +69,7 @@ impl Settled {
 
 impl Optimum {
     /// The rows of the place of the centre of mass in the felt form, metres, and of both coefficients of friction.
-    fn center_and_friction(&self) -> Option<[DVector<f64>; 4]> {
+    pub(super) fn center_and_friction(&self) -> Option<[DVector<f64>; 4]> {
         let Unknowns { coefficients, psi, .. } = &self.unknowns;
         let felt: Vec<f64> =
             felt_nodes(&self.corrected.measurements, psi).map(|node| TAU * node as f64 / NODES as f64).collect();
