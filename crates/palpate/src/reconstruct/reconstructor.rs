@@ -215,10 +215,11 @@ impl<'a> Reconstructor<'a> {
         self.options.rig
     }
 
-    /// The same from nothing, by the first way of the search alone: most logs of an object are explained by it, and of others it is soon done.
+    /// The same from nothing, by the first way of the search alone: most logs of an object are explained by it, and of others it is soon done. Of its
+    /// progress nothing is told: it is a step of something longer.
     pub(crate) fn run_briefly(&self, log: &Log) -> Result<Reconstruction, ReconstructError> {
         check_log(log, &self.options)?;
-        self.search(log, Extent::Brief)
+        Self { progress: None, ..self.clone() }.search(log, Extent::Brief)
     }
 
     /// The same from nothing, and no further explanation of the log is looked for after so much work.
@@ -271,8 +272,8 @@ impl<'a> Reconstructor<'a> {
         let by_forces: RefCell<Option<Candidate>> = RefCell::new(None);
         let is_explained_by_forces = || by_forces.borrow().as_ref().is_some_and(Candidate::explains_forces);
         let explain_by_forces = |explain: &dyn Fn() -> Option<Candidate>| {
-            let is_certified = by_forces.borrow().as_ref().is_some_and(|best| best.result.is_certified());
-            if !is_certified
+            let is_enough = by_forces.borrow().as_ref().is_some_and(Candidate::is_certified_throughout);
+            if !is_enough
                 && let Some(found) = explain()
                 && by_forces.borrow().as_ref().is_none_or(|best| found.explains_forces_better_than(best))
             {

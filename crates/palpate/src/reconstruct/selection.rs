@@ -31,6 +31,9 @@ const FURTHER_EXPLANATIONS: usize = 2;
 /// times as large as they seem between neighbours.
 const NOISIER: f64 = 10.0;
 
+/// Standard deviation of an orientation from which on a pose is open: it may be at another one.
+const OPEN_RAD: f64 = 0.3;
+
 /// In ranking contradicted results, one unphysical jump outweighs any χ² per degree of freedom, which counts up to the largest.
 const UNPHYSICAL_JUMP: f64 = 1e3;
 const LARGEST_CHI2: f64 = 999.0;
@@ -71,12 +74,17 @@ impl Candidate {
         !self.result.verdict.doubts_friction()
     }
 
-    /// Of results with forces besides balance: certified, or else explaining them, or else without contradictions; of two with friction the one that
+    /// Whether it is certified, and no pose of it is open.
+    pub fn is_certified_throughout(&self) -> bool {
+        self.result.is_certified() && self.result.motion.iter().all(|pose| pose.psi_sd_rad < OPEN_RAD)
+    }
+
+    /// Of results with forces besides balance: certified, or else explaining them, or else without contradictions, and no pose open; of two with friction the one that
     /// leaves less of the felt boundary unknown where both explain the forces, since slip and forces are told apart no further, or else the likelier.
     pub fn explains_forces_better_than(&self, other: &Self) -> bool {
         let rank = |of: &Self| {
             let result = &of.result;
-            (result.is_certified(), of.explains_forces(), result.verdict.is_explained())
+            (result.is_certified(), of.explains_forces(), result.verdict.is_explained(), of.is_certified_throughout())
         };
         let both_of_friction = self.result.friction.is_some() && other.result.friction.is_some();
         match rank(self).cmp(&rank(other)) {

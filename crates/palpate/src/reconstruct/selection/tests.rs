@@ -180,6 +180,16 @@ fn of_two_results_with_friction_the_certified_then_the_explained_then_the_likeli
         known_to(1e-5).explains_forces_better_than(&known_to(1e-3))
             && !known_to(1e-3).explains_forces_better_than(&known_to(1e-5))
     );
+    // A pose that is open counts more than how well the boundary is known.
+    let open_by = |psi_sd_rad: f64, r_sd_m: f64| {
+        let mut of = known_to(r_sd_m);
+        of.result.verdict = Verdict::default();
+        of.result.motion = vec![Pose { psi_sd_rad, ..Pose::of_test(0.0, 0.0) }];
+        of
+    };
+    let (open, closed) = (open_by(1.01 * OPEN_RAD, 1e-5), open_by(0.99 * OPEN_RAD, 1e-3));
+    assert!(!open.is_certified_throughout() && closed.is_certified_throughout());
+    assert!(closed.explains_forces_better_than(&open) && !open.explains_forces_better_than(&closed));
     // The likelihoods of different laws do not compare.
     let mut with_inertia = explained(1.0);
     with_inertia.result.friction = None;
