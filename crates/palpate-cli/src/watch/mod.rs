@@ -1,5 +1,6 @@
 //! `palpate watch`: shape, pose and centre of mass while the samples come.
 
+mod kept;
 mod line;
 mod palms;
 mod serve;
@@ -18,6 +19,7 @@ use palpate_live::{Address, Batch, Head, Losses, RigKind, RigSample, Stream};
 use crate::live_rig::LiveRig;
 use crate::terminal::{Ending, Failure, Terminal, print};
 
+use kept::Kept;
 use palms::WatchedPalms;
 use serve::Server;
 use strokes::WatchedStrokes;
@@ -93,13 +95,10 @@ trait Watched: Sized {
     fn check_target(out: &Path) -> Result<(), Failure>;
 
     /// From the first sample on, by what is known of the rig; else by an ordinary one.
-    fn new(arguments: &Arguments, known: Option<<Self::Sample as RigSample>::Rig>) -> Result<Self, Failure>;
+    fn new(known: Option<<Self::Sample as RigSample>::Rig>) -> Self;
 
-    /// Records samples.
-    fn record(&mut self, samples: &[Self::Sample]) -> Result<(), Failure>;
-
-    /// Takes a sample in.
-    fn push(&mut self, sample: &Self::Sample) -> Result<(), Failure>;
+    /// Takes a sample in, and adds what is seen then to the scene that is kept.
+    fn push(&mut self, sample: &Self::Sample, kept: &mut Kept<Self::Sample>) -> Result<(), Failure>;
 
     /// What is known now, as a line of JSON.
     fn line(&self) -> String;
@@ -110,7 +109,7 @@ trait Watched: Sized {
     /// Shows what is known now on the page.
     fn show(&self, server: &Server, losses: Losses, rate_hz: f64);
 
-    /// Ends recordings, reconstructs what was felt as `palpate reconstruct` does it, and tells it; whether it is certified.
+    /// Reconstructs what was felt as `palpate reconstruct` does it, and tells it; whether it is certified.
     fn finish(self, arguments: &Arguments, terminal: &Terminal) -> Result<bool, Failure>;
 }
 
@@ -180,8 +179,8 @@ struct Watch<'a, W: Watched> {
     stated: Option<<W::Sample as RigSample>::Rig>,
     terminal: Terminal,
     server: Option<&'a Server>,
-    /// From the first sample on.
-    watched: Option<W>,
+    /// From the first sample on, with what is written meanwhile.
+    watched: Option<(W, Kept<W::Sample>)>,
 }
 
 impl<W: Watched> Watch<'_, W> {
@@ -197,16 +196,17 @@ impl<W: Watched> Watch<'_, W> {
             if samples.is_empty() && self.watched.is_none() {
                 continue;
             }
-            let watched = match &mut self.watched {
+            let (watched, kept) = match &mut self.watched {
                 Some(watched) => watched,
                 None => {
                     let known = W::Sample::known(self.stated, self.stream.rig());
-                    self.watched.insert(W::new(self.arguments, known)?)
+                    let kept = Kept::create(self.arguments, known.as_ref())?;
+                    self.watched.insert((W::new(known), kept))
                 }
             };
-            watched.record(&samples)?;
+            kept.record(&samples)?;
             for sample in &samples {
-                watched.push(sample)?;
+                watched.push(sample, kept)?;
                 if self.arguments.json {
                     print(&watched.line())?;
                 }
@@ -227,7 +227,7 @@ impl<W: Watched> Watch<'_, W> {
                 }
             }
         }
-        if let Some(watched) = &self.watched {
+        if let Some((watched, _)) = &self.watched {
             view.show(|| watched.seen(), self.stream.losses())?;
             if let Some(server) = self.server {
                 watched.show(server, self.stream.losses(), view.rate_hz());
@@ -246,10 +246,11 @@ impl<W: Watched> Watch<'_, W> {
         if !losses.is_none() {
             terminal.note(&format!("lost: {losses}"));
         }
-        let Some(watched) = watched else {
+        let Some((watched, kept)) = watched else {
             ended?;
             return Err(Failure::Input(format!("{}: no sample came", arguments.source)));
         };
+        kept.finish()?;
         let is_certified = watched.finish(arguments, &terminal)?;
         ended?;
         Ok(if is_certified { Ending::Success } else { Ending::NotCertified })

@@ -7,12 +7,12 @@ use palpate::live::Live;
 use palpate::reconstruct::{ReconstructOptions, Reconstructor};
 use palpate::{Log, Sample};
 use palpate_io::{LogFile, RigFile, Summary};
-use palpate_live::{Losses, Moment, Recorder, Rotation, SceneWriter};
+use palpate_live::{Losses, Moment};
 
+use super::kept::Kept;
 use super::serve::Server;
 use super::view::Seen;
 use super::{Arguments, Watched, line};
-use crate::live_rig::metadata;
 use crate::reconstruct::{Job, solve, told};
 use crate::terminal::{Failure, Terminal, print};
 
@@ -21,8 +21,6 @@ pub struct WatchedPalms {
     rig: RigFile,
     live: Live,
     newest: Option<Sample>,
-    recorder: Option<Recorder>,
-    scene: Option<SceneWriter>,
 }
 
 impl Watched for WatchedPalms {
@@ -32,27 +30,17 @@ impl Watched for WatchedPalms {
         Ok(palpate_io::check_result_target(out)?)
     }
 
-    fn new(arguments: &Arguments, known: Option<RigFile>) -> Result<Self, Failure> {
+    fn new(known: Option<RigFile>) -> Self {
         let rig = known.unwrap_or_default();
-        let metadata = metadata::<Sample>(&arguments.source, known.as_ref());
-        let record = |path| Recorder::create(path, Rotation::default(), &metadata);
-        let recorder = arguments.log.as_deref().map(record).transpose()?;
-        let scene = arguments.scene.as_deref().map(|path| SceneWriter::create(path, &metadata)).transpose()?;
-        Ok(Self { live: Live::new(options(&rig)), newest: None, recorder, scene, rig })
-    }
-
-    fn record(&mut self, samples: &[Sample]) -> Result<(), Failure> {
-        Ok(self.recorder.as_mut().map_or(Ok(()), |recorder| recorder.push(samples))?)
+        Self { live: Live::new(options(&rig)), newest: None, rig }
     }
 
     /// As the rig has it.
-    fn push(&mut self, sample: &Sample) -> Result<(), Failure> {
+    fn push(&mut self, sample: &Sample, kept: &mut Kept<Sample>) -> Result<(), Failure> {
         for sample in &self.rig.conventions.apply(&Log { samples: vec![*sample] }).samples {
             let estimate = self.live.push(sample);
             self.newest = Some(*sample);
-            if let Some(scene) = &mut self.scene {
-                scene.push(sample, &Moment::of_palms(sample, estimate), || line::of(estimate))?;
-            }
+            kept.show(sample, || Moment::of_palms(sample, estimate), || line::of(estimate))?;
         }
         Ok(())
     }
@@ -72,13 +60,7 @@ impl Watched for WatchedPalms {
     }
 
     fn finish(self, arguments: &Arguments, terminal: &Terminal) -> Result<bool, Failure> {
-        let Self { rig, live, recorder, scene, .. } = self;
-        if let Some(recorder) = recorder {
-            recorder.finish()?;
-        }
-        if let Some(scene) = scene {
-            scene.finish()?;
-        }
+        let Self { rig, live, .. } = self;
         if live.kept_every() > 1 {
             terminal.note(&format!("the result is of one sample in {}", live.kept_every()));
         }

@@ -4,12 +4,12 @@ use std::path::Path;
 
 use palpate::pivot::{LiveStrokes, PadPose, PivotOptions, PivotRig, PivotSample};
 use palpate_io::StrokesComments;
-use palpate_live::{Losses, Moment, Recorder, Rotation, SceneWriter};
+use palpate_live::{Losses, Moment};
 
+use super::kept::Kept;
 use super::serve::Server;
 use super::view::Seen;
 use super::{Arguments, Watched, line};
-use crate::live_rig::metadata;
 use crate::strokes::{Reconstruct, told};
 use crate::terminal::{Failure, Terminal, print};
 
@@ -18,8 +18,6 @@ pub struct WatchedStrokes {
     rig: PivotRig,
     live: LiveStrokes,
     newest: Option<PivotSample>,
-    recorder: Option<Recorder<PivotSample>>,
-    scene: Option<SceneWriter<PivotSample>>,
 }
 
 impl Watched for WatchedStrokes {
@@ -29,29 +27,18 @@ impl Watched for WatchedStrokes {
         Ok(palpate_io::check_strokes_target(out)?)
     }
 
-    fn new(arguments: &Arguments, known: Option<StrokesComments>) -> Result<Self, Failure> {
+    fn new(known: Option<StrokesComments>) -> Self {
         let StrokesComments { rig, swing_period_s } = known.unwrap_or_default();
         let rig = rig.unwrap_or_else(|| PivotRig::uncalibrated(PadPose::default()));
-        let metadata = metadata::<PivotSample>(&arguments.source, known.as_ref());
-        let record = |path| Recorder::create(path, Rotation::default(), &metadata);
-        let recorder = arguments.log.as_deref().map(record).transpose()?;
-        let scene = arguments.scene.as_deref().map(|path| SceneWriter::create(path, &metadata)).transpose()?;
         let live = LiveStrokes::new(PivotOptions::new(rig)).swing_period_s(swing_period_s);
-        Ok(Self { rig, live, newest: None, recorder, scene })
+        Self { rig, live, newest: None }
     }
 
-    fn record(&mut self, samples: &[PivotSample]) -> Result<(), Failure> {
-        Ok(self.recorder.as_mut().map_or(Ok(()), |recorder| recorder.push(samples))?)
-    }
-
-    fn push(&mut self, sample: &PivotSample) -> Result<(), Failure> {
+    fn push(&mut self, sample: &PivotSample, kept: &mut Kept<PivotSample>) -> Result<(), Failure> {
         let estimate = self.live.push(sample);
         self.newest = Some(*sample);
-        if let Some(scene) = &mut self.scene {
-            let moment = Moment::of_strokes(sample, estimate, &self.rig.pad);
-            scene.push(sample, &moment, || line::of_strokes(estimate))?;
-        }
-        Ok(())
+        let moment = || Moment::of_strokes(sample, estimate, &self.rig.pad);
+        kept.show(sample, moment, || line::of_strokes(estimate))
     }
 
     fn line(&self) -> String {
@@ -69,13 +56,7 @@ impl Watched for WatchedStrokes {
     }
 
     fn finish(self, arguments: &Arguments, terminal: &Terminal) -> Result<bool, Failure> {
-        let Self { rig, live, recorder, scene, .. } = self;
-        if let Some(recorder) = recorder {
-            recorder.finish()?;
-        }
-        if let Some(scene) = scene {
-            scene.finish()?;
-        }
+        let Self { rig, live, .. } = self;
         if live.kept_every() > 1 {
             terminal.note(&format!("the result is of one sample in {}", live.kept_every()));
         }
