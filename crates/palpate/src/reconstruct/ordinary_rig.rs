@@ -7,9 +7,7 @@ use super::refine::job::Job;
 use super::result::calibration::ConstantEstimate;
 use super::result::reconstruction::Reconstruction;
 use super::search::schedule::Found;
-use super::search::segments::segments;
-use super::start::starting_coefficients;
-use crate::estimate::solver::gauss_newton::Estimate;
+use super::start::arrangement_of;
 use crate::log::Log;
 use crate::sensor::{Rig, Tolerances};
 
@@ -44,14 +42,7 @@ pub(super) fn arranged(job: &Job, ordinary: &Reconstruction) -> Option<Found> {
     }
     let instants = job.measurements.instants.iter().step_by(every(job.measurements.len())).copied().collect();
     let psi = ordinary.motion.iter().map(|pose| pose.psi_rad).collect();
-    let coefficients = starting_coefficients(&ordinary.shape, job.scatter_m);
-    Some(Found {
-        calibration: job.calibration,
-        tolerance_m: job.readings().tolerances_m[0],
-        thin: job.measurements.of(instants),
-        ranges: segments(&job.measurements, job.scatter_m),
-        estimates: vec![Estimate { coefficients, psi, cost: f64::INFINITY }],
-    })
+    Some(arrangement_of(job, job.measurements.of(instants), &ordinary.shape, psi))
 }
 
 /// Whether a constant of the rig is told to be another than was stated.

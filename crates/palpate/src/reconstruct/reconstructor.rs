@@ -11,14 +11,12 @@ use super::refine::calibrated::LEFT;
 use super::refine::job::Job;
 use super::result::friction::{FrictionEstimate, friction};
 use super::result::reconstruction::Reconstruction;
-use super::search::schedule::{self, Found, Next, Readings, Stage};
-use super::search::segments::segments;
+use super::search::schedule::{self, Readings, Stage};
 use super::selection::Explored;
 use super::selection::stray_readings::{are_doubted, with_left_out, without_stray_readings};
-use super::start::{Start, starting_coefficients, way_of};
+use super::start::{Start, arrangement_of, way_of};
 use super::verdict::assemble::Candidate;
 use crate::estimate::friction::normal_forces::look_exchanged;
-use crate::estimate::solver::gauss_newton::Estimate;
 use crate::log::{Log, Sample};
 use crate::sensor::Rig;
 use crate::shape::SupportFunction;
@@ -289,18 +287,17 @@ impl<'a> Reconstructor<'a> {
             is_explained_by_forces()
         };
         let goes_on = |stage: Stage| match extent {
-            Extent::Brief => Next::Nothing,
-            Extent::While(..) if explained_by_forces() => Next::Nothing,
-            Extent::While(_, goes_on) if !goes_on(stage, explained_one.get()) => Next::Nothing,
-            Extent::While(ordinary, _)
-                if stage == Stage::FirstWay && !explained_one.get() && self.most_work.is_none() =>
-            {
-                ordinary().and_then(|ordinary| arranged(&job, &ordinary)).map_or(Next::Others, Next::This)
+            Extent::Brief => false,
+            Extent::While(_, goes_on) => !explained_by_forces() && goes_on(stage, explained_one.get()),
+        };
+        let from_ordinary_rig = || match extent {
+            Extent::While(ordinary, _) if !explained_one.get() && self.most_work.is_none() => {
+                arranged(&job, &ordinary()?)
             }
-            Extent::While(..) => Next::Others,
+            _ => None,
         };
         schedule::search(
-            &Readings { brief, goes_on: &goes_on, ..job.readings() },
+            &Readings { brief, goes_on: &goes_on, from_elsewhere: &from_ordinary_rig, ..job.readings() },
             &|found, trust| job.corrected(found, LEFT[trust]),
             &|share| self.tell("searching for arrangements", 0.9 * share),
             &mut || by_forces.borrow().is_some(),
@@ -328,7 +325,7 @@ impl<'a> Reconstructor<'a> {
                 }
                 let explained = best.as_ref().is_some_and(|candidate| candidate.result.verdict.is_explained());
                 explained_one.set(explained);
-                if judged == 1 && !explained && !brief && matches!(goes_on(Stage::FirstArrangement), Next::Nothing) {
+                if judged == 1 && !explained && !brief && !goes_on(Stage::FirstArrangement) {
                     return true;
                 }
                 (brief && judged >= JUDGED_BRIEFLY)
@@ -392,15 +389,7 @@ impl<'a> Reconstructor<'a> {
 
     /// The optimum next to a shape and a motion.
     fn refined(job: &Job, shape: &SupportFunction, psi: Vec<f64>) -> Result<Candidate, ReconstructError> {
-        let ranges = segments(&job.measurements, job.scatter_m);
-        let estimate = Estimate { coefficients: starting_coefficients(shape, job.scatter_m), psi, cost: 0.0 };
-        let found = Found {
-            calibration: job.calibration,
-            tolerance_m: job.readings().tolerances_m[0],
-            thin: job.measurements.clone(),
-            ranges,
-            estimates: vec![estimate],
-        };
+        let found = arrangement_of(job, job.measurements.clone(), shape, psi);
         let solved = job.solve(&found, 0, &Explored::default())?.ok_or(ReconstructError::NotSolvable)?;
         job.assemble(solved)
     }

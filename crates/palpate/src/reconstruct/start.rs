@@ -1,9 +1,12 @@
 //! What is known of shape and motion before a log is reconstructed.
 
 use super::refine::job::Job;
+use super::search::schedule::Found;
+use super::search::segments::segments;
 use crate::estimate::association::candidates::best_orientation;
 use crate::estimate::association::decode::decode;
 use crate::estimate::evidence::order::ORDERS;
+use crate::estimate::measurements::Measurements;
 use crate::estimate::model::evidence::Evidence;
 use crate::estimate::model::layout::coefficients_to_order;
 use crate::estimate::model::noise::Noise;
@@ -39,11 +42,23 @@ pub enum Start {
 }
 
 /// The coefficients that the estimator begins with: those that matter beside contact positions of the standard deviation `sensor_sd_m`.
-pub(crate) fn starting_coefficients(shape: &SupportFunction, sensor_sd_m: f64) -> Vec<f64> {
+fn starting_coefficients(shape: &SupportFunction, sensor_sd_m: f64) -> Vec<f64> {
     let order = shape.visible_order(sensor_sd_m).clamp(FEWEST, ORDERS[ORDERS.len() - 1]);
     let mut coefficients = shape.coefficients();
     coefficients_to_order(&mut coefficients, order);
     coefficients
+}
+
+/// A known shape and its orientations at the instants `at` as an arrangement of the readings of a job.
+pub(crate) fn arrangement_of(job: &Job, at: Measurements, shape: &SupportFunction, psi: Vec<f64>) -> Found {
+    let coefficients = starting_coefficients(shape, job.scatter_m);
+    Found {
+        calibration: job.calibration,
+        tolerance_m: job.readings().tolerances_m[0],
+        thin: at,
+        ranges: segments(&job.measurements, job.scatter_m),
+        estimates: vec![Estimate { coefficients, psi, cost: f64::INFINITY }],
+    }
 }
 
 /// The most likely way of a known shape through a log, one orientation per sample.

@@ -10,7 +10,7 @@ use crate::estimate::solver::gauss_newton::Fit;
 use crate::reconstruct::options::ReconstructOptions;
 use crate::reconstruct::options::error::ReconstructError;
 use crate::reconstruct::search::problem::Corrected;
-use crate::reconstruct::search::schedule::{Found, Next, Readings, TRUSTS};
+use crate::reconstruct::search::schedule::{Found, Readings, TRUSTS};
 use crate::reconstruct::search::segments::segments;
 use crate::reconstruct::selection::Explored;
 use crate::sensor::calibration::palm_rates_rad_per_s;
@@ -63,7 +63,16 @@ impl<'a> Job<'a> {
         let noise_m = self.noise_with_memory_m();
         let tolerances_m = LEFT.map(|left| self.tolerance_m(noise_m, &sd, left));
         let Self { calibration, ref measurements, scatter_m, prior, .. } = *self;
-        Readings { calibration, measurements, scatter_m, tolerances_m, prior, brief: false, goes_on: &|_| Next::Others }
+        Readings {
+            calibration,
+            measurements,
+            scatter_m,
+            tolerances_m,
+            prior,
+            brief: false,
+            goes_on: &|_| true,
+            from_elsewhere: &|| None,
+        }
     }
 
     /// Standard deviation of a contact position, metres, with the errors that neighbouring samples share.

@@ -69,18 +69,10 @@ pub(crate) struct Readings<'a> {
     pub prior: Prior,
     /// Whether only the first way is gone, that of most logs: few harmonics, and an equal trust in balance and contacts.
     pub brief: bool,
-    /// Asked when one of these has led nowhere: what is tried next.
-    pub goes_on: &'a dyn Fn(Stage) -> Next,
-}
-
-/// What is tried when a stage of a search has led nowhere.
-pub(crate) enum Next {
-    /// Nothing more.
-    Nothing,
-    /// The other ways.
-    Others,
-    /// This arrangement, where the first way led nowhere, and then the other ways.
-    This(Found),
+    /// Asked when one of these has led nowhere: whether others are tried.
+    pub goes_on: &'a dyn Fn(Stage) -> bool,
+    /// Asked for an arrangement from elsewhere, which is tried before more harmonics are.
+    pub from_elsewhere: &'a dyn Fn() -> Option<Found>,
 }
 
 /// What has led nowhere when a search is asked whether it goes on.
@@ -125,7 +117,8 @@ pub(crate) fn search(
     otherwise: &mut dyn FnMut() -> bool,
     accept: &mut dyn FnMut(Found) -> bool,
 ) {
-    let Readings { calibration, measurements, scatter_m, tolerances_m, prior, brief, goes_on } = *readings;
+    let Readings { calibration, measurements, scatter_m, tolerances_m, prior, brief, goes_on, from_elsewhere } =
+        *readings;
     let windows = windows(measurements, &segments(measurements, scatter_m), scatter_m, SAMPLES);
     let is_spent = || measurements.work.is_spent();
     let ways = ways(&tolerances_m);
@@ -154,19 +147,14 @@ pub(crate) fn search(
         };
         let few = |share: f64| tell(FEW_HARMONICS_DONE * share);
         let Some(begun) = with_few_harmonics(&problem, &calibrate, &few, &mut consider) else { return };
-        if brief {
+        if brief || (number == 0 && !goes_on(Stage::FirstWay)) {
             return;
         }
-        if number == 0 {
-            match goes_on(Stage::FirstWay) {
-                Next::Nothing => return,
-                Next::Others => {}
-                Next::This(found) => {
-                    if consider(Arrangement::Whole(found)) {
-                        return;
-                    }
-                }
-            }
+        if number == 0
+            && let Some(found) = from_elsewhere()
+            && consider(Arrangement::Whole(found))
+        {
+            return;
         }
         let more = |share: f64| tell(FEW_HARMONICS_DONE + (1.0 - FEW_HARMONICS_DONE) * share);
         if with_more_harmonics(&problem, begun, &calibrate, &more, &mut consider) {
@@ -179,7 +167,7 @@ pub(crate) fn search(
             return;
         }
         // Where arrangements with an exact balance explain the log, those without it are no better.
-        if (any_explained && balance > 0) || (number == 0 && matches!(goes_on(Stage::EqualTrust), Next::Nothing)) {
+        if (any_explained && balance > 0) || (number == 0 && !goes_on(Stage::EqualTrust)) {
             return;
         }
     }

@@ -24,7 +24,7 @@ fn rejected(spend: bool, goes_on: &dyn Fn(Stage) -> bool) -> (usize, usize) {
     }
     let (arrangements, asked) = (Cell::new(0), Cell::new(0));
     search(
-        &Readings { goes_on: &|stage| if goes_on(stage) { Next::Others } else { Next::Nothing }, ..job.readings() },
+        &Readings { goes_on, ..job.readings() },
         &|_, _| None,
         &|_| (),
         &mut || {
