@@ -23,15 +23,13 @@ const MOST: usize = 4;
 
 /// Such alternatives of the pieces between `starts`, for a form that comes to itself as often as the prior of the fit says.
 pub(crate) fn at_copies(measurements: &Measurements, fit: &Fit, starts: &[usize]) -> Vec<Alternative> {
-    let pieces = segments_between(starts, measurements.len());
-    let pieces: Vec<Range<usize>> = pieces.filter(|piece| piece.len() >= SHORT_SEGMENT).collect();
-    if starts.is_empty() || pieces.is_empty() {
+    let copies = fit.prior.form_order;
+    if starts.is_empty() || copies < 2 {
         return Vec::new();
     }
-    let copies = fit.prior.form_order;
     let Estimate { coefficients, psi, .. } = &fit.estimate;
     let mut found: Vec<(f64, Range<usize>, Vec<f64>)> = Vec::new();
-    for piece in pieces {
+    for piece in segments_between(starts, measurements.len()).filter(|piece| piece.len() >= SHORT_SEGMENT) {
         let alone = measurements.of(measurements.instants[piece.clone()].to_vec());
         let smoother = Smoother::new(&alone, fit.order, fit.noise, fit.prior);
         let turned = |turn: f64| {
