@@ -145,12 +145,6 @@ const HARDLY_ANY_NOISE: f64 = 0.05;
 /// nearly anywhere.
 const TOLD_SDS: f64 = 2.0;
 
-/// How well the centre of mass is known, root mean square over the motion, metres.
-fn center_sd_m(result: &Reconstruction) -> f64 {
-    let squares = result.motion.iter().map(|pose| pose.com_sd_m.powi(2)).sum::<f64>();
-    (squares / result.motion.len().max(1) as f64).sqrt()
-}
-
 /// What a χ² of nearly 0 means: no fit is that good by chance.
 fn quiet(result: &Reconstruction) -> String {
     let chi2 = result.chi2_per_dof;
@@ -309,7 +303,7 @@ fn key_figures_of(input: &ReportInput, result: &Reconstruction) -> String {
         "Average of the support function r(θ) over all directions. The perimeter is 2π times this.",
     );
     let offset_m = above_rounding(centroid.x_m.hypot(centroid.y_m));
-    let center_sd_m = center_sd_m(result);
+    let center_sd_m = result.com_sd_m();
     let is_told = result.is_com_certified() || offset_m > TOLD_SDS * center_sd_m;
     add(
         "Centre-of-mass offset",

@@ -153,7 +153,7 @@ fn tell(row: &mut Row, found: &Reconstruction, truth: Option<&Truth>) {
             row.solved = row.is_solved();
             row.wrong = row.is_beyond_chance().map(|beyond| row.certified && beyond);
             row.beyond_error_bars = Some(row.certified && is_beyond_error_bars(found, truth));
-            row.com_error_sds = finite(errors.rms_com_m / com_sd_m(found));
+            row.com_error_sds = finite(errors.rms_com_m / found.com_sd_m());
         }
         Err(error) if row.reason.is_empty() => row.reason = error.to_string(),
         Err(error) => row.reason = format!("{}; {error}", row.reason),
@@ -196,12 +196,9 @@ pub(crate) fn tell_of_forces(row: &mut Row, found: &Reconstruction, truth: &True
     }
 }
 
-/// Standard deviation of ψ from which on a pose is open, radians: a certificate allows it for a few samples only.
-const OPEN_RAD: f64 = 0.3;
-
 /// Whether an error of what is certified is beyond its error bars. Those of poses that are open must not hide the others.
 fn is_beyond_error_bars(found: &Reconstruction, truth: &Truth) -> bool {
-    let is_told: Vec<bool> = found.motion.iter().map(|pose| pose.psi_sd_rad < OPEN_RAD).collect();
+    let is_told: Vec<bool> = found.motion.iter().map(|pose| !pose.is_open()).collect();
     let (mut told, mut truth) = (found.clone(), truth.clone());
     let (mut of_found, mut of_truth) = (is_told.iter().copied(), is_told.iter().copied());
     told.motion.retain(|_| of_found.next() == Some(true));
@@ -216,7 +213,7 @@ fn claims(found: &Reconstruction, errors: &TruthError) -> Vec<Claimed> {
     let felt = found.outline.iter().filter(|point| point.touches > 0);
     let r_sd = mean_square(&mut felt.map(|point| point.r_sd_m)).sqrt();
     let psi_sd = mean_square(&mut found.motion.iter().map(|pose| pose.psi_sd_rad)).sqrt();
-    let com_sd = com_sd_m(found);
+    let com_sd = found.com_sd_m();
     let mut claims = vec![of(errors.rms_r_m, r_sd, length), of(errors.rms_psi_rad, psi_sd, HARMLESS_RAD)];
     if found.is_com_certified() {
         claims.push(of(errors.rms_com_m, com_sd, length));
@@ -225,11 +222,6 @@ fn claims(found: &Reconstruction, errors: &TruthError) -> Vec<Claimed> {
         claims[0].error = errors.rms_form_m;
     }
     claims
-}
-
-/// Root mean square of the standard deviation of the centre of mass, metres.
-fn com_sd_m(found: &Reconstruction) -> f64 {
-    mean_square(&mut found.motion.iter().map(|pose| pose.com_sd_m)).sqrt()
 }
 
 fn mean_square(values: &mut dyn Iterator<Item = f64>) -> f64 {

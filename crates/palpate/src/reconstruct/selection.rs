@@ -15,7 +15,7 @@ use crate::reconstruct::options::error::ReconstructError;
 use crate::reconstruct::refine::calibrated::Solved;
 use crate::reconstruct::refine::job::Job;
 use crate::reconstruct::refine::resample::thinned_in_ranges;
-use crate::reconstruct::result::reconstruction::Reconstruction;
+use crate::reconstruct::result::reconstruction::{Pose, Reconstruction};
 use crate::reconstruct::verdict::assemble::{Candidate, is_mostly_felt_again};
 use crate::reconstruct::verdict::at_rest::AtRest;
 use crate::reconstruct::verdict::doubt::{Doubt, Verdict};
@@ -30,9 +30,6 @@ const FURTHER_EXPLANATIONS: usize = 2;
 /// χ² per degree of freedom up to which noise may be what is wrong with a result: errors that are correlated over several samples are three
 /// times as large as they seem between neighbours.
 const NOISIER: f64 = 10.0;
-
-/// Standard deviation of an orientation from which on a pose is open: it may be at another one.
-const OPEN_RAD: f64 = 0.3;
 
 /// In ranking contradicted results, one unphysical jump outweighs any χ² per degree of freedom, which counts up to the largest.
 const UNPHYSICAL_JUMP: f64 = 1e3;
@@ -76,7 +73,7 @@ impl Candidate {
 
     /// Whether it is certified, and no pose of it is open.
     pub fn is_certified_throughout(&self) -> bool {
-        self.result.is_certified() && self.result.motion.iter().all(|pose| pose.psi_sd_rad < OPEN_RAD)
+        self.result.is_certified() && !self.result.motion.iter().any(Pose::is_open)
     }
 
     /// Of results with forces besides balance: certified, or else explaining them, or else without contradictions, and no pose open; of two with friction the one that

@@ -86,6 +86,11 @@ impl Optimum {
         (self.inflation * covariance[(unknown, unknown)].max(0.0)).sqrt()
     }
 
+    /// The same of a linear function of them.
+    pub fn sd_along(&self, covariance: &DMatrix<f64>, row: &DVector<f64>) -> f64 {
+        (self.inflation * row.dot(&(covariance * row)).max(0.0)).sqrt()
+    }
+
     /// Root mean square of what the forces of all samples miss, metres: nothing where they are within the cones.
     pub fn forces_missed_m(&self) -> f64 {
         self.noise.forces_m * self.misfit * (self.missed as f64 / self.unknowns.psi.len().max(1) as f64).sqrt()

@@ -521,9 +521,8 @@ impl OfFriction<'_> {
         let friction = optimum.unknowns.coefficients.len();
         let sd = |unknown: usize| optimum.sd(&covariance, unknown);
         // The first harmonic of a shape that was felt in part is not where its centre of mass is.
-        let of_center = optimum
-            .center_and_friction()
-            .map(|[x, y, ..]| [x, y].map(|row| (optimum.inflation * row.dot(&(&covariance * &row)).max(0.0)).sqrt()));
+        let of_center = optimum.center_and_friction();
+        let of_center = of_center.map(|[x, y, ..]| [x, y].map(|row| optimum.sd_along(&covariance, &row)));
         FrictionEstimate {
             coefficients: optimum.unknowns.friction,
             coefficient_sds: [sd(friction), sd(friction + 1)],

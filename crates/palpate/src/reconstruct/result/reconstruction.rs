@@ -73,6 +73,11 @@ impl Reconstruction {
         self.verdict.is_com_certified()
     }
 
+    /// Root mean square of the standard deviation of the centre of mass over the motion, metres.
+    pub fn com_sd_m(&self) -> f64 {
+        com_sd_m(&self.motion)
+    }
+
     /// Which points of the outline a contact itself passed over: the others of those that count as felt are known by symmetry.
     pub fn felt_itself(&self) -> Vec<bool> {
         if !self.symmetry.symmetry.is_any() || self.outline.is_empty() {
@@ -194,6 +199,22 @@ pub struct Pose {
     /// Whether the object sticks to palm 1 and to palm 2, or slides along them; `None` where friction does not say.
     #[cfg_attr(feature = "serde", serde(default))]
     pub modes: Option<[ContactMode; 2]>,
+}
+
+/// Standard deviation of ψ from which on a pose is open, radians: a certificate allows it for a few samples only.
+const OPEN_RAD: f64 = 0.3;
+
+impl Pose {
+    /// Whether the log leaves open where the object is: it may be at another pose. Not a number is not known.
+    pub fn is_open(&self) -> bool {
+        self.psi_sd_rad.is_nan() || self.psi_sd_rad >= OPEN_RAD
+    }
+}
+
+/// Root mean square of the standard deviation of the centre of mass, metres.
+pub(crate) fn com_sd_m(motion: &[Pose]) -> f64 {
+    let squares = motion.iter().map(|pose| pose.com_sd_m.powi(2)).sum::<f64>();
+    (squares / motion.len().max(1) as f64).sqrt()
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@ use super::*;
 use crate::estimate::model::evidence::Evidence;
 use crate::mechanics::Jump;
 use crate::reconstruct::result::friction::FrictionEstimate;
-use crate::reconstruct::result::reconstruction::{OutlinePoint, Pose};
+use crate::reconstruct::result::reconstruction::OutlinePoint;
 use crate::shape::SupportFunction;
 
 const RADIUS_M: f64 = 0.03;
@@ -187,7 +187,7 @@ fn of_two_results_with_friction_the_certified_then_the_explained_then_the_likeli
         of.result.motion = vec![Pose { psi_sd_rad, ..Pose::of_test(0.0, 0.0) }];
         of
     };
-    let (open, closed) = (open_by(1.01 * OPEN_RAD, 1e-5), open_by(0.99 * OPEN_RAD, 1e-3));
+    let (open, closed) = (open_by(0.301, 1e-5), open_by(0.299, 1e-3));
     assert!(!open.is_certified_throughout() && closed.is_certified_throughout());
     assert!(closed.explains_forces_better_than(&open) && !open.explains_forces_better_than(&closed));
     // The likelihoods of different laws do not compare.

@@ -20,7 +20,7 @@ use crate::math::statistics::{correlation_time, root_mean_square, typical_sd};
 use crate::mechanics::Jump;
 use crate::palms::PalmPair;
 use crate::reconstruct::options::limits::CertificateLimits;
-use crate::reconstruct::result::reconstruction::{FoundSymmetry, OutlinePoint, Pose, Reconstruction};
+use crate::reconstruct::result::reconstruction::{FoundSymmetry, OutlinePoint, Pose, Reconstruction, com_sd_m};
 use crate::shape::SupportFunction;
 use std::f64::consts::TAU;
 
@@ -141,8 +141,7 @@ pub(crate) fn assemble(
         })
         .collect();
 
-    let center_sd_m =
-        (motion.iter().map(|pose| pose.com_sd_m.powi(2)).sum::<f64>() / motion.len().max(1) as f64).sqrt();
+    let center_sd_m = com_sd_m(&motion);
     let angle_error = angle_residual_m(measurements, coefficients, psi, fit.noise);
     let allowance = limits.model_allowance * coefficients[0].abs();
     let hidden = hidden_from_neighbours(&of_sensor1).min(hidden_from_neighbours(&of_sensor2));
