@@ -41,15 +41,16 @@ def main() -> None:
     node = cluster.add_node(**NODE)
     killed: list[str] = []
 
-    def kill(_: str, share: float) -> None:
-        if share >= 0.2 and not killed:
+    def kill(_: str, __: float) -> None:
+        """A worker as soon as one is at work, the node at the next call: most jobs are still to do then."""
+        if not killed:
             worker = at_work()
             if worker is None:
                 return  # all have done what they had; there will be more
             killed.append("worker")
             worker.kill()
             print("worker killed")
-        elif share >= 0.4 and len(killed) == 1:
+        elif len(killed) == 1:
             killed.append("node")
             cluster.remove_node(node, allow_graceful=False)
             print("node killed")
