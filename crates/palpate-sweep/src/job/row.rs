@@ -80,7 +80,7 @@ pub struct Row {
     pub constants_inside_band: Option<f64>,
     /// The largest error of any of them, in its own standard deviations.
     pub worst_constant_sds: Option<f64>,
-    /// RMS error of the centre of mass over its RMS standard deviation.
+    /// RMS error of the centre of mass along one axis (the mean of both) over its RMS standard deviation.
     pub com_error_sds: Option<f64>,
     /// The larger error of the coefficients of friction, where any were found; and in their own standard deviations.
     pub worst_friction_error: Option<f64>,

@@ -3,6 +3,7 @@
 //! *Solved* means as good as the reference, a reconstruction of the same log that starts from the truth. The Cramér-Rao bound is
 //! evaluated at the truth.
 
+use std::f64::consts::FRAC_1_SQRT_2;
 use std::time::Instant;
 
 use palpate::compare::{TruthError, compare, true_support};
@@ -153,7 +154,8 @@ fn tell(row: &mut Row, found: &Reconstruction, truth: Option<&Truth>) {
             row.solved = row.is_solved();
             row.wrong = row.is_beyond_chance().map(|beyond| row.certified && beyond);
             row.beyond_error_bars = Some(row.certified && is_beyond_error_bars(found, truth));
-            row.com_error_sds = finite(errors.rms_com_m / found.com_sd_m());
+            // The error bar is that along one axis.
+            row.com_error_sds = finite(FRAC_1_SQRT_2 * errors.rms_com_m / found.com_sd_m());
         }
         Err(error) if row.reason.is_empty() => row.reason = error.to_string(),
         Err(error) => row.reason = format!("{}; {error}", row.reason),

@@ -157,6 +157,8 @@ impl AtNoise<'_> {
 impl LeastSquares for AtNoise<'_> {
     type Point = Point;
 
+    const FOLLOWS_VALLEYS: bool = false;
+
     fn cost(&self, at: &Point) -> f64 {
         self.noise.cost(&at.residuals.squares()) + self.problem.prior_cost(&at.unknowns)
     }

@@ -6,9 +6,11 @@
 
 use super::problem::{BESIDES_SHAPE, Corrected, InertiaPrior, Linearised, Problem, Squares, Unknowns};
 use crate::estimate::solver::arrow::{Arrow, Eliminated};
+use crate::estimate::solver::levenberg_marquardt::{LeastSquares, minimise};
 use crate::math::spline::SplineRow;
 use crate::math::statistics::correlation_time;
 use nalgebra::DVector;
+use std::sync::Arc;
 
 /// Standard deviations of a contact position and of the moment of the forces, metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,7 +32,7 @@ pub(crate) struct Bounds {
 /// An optimum.
 pub(crate) struct Optimum<'a> {
     pub unknowns: Unknowns,
-    pub corrected: Corrected<'a>,
+    pub corrected: Arc<Corrected<'a>>,
     pub noise: InertialNoise,
     /// Whether the standard deviations have settled.
     pub settled: bool,
@@ -52,75 +54,78 @@ const LARGEST_RISE: f64 = 5.0;
 const OF_A_ROUND: (usize, f64) = (8, 1e-3);
 const AT_THE_END: (usize, f64) = (40, 1e-6);
 
-/// Damping of the first step, factors by which it changes, its largest and its least value.
-const DAMPING: f64 = 1e-3;
-const LESS_DAMPING: f64 = 0.125;
-const MORE_DAMPING: f64 = 6.0;
-const MOST_DAMPING: f64 = 1e8;
-const LEAST_DAMPING: f64 = 1e-10;
-
 /// Redundancy of residuals of one kind that is assumed at least.
 const LEAST_REDUNDANCY: f64 = 3.0;
 
-impl Problem<'_> {
-    fn cost(&self, at: &Unknowns, squares: &Squares, noise: InertialNoise, inertia: InertiaPrior) -> f64 {
-        0.5 * (squares.contacts / noise.sensor_m.powi(2) + squares.forces / noise.forces_m.powi(2))
-            + self.prior_cost(at, inertia)
+/// Where a search for the optimum is, with the readings as the calibration there means them.
+pub(crate) struct Point<'a> {
+    pub unknowns: Unknowns,
+    pub corrected: Arc<Corrected<'a>>,
+    pub squares: Squares,
+}
+
+/// A problem at some standard deviations.
+struct AtNoise<'p, 'a> {
+    problem: &'p Problem<'a>,
+    noise: InertialNoise,
+    inertia: InertiaPrior,
+}
+
+impl<'a> AtNoise<'_, 'a> {
+    fn point(&self, unknowns: Unknowns, corrected: Arc<Corrected<'a>>) -> Point<'a> {
+        let squares = self.problem.squares(&unknowns, &corrected);
+        Point { unknowns, corrected, squares }
     }
 
-    fn arrow(&self, at: &Unknowns, linearised: &Linearised, noise: InertialNoise, inertia: InertiaPrior) -> Arrow {
+    fn summed(&self, at: &Unknowns, linearised: &Linearised) -> Arrow {
         let mut arrow = linearised.contacts.clone();
-        arrow.scale(1.0 / noise.sensor_m.powi(2));
-        arrow.add(1.0 / noise.forces_m.powi(2), &linearised.forces);
-        self.add_prior(at, inertia, &mut arrow);
+        arrow.scale(1.0 / self.noise.sensor_m.powi(2));
+        arrow.add(1.0 / self.noise.forces_m.powi(2), &linearised.forces);
+        self.problem.add_prior(at, self.inertia, &mut arrow);
         arrow
     }
 }
 
+impl<'a> LeastSquares for AtNoise<'_, 'a> {
+    type Point = Point<'a>;
+
+    const FOLLOWS_VALLEYS: bool = true;
+
+    fn cost(&self, at: &Point) -> f64 {
+        let InertialNoise { sensor_m, forces_m } = self.noise;
+        0.5 * (at.squares.contacts / sensor_m.powi(2) + at.squares.forces / forces_m.powi(2))
+            + self.problem.prior_cost(&at.unknowns, self.inertia)
+    }
+
+    fn arrow(&self, at: &Point) -> Arrow {
+        self.summed(&at.unknowns, &self.problem.linearise(&at.unknowns, &at.corrected))
+    }
+
+    fn stepped(&self, from: &Point<'a>, dense: &DVector<f64>, band: &[f64]) -> Point<'a> {
+        let unknowns = self.problem.stepped(&from.unknowns, dense, band);
+        let moved = unknowns.calibration != from.unknowns.calibration;
+        let corrected =
+            if moved { Arc::new(self.problem.corrected(&unknowns.calibration)) } else { Arc::clone(&from.corrected) };
+        self.point(unknowns, corrected)
+    }
+
+    fn is_spent(&self) -> bool {
+        self.problem.work.is_spent()
+    }
+}
+
 impl<'a> Problem<'a> {
-    /// The optimum from some start with these standard deviations. `None` where it is worth no more steps.
+    /// The optimum from some start with these standard deviations, and its cost, after at most so many steps. `None` where it is worth no more of them.
     pub fn minimise(
         &self,
         start: Unknowns,
         noise: InertialNoise,
         inertia: InertiaPrior,
         (steps, tolerance): (usize, f64),
-    ) -> Option<(Unknowns, Corrected<'a>, Squares, f64)> {
-        let mut at = start;
-        let mut corrected = self.corrected(&at.calibration);
-        let mut squares = self.squares(&at, &corrected);
-        let mut cost = self.cost(&at, &squares, noise, inertia);
-        let mut damping = DAMPING;
-        for _ in 0..steps {
-            if self.work.is_spent() {
-                return None;
-            }
-            let arrow = self.arrow(&at, &self.linearise(&at, &corrected), noise, inertia);
-            let mut fall = 0.0;
-            while damping <= MOST_DAMPING {
-                let step = arrow.eliminated(damping).map(|eliminated| eliminated.step(&arrow));
-                let better = step.and_then(|(dense, spline)| {
-                    let there = self.stepped(&at, &dense, &spline);
-                    let moved = there.calibration != at.calibration;
-                    let of_there = moved.then(|| self.corrected(&there.calibration));
-                    let squares = self.squares(&there, of_there.as_ref().unwrap_or(&corrected));
-                    let cost_there = self.cost(&there, &squares, noise, inertia);
-                    (cost_there < cost).then_some((there, of_there, squares, cost_there))
-                });
-                if let Some((there, of_there, squares_there, cost_there)) = better {
-                    fall = cost - cost_there;
-                    (at, squares, cost) = (there, squares_there, cost_there);
-                    corrected = of_there.unwrap_or(corrected);
-                    damping = (damping * LESS_DAMPING).max(LEAST_DAMPING);
-                    break;
-                }
-                damping *= MORE_DAMPING;
-            }
-            if fall <= tolerance * cost {
-                break;
-            }
-        }
-        cost.is_finite().then_some((at, corrected, squares, cost))
+    ) -> Option<(Point<'a>, f64)> {
+        let cost = AtNoise { problem: self, noise, inertia };
+        let corrected = Arc::new(self.corrected(&start.calibration));
+        minimise(&cost, cost.point(start, corrected), steps, tolerance)
     }
 
     /// The optimum with the standard deviations that the residuals have.
@@ -138,10 +143,10 @@ impl<'a> Problem<'a> {
                 let moments = self.moments(&at, &self.corrected(&at.calibration));
                 self.reweigh(&moments, noise.forces_m, freedom);
             }
-            let (unknowns, corrected, squares, _) = self.minimise(at, noise, inertia, OF_A_ROUND)?;
+            let (Point { unknowns, corrected, squares }, _) = self.minimise(at, noise, inertia, OF_A_ROUND)?;
             at = unknowns;
             let linearised = self.linearise(&at, &corrected);
-            let eliminated = self.arrow(&at, &linearised, noise, inertia).eliminated(0.0)?;
+            let eliminated = AtNoise { problem: self, noise, inertia }.summed(&at, &linearised).eliminated(0.0)?;
             let updated = self.updated(noise, &squares, &linearised, &eliminated, &corrected, bounds);
             let change =
                 (updated.sensor_m / noise.sensor_m).ln().abs().max((updated.forces_m / noise.forces_m).ln().abs());
@@ -151,9 +156,11 @@ impl<'a> Problem<'a> {
                 break;
             }
         }
-        let (unknowns, corrected, _, cost) = self.minimise(at, noise, inertia, AT_THE_END)?;
+        let (Point { unknowns, corrected, .. }, cost) = self.minimise(at, noise, inertia, AT_THE_END)?;
         let linearised = self.linearise(&unknowns, &corrected);
-        let with = |noise: InertialNoise| self.arrow(&unknowns, &linearised, noise, inertia).eliminated(0.0);
+        let with = |noise: InertialNoise| {
+            AtNoise { problem: self, noise, inertia }.summed(&unknowns, &linearised).eliminated(0.0)
+        };
         let log_evidence = -cost
             - self.readings(&corrected) * noise.sensor_m.ln()
             - self.collocations() as f64 * noise.forces_m.ln()

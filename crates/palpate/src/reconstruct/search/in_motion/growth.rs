@@ -5,7 +5,7 @@ use super::Readings;
 use super::seed::Seed;
 use crate::estimate::inertia::contact_driven::{ContactPath, InMotion, Passed, carried, driven};
 use crate::estimate::inertia::problem::{InertiaPrior, Problem, Unknowns};
-use crate::estimate::inertia::smoother::InertialNoise;
+use crate::estimate::inertia::smoother::{InertialNoise, Point};
 use crate::estimate::model::layout::{Layout, coefficients_to_order};
 use crate::log::Log;
 use crate::math::spline::SplineBasis;
@@ -239,7 +239,7 @@ impl<'a> Stretch<'a> {
         let mut noise = InertialNoise { sensor_m: tolerance_m, forces_m: tolerance_m };
         // Loose first, since strict forces lead nowhere from afar; then as exact as they turn out to be, since loose ones would have k anywhere.
         for _ in 0..2 {
-            let (there, _, squares, _) = problem.minimise(at, noise, inertia, EFFORT)?;
+            let (Point { unknowns: there, squares, .. }, _) = problem.minimise(at, noise, inertia, EFFORT)?;
             let contacts_m = rms_m(squares.contacts, measurements.seen());
             let forces_m = rms_m(squares.forces, problem.collocations());
             let is_explained = contacts_m.max(forces_m) <= EXPLAINED * tolerance_m;
