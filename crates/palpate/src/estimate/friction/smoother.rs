@@ -4,7 +4,7 @@
 use super::problem::{Corrected, Linearised, Problem, Residuals, Squares, Unknowns};
 use crate::estimate::model::layout::Layout;
 use crate::estimate::solver::arrow::{Arrow, Eliminated, SplineGivenDense};
-use crate::estimate::solver::levenberg_marquardt::{LeastSquares, minimise};
+use crate::estimate::solver::levenberg_marquardt::{Effort, LeastSquares, minimise};
 use nalgebra::{DMatrix, DVector};
 use std::sync::Arc;
 
@@ -70,9 +70,9 @@ const SETTLED: f64 = 0.05;
 const LARGEST_FALL: f64 = 0.2;
 const LARGEST_RISE: f64 = 5.0;
 
-/// Steps at most, and the relative change of the cost that ends them: of a round, whose standard deviations are not the last, and of the end.
-const OF_A_ROUND: (usize, f64) = (8, 1e-3);
-const AT_THE_END: (usize, f64) = (40, 1e-6);
+/// Of a round, whose standard deviations are not the last, and of the end. The modes that contacts have at the start make the cost smooth near by only.
+const OF_A_ROUND: Effort = Effort { steps: 8, tolerance: 1e-3, follows_valleys: false };
+const AT_THE_END: Effort = Effort { steps: 40, tolerance: 1e-6, follows_valleys: false };
 
 /// Information that holds an angle where it is, rad⁻².
 const HELD: f64 = 1e12;
@@ -157,8 +157,6 @@ impl AtNoise<'_> {
 impl LeastSquares for AtNoise<'_> {
     type Point = Point;
 
-    const FOLLOWS_VALLEYS: bool = false;
-
     fn cost(&self, at: &Point) -> f64 {
         self.noise.cost(&at.residuals.squares()) + self.problem.prior_cost(&at.unknowns)
     }
@@ -191,7 +189,7 @@ impl Problem<'_> {
         for _ in 0..rounds {
             self.reweigh(&unknowns, &corrected, [noise.slip_m, noise.forces_m, noise.pads_n], freedom);
             let cost = AtNoise { problem: self, noise };
-            let (at, _) = minimise(&cost, cost.point(unknowns, corrected), OF_A_ROUND.0, OF_A_ROUND.1)?;
+            let (at, _) = minimise(&cost, cost.point(unknowns, corrected), OF_A_ROUND)?;
             let updated = cost.updated(&at, bounds)?;
             let change = |to: f64, from: f64| (to / from).ln().abs();
             let moved = change(updated.sensor_m, noise.sensor_m)
@@ -205,7 +203,7 @@ impl Problem<'_> {
             }
         }
         let of_cost = AtNoise { problem: self, noise };
-        let (at, cost) = minimise(&of_cost, of_cost.point(unknowns, corrected), AT_THE_END.0, AT_THE_END.1)?;
+        let (at, cost) = minimise(&of_cost, of_cost.point(unknowns, corrected), AT_THE_END)?;
         let sliding = self.sliding(&at.residuals);
         let linearised = self.linearise(&at.unknowns, &at.corrected, &sliding);
         let eliminated = of_cost.summed(&at.unknowns, &linearised).eliminated(0.0)?;

@@ -6,7 +6,7 @@
 
 use super::problem::{BESIDES_SHAPE, Corrected, InertiaPrior, Linearised, Problem, Squares, Unknowns};
 use crate::estimate::solver::arrow::{Arrow, Eliminated};
-use crate::estimate::solver::levenberg_marquardt::{LeastSquares, minimise};
+use crate::estimate::solver::levenberg_marquardt::{Effort, LeastSquares, minimise};
 use crate::math::spline::SplineRow;
 use crate::math::statistics::correlation_time;
 use nalgebra::DVector;
@@ -50,9 +50,9 @@ const SETTLED: f64 = 0.05;
 const LARGEST_FALL: f64 = 0.2;
 const LARGEST_RISE: f64 = 5.0;
 
-/// Steps at most, and the relative change of the cost that ends them: of a round, whose standard deviations are not the last, and of the end.
-const OF_A_ROUND: (usize, f64) = (8, 1e-3);
-const AT_THE_END: (usize, f64) = (40, 1e-6);
+/// Of a round, whose standard deviations are not the last, and of the end.
+const OF_A_ROUND: Effort = Effort { steps: 8, tolerance: 1e-3, follows_valleys: true };
+const AT_THE_END: Effort = Effort { steps: 40, tolerance: 1e-6, follows_valleys: true };
 
 /// Redundancy of residuals of one kind that is assumed at least.
 const LEAST_REDUNDANCY: f64 = 3.0;
@@ -89,8 +89,6 @@ impl<'a> AtNoise<'_, 'a> {
 impl<'a> LeastSquares for AtNoise<'_, 'a> {
     type Point = Point<'a>;
 
-    const FOLLOWS_VALLEYS: bool = true;
-
     fn cost(&self, at: &Point) -> f64 {
         let InertialNoise { sensor_m, forces_m } = self.noise;
         0.5 * (at.squares.contacts / sensor_m.powi(2) + at.squares.forces / forces_m.powi(2))
@@ -115,17 +113,17 @@ impl<'a> LeastSquares for AtNoise<'_, 'a> {
 }
 
 impl<'a> Problem<'a> {
-    /// The optimum from some start with these standard deviations, and its cost, after at most so many steps. `None` where it is worth no more of them.
+    /// The optimum from some start with these standard deviations, and its cost. `None` where it is worth no more steps.
     pub fn minimise(
         &self,
         start: Unknowns,
         noise: InertialNoise,
         inertia: InertiaPrior,
-        (steps, tolerance): (usize, f64),
+        effort: Effort,
     ) -> Option<(Point<'a>, f64)> {
         let cost = AtNoise { problem: self, noise, inertia };
         let corrected = Arc::new(self.corrected(&start.calibration));
-        minimise(&cost, cost.point(start, corrected), steps, tolerance)
+        minimise(&cost, cost.point(start, corrected), effort)
     }
 
     /// The optimum with the standard deviations that the residuals have.

@@ -8,10 +8,6 @@ pub(crate) trait LeastSquares {
     /// Unknowns, with what depends on them.
     type Point;
 
-    /// Whether the way to the optimum leads along a valley that is long, narrow and bends, and is followed to its end: that of a motion which forces hold
-    /// tightly. Where the cost is smooth near by only, as contact modes make it, long steps lead to optima that are worse.
-    const FOLLOWS_VALLEYS: bool;
-
     fn cost(&self, at: &Self::Point) -> f64;
 
     /// The normal equations there.
@@ -24,6 +20,18 @@ pub(crate) trait LeastSquares {
     fn is_spent(&self) -> bool {
         false
     }
+}
+
+/// What is spent on the way to an optimum.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Effort {
+    /// Steps at most.
+    pub steps: usize,
+    /// The relative change of the cost that ends them.
+    pub tolerance: f64,
+    /// Whether a valley that is long, narrow and bends, as that of a motion which forces hold tightly, is followed to its end. From afar, and where the cost is
+    /// smooth near by only, long steps lead to optima that are worse.
+    pub follows_valleys: bool,
 }
 
 /// Damping of the first step, factors by which it changes, its largest and its least value.
@@ -41,8 +49,7 @@ const SECOND_STEPS: usize = 4;
 pub(crate) fn minimise<P: LeastSquares>(
     problem: &P,
     start: P::Point,
-    steps: usize,
-    tolerance: f64,
+    Effort { steps, tolerance, follows_valleys }: Effort,
 ) -> Option<(P::Point, f64)> {
     let mut at = Costed::new(problem, start);
     let (mut damping, mut fell_little) = (DAMPING, false);
@@ -58,12 +65,12 @@ pub(crate) fn minimise<P: LeastSquares>(
             }
             damping = LEAST_DAMPING;
         }
-        let Some((lower, damped_by)) = lower(problem, &at, &arrow, damping) else { break };
+        let second_steps = if follows_valleys { SECOND_STEPS } else { 0 };
+        let Some((lower, damped_by)) = lower(problem, &at, &arrow, (damping, second_steps)) else { break };
         fell_little = at.cost - lower.cost <= tolerance * lower.cost.abs();
-        let ends = fell_little && !P::FOLLOWS_VALLEYS;
         damping = (damped_by * LESS_DAMPING).max(LEAST_DAMPING);
         at = lower;
-        if ends {
+        if fell_little && !follows_valleys {
             break;
         }
     }
@@ -95,9 +102,8 @@ fn lower<P: LeastSquares>(
     problem: &P,
     from: &Costed<P::Point>,
     arrow: &Arrow,
-    mut damping: f64,
+    (mut damping, mut second_steps): (f64, usize),
 ) -> Option<(Costed<P::Point>, f64)> {
-    let mut second_steps = if P::FOLLOWS_VALLEYS { SECOND_STEPS } else { 0 };
     while damping <= MOST_DAMPING {
         let is_lower = |there: &Costed<P::Point>| there.cost < from.cost;
         let first = from.stepped(problem, arrow, damping);
@@ -133,21 +139,19 @@ mod tests {
     use crate::math::spline::SUPPORT;
 
     /// Residuals 1 − x and steep·(y − xⁿ), with coefficients of a spline that are nothing: Rosenbrock's valley with n = 2, a straight one with n = 1.
-    struct Valley<const FOLLOWED: bool> {
+    struct Valley {
         steep: f64,
         n: i32,
         is_spent: bool,
     }
 
-    impl<const FOLLOWED: bool> Valley<FOLLOWED> {
+    impl Valley {
         const BENDS: Self = Self { steep: 30.0, n: 2, is_spent: false };
         const STRAIGHT: Self = Self { steep: 1e4, n: 1, is_spent: false };
     }
 
-    impl<const FOLLOWED: bool> LeastSquares for Valley<FOLLOWED> {
+    impl LeastSquares for Valley {
         type Point = [f64; 2];
-
-        const FOLLOWS_VALLEYS: bool = FOLLOWED;
 
         fn cost(&self, &[x, y]: &[f64; 2]) -> f64 {
             0.5 * ((1.0 - x).powi(2) + (self.steep * (y - x.powi(self.n))).powi(2))
@@ -174,27 +178,30 @@ mod tests {
         }
     }
 
-    fn cost_at_the_end<const FOLLOWED: bool>(of: &Valley<FOLLOWED>, start: [f64; 2]) -> f64 {
-        minimise(of, start, 25, 1e-4).expect("worth it").1
+    fn effort(follows_valleys: bool) -> Effort {
+        Effort { steps: 25, tolerance: 1e-4, follows_valleys }
+    }
+
+    /// Where the valley is followed to its end, and where not.
+    fn costs_at_the_end(of: &Valley, start: [f64; 2]) -> [f64; 2] {
+        [true, false].map(|follows_valleys| minimise(of, start, effort(follows_valleys)).expect("worth it").1)
     }
 
     #[test]
     fn a_valley_that_bends_is_followed_to_its_end() {
-        let start = [-1.2, 1.44];
-        assert!(cost_at_the_end(&Valley::<true>::BENDS, start) < 1e-12);
-        assert!(cost_at_the_end(&Valley::<false>::BENDS, start) > 0.1);
+        let [followed, other] = costs_at_the_end(&Valley::BENDS, [-1.2, 1.44]);
+        assert!(followed < 1e-12 && other > 0.1, "{followed} {other}");
     }
 
     #[test]
     fn steps_that_fall_little_as_they_are_damped_are_not_the_last() {
-        let start = [0.0, 0.0];
-        assert!(cost_at_the_end(&Valley::<true>::STRAIGHT, start) < 1e-6);
-        assert!(cost_at_the_end(&Valley::<false>::STRAIGHT, start) > 0.4);
+        let [followed, other] = costs_at_the_end(&Valley::STRAIGHT, [0.0, 0.0]);
+        assert!(followed < 1e-6 && other > 0.4, "{followed} {other}");
     }
 
     #[test]
     fn what_is_worth_no_more_steps_has_no_optimum() {
-        let spent = Valley::<true> { is_spent: true, ..Valley::BENDS };
-        assert!(minimise(&spent, [-1.2, 1.44], 25, 1e-6).is_none());
+        let spent = Valley { is_spent: true, ..Valley::BENDS };
+        assert!(minimise(&spent, [-1.2, 1.44], effort(true)).is_none());
     }
 }

@@ -7,6 +7,7 @@ use crate::estimate::inertia::contact_driven::{ContactPath, InMotion, Passed, ca
 use crate::estimate::inertia::problem::{InertiaPrior, Problem, Unknowns};
 use crate::estimate::inertia::smoother::{InertialNoise, Point};
 use crate::estimate::model::layout::{Layout, coefficients_to_order};
+use crate::estimate::solver::levenberg_marquardt::Effort;
 use crate::log::Log;
 use crate::math::spline::SplineBasis;
 use crate::mechanics::inertial::Inertia;
@@ -34,8 +35,8 @@ const PIECES: f64 = 1.3;
 const FINER: f64 = 1.6;
 const STEPS: f64 = 6.0;
 
-/// Steps of a fit, and the relative change of its cost that ends them.
-const EFFORT: (usize, f64) = (12, 1e-3);
+/// Of a fit, from afar.
+const EFFORT: Effort = Effort { steps: 12, tolerance: 1e-3, follows_valleys: false };
 
 /// Standard deviations of ln k² about that of an even mass and of the damping: short stretches tell little of either.
 const LN_GYRATION_SD: f64 = 0.2;
