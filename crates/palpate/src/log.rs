@@ -10,6 +10,18 @@ pub struct Log {
     pub samples: Vec<Sample>,
 }
 
+impl Log {
+    /// The palms of every sample.
+    pub(crate) fn palms(&self) -> Vec<PalmPair> {
+        self.samples.iter().map(|sample| sample.palms).collect()
+    }
+
+    /// Seconds from the sample before to this one.
+    pub(crate) fn interval_s(&self, sample: usize) -> f64 {
+        self.samples[sample].time_s - self.samples[sample - 1].time_s
+    }
+}
+
 /// One sample of a palm log.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

@@ -2,9 +2,10 @@
 //! falls, and the new pose is the minimum that the object descends to from the old one.
 
 use crate::estimate::motion::{LONGEST_STEP, SMALLEST_STEP, outlying_steps};
+use crate::log::Log;
 use crate::math::angle::wrapped;
 use crate::mechanics::passage::{barrier_m, carried, is_same_pose};
-use crate::mechanics::{EnergyLandscape, Forces};
+use crate::mechanics::{EnergyLandscape, Forces, STANDARD_GRAVITY_M_PER_S2};
 use crate::palms::PalmPair;
 use crate::shape::SupportFunction;
 
@@ -17,6 +18,10 @@ const LONGEST_RINGING: usize = 60;
 
 /// A step of the ringing may exceed the jump itself by this at most, radians.
 const LONGEST_SWING: f64 = 0.5;
+
+/// A step back against the jump is no part of its ringing where it takes more than all of its energy: an object of no less than this share of the radius of
+/// gyration of an even mass turns no faster than the fall drives it.
+const LEAST_GYRATION: f64 = 0.5;
 
 /// Ringing has ended after so many small steps.
 const QUIET_STEPS: usize = 4;
@@ -47,6 +52,21 @@ impl DetectedJump {
         self.psi_after - self.psi_before
     }
 
+    /// The fastest that the fall lets the object swing, rad/s: ½ k² ω² = g Δh.
+    fn fastest_swing_rad_per_s(&self, shape: &SupportFunction) -> f64 {
+        let fall_m = (self.height_before_m - self.height_after_m).max(0.0);
+        let gyration_m = LEAST_GYRATION * shape.uniform_gyration_radius_m();
+        (2.0 * STANDARD_GRAVITY_M_PER_S2 * fall_m).sqrt() / gyration_m
+    }
+
+    /// Whether none of these steps, each with its seconds, leads back against the jump faster than so many rad/s. (Towards its end an object without inertia
+    /// goes at once.)
+    fn swings_by(&self, steps: impl IntoIterator<Item = (f64, f64)>, fastest_rad_per_s: f64) -> bool {
+        steps.into_iter().all(|(step, interval_s)| {
+            step * self.turn() > 0.0 || step.abs() < LONGEST_STEP + fastest_rad_per_s * interval_s
+        })
+    }
+
     /// Whether a step from one sample to the next, by so many radians, may be part of the ringing about this jump: not much longer than it. Half a
     /// turn there and half a turn on, back to the pose before, is no jump that anything rings about.
     fn rings_with(&self, step: f64) -> bool {
@@ -55,7 +75,8 @@ impl DetectedJump {
 }
 
 /// The jumps in an unwrapped motion of `shape`, each at a later sample than the one before; a fast slide along one branch of poses is none.
-pub(crate) fn detect_jumps(shape: &SupportFunction, palms: &[PalmPair], psi: &[f64]) -> Vec<DetectedJump> {
+pub(crate) fn detect_jumps(shape: &SupportFunction, log: &Log, psi: &[f64]) -> Vec<DetectedJump> {
+    let palms = &log.palms();
     let mut jumps = Vec::new();
     // The motion up to this sample is accounted for: the ringing about a later jump does not reach back over an earlier one.
     let mut settled = 0;
@@ -85,7 +106,12 @@ pub(crate) fn detect_jumps(shape: &SupportFunction, palms: &[PalmPair], psi: &[f
         // The jump is the longest step of the ringing.
         let step = |i: usize| (psi[i] - psi[i - 1]).abs();
         let longest = (rest_before + 1..=rest_after).max_by(|a, b| step(*a).total_cmp(&step(*b))).unwrap_or(sample);
-        if whole.physical && whole.contains(step(longest)) {
+        let steps = || (rest_before + 1..=rest_after).map(|i| (psi[i] - psi[i - 1], log.interval_s(i)));
+        let fastest = || whole.jump.fastest_swing_rad_per_s(shape);
+        if whole.physical
+            && whole.contains(step(longest))
+            && (!whole.jumped || whole.jump.swings_by(steps(), fastest()))
+        {
             jumps.extend(whole.jumped.then_some(DetectedJump { sample: longest, ..whole.jump }));
             settled = rest_after;
         } else {

@@ -62,7 +62,7 @@ mod tests {
             let shape = rounded_polygon(corners, 0.3, 0.35).expect("possible").scaled(0.03);
             let motion = PalmMotion::random(seed, 20.0, 1.0).and_then(|motion| motion.sample(50.0)).expect("possible");
             let Ok(run) = simulate(&shape, &motion, &SimulateOptions::default()) else { continue };
-            let palms: Vec<PalmPair> = run.log.samples.iter().map(|sample| sample.palms).collect();
+            let palms = run.log.palms();
             let truth: Vec<f64> = run.truth.motion.iter().map(|pose| pose.psi_rad).collect();
             let period = TAU / f64::from(corners);
             // Every pose at some other of its copies.

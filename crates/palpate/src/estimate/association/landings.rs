@@ -175,7 +175,7 @@ mod tests {
             let touchpad = Touchpad { noise_sd_m: NOISE.sensor_m, ..Touchpad::ideal() };
             let options = SimulateOptions { touchpad, seed, ..SimulateOptions::default() };
             let Ok(run) = simulate(&shape, &motion, &options) else { continue };
-            let palms: Vec<PalmPair> = run.log.samples.iter().map(|sample| sample.palms).collect();
+            let palms = run.log.palms();
             let measurements = Measurements::new(&run.log, None);
             let truth: Vec<f64> = run.truth.motion.iter().map(|pose| pose.psi_rad).collect();
             let Some(first) = run.jumps.first() else { continue };
@@ -185,7 +185,7 @@ mod tests {
             let fit = fitted(&measurements, coefficients.clone(), flipped);
             let jumps = detect_jumps(
                 &SupportFunction::from_coefficients(&fit.estimate.coefficients),
-                &palms,
+                &run.log,
                 &fit.estimate.psi,
             );
             if jumps.iter().all(|jump| jump.physical) {
@@ -209,7 +209,7 @@ mod tests {
         let motion = PalmMotion::random(1, 10.0, 0.5).and_then(|motion| motion.sample(20.0)).expect("possible");
         let shape = ellipse(0.03, 0.025).expect("possible");
         let run = simulate(&shape, &motion, &SimulateOptions::default()).expect("possible");
-        let palms: Vec<PalmPair> = run.log.samples.iter().map(|sample| sample.palms).collect();
+        let palms = run.log.palms();
         let measurements = Measurements::new(&run.log, None);
         let truth: Vec<f64> = run.truth.motion.iter().map(|pose| pose.psi_rad).collect();
         let fit = fitted(&measurements, shape.coefficients(), truth);

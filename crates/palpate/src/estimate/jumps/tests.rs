@@ -29,13 +29,12 @@ fn no_step_much_longer_than_a_jump_is_its_ringing() {
 }
 
 /// An egg between palms that turn and open, with the jumps that its simulation makes.
-fn jumping() -> (SupportFunction, Vec<PalmPair>, Simulation, Vec<f64>) {
+fn jumping() -> (SupportFunction, Simulation, Vec<f64>) {
     let shape = NamedShape::Egg.shape(0.03).expect("a positive size");
     let motion = PalmMotion::random(3, 20.0, 0.5).and_then(|motion| motion.sample(25.0)).expect("possible");
     let run = simulate(&shape, &motion, &SimulateOptions::default()).expect("possible");
-    let palms = run.log.samples.iter().map(|sample| sample.palms).collect();
     let psi = run.truth.motion.iter().map(|pose| pose.psi_rad).collect();
-    (shape, palms, run, psi)
+    (shape, run, psi)
 }
 
 /// First sample after the one jump of that motion.
@@ -46,14 +45,15 @@ fn first_after(run: &Simulation) -> usize {
 
 #[test]
 fn the_jump_of_a_simulated_motion_is_found_with_its_sample_and_its_poses() {
-    let (shape, palms, run, psi) = jumping();
+    let (shape, run, psi) = jumping();
     let at = first_after(&run);
-    let [jump] = detect_jumps(&shape, &palms, &psi)[..] else { panic!("one jump") };
+    let [jump] = detect_jumps(&shape, &run.log, &psi)[..] else { panic!("one jump") };
     assert_eq!((jump.sample, jump.psi_before, jump.psi_after), (at, psi[at - 1], psi[at]));
     assert!(jump.physical && jump.predicted);
+    let palms = run.log.samples[at].palms;
     let height = |psi: f64| {
-        let (one, two) = palms[at].contact_angles(psi);
-        palms[at].center_of_mass_m(shape.at(one), shape.at(two))[1]
+        let (one, two) = palms.contact_angles(psi);
+        palms.center_of_mass_m(shape.at(one), shape.at(two))[1]
     };
     assert!((jump.height_before_m - height(psi[at - 1])).abs() < 1e-12);
     assert!((jump.height_after_m - height(psi[at])).abs() < 1e-12);
@@ -62,14 +62,14 @@ fn the_jump_of_a_simulated_motion_is_found_with_its_sample_and_its_poses() {
 
 #[test]
 fn a_step_over_a_barrier_is_not_physical() {
-    let (shape, palms, run, mut psi) = jumping();
+    let (shape, run, mut psi) = jumping();
     let wrong = 150;
     assert!(
         !run.jumps.is_empty() && !outlying_steps(&psi).iter().any(|sample| sample.abs_diff(wrong) < 10),
         "no jump nearby"
     );
     psi[wrong..].iter_mut().for_each(|psi| *psi += 0.8);
-    let found = detect_jumps(&shape, &palms, &psi);
+    let found = detect_jumps(&shape, &run.log, &psi);
     let of_step = found.first().expect("the step is found");
     assert_eq!(of_step.sample, wrong);
     assert!(!of_step.physical && !of_step.predicted);
@@ -78,8 +78,8 @@ fn a_step_over_a_barrier_is_not_physical() {
 
 #[test]
 fn an_early_step_is_physical_only_over_a_barrier_within_the_allowance() {
-    let (shape, palms, run, psi) = jumping();
-    let at = first_after(&run);
+    let (shape, run, psi) = jumping();
+    let (at, palms) = (first_after(&run), run.log.palms());
     let mut verdicts = Vec::new();
     for early in 1..8 {
         // The object is on its later branch of poses a few samples before the earlier one ends.
@@ -111,10 +111,10 @@ fn ringing(psi: &[f64], at: usize, amplitudes: &[f64]) -> Vec<f64> {
 
 #[test]
 fn a_jump_with_ringing_after_it_is_one_jump_from_the_rest_before_to_the_rest_after() {
-    let (shape, palms, run, psi) = jumping();
+    let (shape, run, psi) = jumping();
     let at = first_after(&run);
-    let rings = ringing(&psi, at, &[0.45, 0.4, 0.35, 0.3, 0.25, 0.2, 0.15, 0.1]);
-    let [jump] = detect_jumps(&shape, &palms, &rings)[..] else { panic!("one jump") };
+    let rings = ringing(&psi, at, &[0.3, 0.27, 0.24, 0.21, 0.18, 0.15, 0.12, 0.1]);
+    let [jump] = detect_jumps(&shape, &run.log, &rings)[..] else { panic!("one jump") };
     assert!(jump.physical && jump.predicted);
     assert_eq!(jump.sample, at, "the longest step of the ringing");
     assert!(jump.psi_before < psi[at - 1] + 1e-9 && jump.psi_after != rings[at]);
@@ -123,9 +123,9 @@ fn a_jump_with_ringing_after_it_is_one_jump_from_the_rest_before_to_the_rest_aft
 
 #[test]
 fn a_step_much_longer_than_the_jump_is_not_explained_as_its_ringing() {
-    let (shape, palms, run, psi) = jumping();
+    let (shape, run, psi) = jumping();
     let at = first_after(&run);
-    let found = detect_jumps(&shape, &palms, &ringing(&psi, at, &[1.5, 0.4, 0.3, 0.2, 0.1]));
+    let found = detect_jumps(&shape, &run.log, &ringing(&psi, at, &[1.5, 0.4, 0.3, 0.2, 0.1]));
     let first = found.first().expect("a jump");
     assert!((first.sample, first.physical) == (at, false), "{found:?}");
 }
@@ -140,20 +140,20 @@ fn no_step_longer_than_a_slide_is_part_of_it() {
 
 #[test]
 fn a_sample_that_is_elsewhere_during_a_slide_is_a_jump_that_statics_does_not_make() {
-    let (shape, palms, run, psi) = jumping();
+    let (shape, run, psi) = jumping();
     let jump = first_after(&run);
     let slide = |at: usize| (psi[at + 1] - psi[at - 1]).abs();
     let apart_from_jump = (1..psi.len() - 1).filter(|at| at.abs_diff(jump) > LONGEST_RINGING);
     let away = apart_from_jump.min_by(|a, b| slide(*a).total_cmp(&slide(*b))).expect("samples far from the jump");
     let mut there_and_back = psi.clone();
     there_and_back[away] += 0.3;
-    let found = detect_jumps(&shape, &palms, &there_and_back);
+    let found = detect_jumps(&shape, &run.log, &there_and_back);
     assert!(found.iter().any(|jump| jump.sample == away && !jump.physical), "{found:?}");
 }
 
 #[test]
 fn samples_that_are_half_a_turn_away_are_no_ringing_of_a_step_before_them() {
-    let (shape, palms, run, psi) = jumping();
+    let (shape, run, psi) = jumping();
     let at = first_after(&run);
     // A step that only the rest before and the rest after it explain, and a few samples later an excursion there and back, or once round.
     for back in [-3.1, 3.1] {
@@ -161,9 +161,28 @@ fn samples_that_are_half_a_turn_away_are_no_ringing_of_a_step_before_them() {
         let (there, again) = (at + 8, at + 10);
         away[there..].iter_mut().for_each(|psi| *psi += 3.1);
         away[again..].iter_mut().for_each(|psi| *psi += back);
-        let found = detect_jumps(&shape, &palms, &away);
+        let found = detect_jumps(&shape, &run.log, &away);
         assert!(found.iter().any(|jump| jump.sample == there && !jump.physical), "{back}: {found:?}");
     }
+}
+
+#[test]
+fn an_object_swings_back_no_faster_than_its_fall_drives_it() {
+    let (shape, run, _) = jumping();
+    let fallen =
+        DetectedJump { height_before_m: 0.012, height_after_m: 0.0, ..jump(first_after(&run), 0.0, 1.5, true) };
+    let fastest = fallen.fastest_swing_rad_per_s(&shape);
+    let k_m = LEAST_GYRATION * shape.uniform_gyration_radius_m();
+    assert!((0.5 * (k_m * fastest).powi(2) / (STANDARD_GRAVITY_M_PER_S2 * 0.012) - 1.0).abs() < 1e-12);
+    let furthest = |interval_s: f64| LONGEST_STEP + fastest * interval_s;
+    for interval_s in [0.003, 0.03] {
+        let back = |share: f64| [(1.5, interval_s), (-share * furthest(interval_s), interval_s), (0.1, interval_s)];
+        assert!(fallen.swings_by(back(0.99), fastest) && !fallen.swings_by(back(1.01), fastest));
+    }
+    // Uphill there is nothing that drives it; and towards its end it goes at once.
+    let risen = DetectedJump { height_after_m: 0.013, ..fallen };
+    assert_eq!(risen.fastest_swing_rad_per_s(&shape), 0.0);
+    assert!(risen.swings_by([(1.5, 0.001), (-0.9 * LONGEST_STEP, 0.03)], 0.0));
 }
 
 #[test]
@@ -171,9 +190,8 @@ fn jumps_are_in_the_order_of_their_samples_however_the_object_rings() {
     let hexagon = crate::shape::rounded_polygon(6, 0.3, 0.35).expect("possible").scaled(0.03).translated(0.004, 0.002);
     let motion = PalmMotion::random(6, 20.0, 1.0).and_then(|motion| motion.sample(25.0)).expect("possible");
     let run = simulate(&hexagon, &motion, &SimulateOptions::default()).expect("possible");
-    let palms: Vec<PalmPair> = run.log.samples.iter().map(|sample| sample.palms).collect();
     let still: Vec<f64> = run.truth.motion.iter().map(|pose| pose.psi_rad).collect();
-    let starts: Vec<usize> = detect_jumps(&hexagon, &palms, &still).iter().map(|jump| jump.sample).collect();
+    let starts: Vec<usize> = detect_jumps(&hexagon, &run.log, &still).iter().map(|jump| jump.sample).collect();
     assert!(starts.len() > 3, "{starts:?}");
     for swing in [0.05, 0.1, 0.2, 0.4, 0.8] {
         for decay in [0.8, 0.9, 0.97] {
@@ -184,7 +202,7 @@ fn jumps_are_in_the_order_of_their_samples_however_the_object_rings() {
                     *psi += swing * f64::powi(-decay, (index - start) as i32);
                 }
             }
-            let jumps = detect_jumps(&hexagon, &palms, &psi);
+            let jumps = detect_jumps(&hexagon, &run.log, &psi);
             let ordered = jumps.windows(2).all(|pair| pair[0].sample < pair[1].sample);
             let samples: Vec<usize> = jumps.iter().map(|jump| jump.sample).collect();
             assert!(ordered, "swing {swing}, decay {decay}: {samples:?}");

@@ -34,7 +34,6 @@ use crate::estimate::motion::{ELSEWHERE, SHORT_SEGMENT, short_segments};
 use crate::estimate::solver::gauss_newton::{Estimate, Fit};
 use crate::log::Log;
 use crate::mechanics::ContactMode;
-use crate::palms::PalmPair;
 use crate::reconstruct::result::friction::{FrictionEstimate, is_hinged};
 use crate::reconstruct::result::inertia::InertiaEstimate;
 use crate::reconstruct::result::reconstruction::FoundSymmetry;
@@ -335,9 +334,8 @@ impl Job<'_> {
     pub(super) fn explained_by_friction(&self, refined: &Refined) -> Option<Candidate> {
         let fit = &refined.fine;
         let shape = SupportFunction::from_coefficients(&fit.estimate.coefficients);
-        let palms: Vec<PalmPair> = self.log.samples.iter().map(|sample| sample.palms).collect();
         let starts: Vec<usize> =
-            detect_jumps(&shape, &palms, &fit.estimate.psi).iter().map(|jump| jump.sample).collect();
+            detect_jumps(&shape, &self.log, &fit.estimate.psi).iter().map(|jump| jump.sample).collect();
         let setting = Setting::new(self, self.raw, &refined.measurements, fit, &starts);
         let start = setting.contacts_suggest(fit)?;
         let noise = setting.first_noise(fit, start.0.weight_n);
@@ -511,7 +509,7 @@ impl OfFriction<'_> {
         let sticks = self.settled.regimes.iter().filter(|regime| regime.sticks().is_some()).count();
         // What falls slides before it falls: friction that holds it elsewhere without being told is none.
         let shape = SupportFunction::from_coefficients(of_shape);
-        let falls = || !self.jumps(&shape, &self.job.palms(), psi).is_empty();
+        let falls = || !self.jumps(&shape, &self.job.log, psi).is_empty();
         estimate.is_told() || (sticks as f64 >= MOSTLY_STICKS * psi.len() as f64 && !falls())
     }
 
@@ -565,8 +563,8 @@ impl Uncertainty for OfFriction<'_> {
         regime.modes(instant, &contacts(instant, &unknowns.coefficients, unknowns.psi[index]))
     }
 
-    fn jumps(&self, shape: &SupportFunction, palms: &[PalmPair], psi: &[f64]) -> Vec<DetectedJump> {
-        falls(shape, palms, psi, &self.settled.starts)
+    fn jumps(&self, shape: &SupportFunction, log: &Log, psi: &[f64]) -> Vec<DetectedJump> {
+        falls(shape, &log.palms(), psi, &self.settled.starts)
     }
 }
 

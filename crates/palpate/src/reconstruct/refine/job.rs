@@ -798,13 +798,13 @@ impl<'a> Job<'a> {
     /// The jumps in the motion that statics allows an object with such a period.
     pub(super) fn jumps(&self, Estimate { coefficients, psi, .. }: &Estimate, period: f64) -> Vec<DetectedJump> {
         let psi = self.allowed_motion(coefficients, psi, period);
-        let jumps = detect_jumps(&SupportFunction::from_coefficients(coefficients), &self.palms(), &psi);
+        let jumps = detect_jumps(&SupportFunction::from_coefficients(coefficients), &self.log, &psi);
         self.measurements.work.add_passages(jumps.len());
         jumps
     }
 
     pub(crate) fn palms(&self) -> Vec<PalmPair> {
-        self.log.samples.iter().map(|sample| sample.palms).collect()
+        self.log.palms()
     }
 }
 

@@ -18,7 +18,6 @@ use crate::estimate::solver::gauss_newton::Fit;
 use crate::log::{Log, Sample};
 use crate::math::statistics::{correlation_time, root_mean_square, typical_sd};
 use crate::mechanics::Jump;
-use crate::palms::PalmPair;
 use crate::reconstruct::options::limits::CertificateLimits;
 use crate::reconstruct::result::reconstruction::{FoundSymmetry, OutlinePoint, Pose, Reconstruction, com_sd_m};
 use crate::shape::SupportFunction;
@@ -66,8 +65,8 @@ pub(crate) fn assemble(
     unwrap(&mut fit.estimate.psi);
     let (coefficients, psi) = (&fit.estimate.coefficients, &fit.estimate.psi);
     let shape = SupportFunction::from_coefficients(coefficients);
-    let palms: Vec<PalmPair> = log.samples.iter().map(|sample| sample.palms).collect();
-    let mut jumps = uncertainty.jumps(&shape, &palms, psi);
+    let palms = log.palms();
+    let mut jumps = uncertainty.jumps(&shape, log, psi);
     let starts: Vec<usize> = jumps.iter().map(|jump| jump.sample).collect();
     let piece_of = |index: usize| starts.iter().filter(|&&start| start <= index).count() as u32;
 

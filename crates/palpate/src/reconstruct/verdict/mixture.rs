@@ -5,6 +5,7 @@ use super::uncertainty::{FoundRig, PoseErrorBars, Uncertainty};
 use crate::estimate::jumps::DetectedJump;
 use crate::estimate::measurements::Instant;
 use crate::estimate::solver::gauss_newton::Estimate;
+use crate::log::Log;
 use crate::math::angle::{mean_direction, wrapped};
 use crate::mechanics::ContactMode;
 use crate::palms::PalmPair;
@@ -92,8 +93,8 @@ impl Uncertainty for Mixture<'_> {
         self.answer.modes(index)
     }
 
-    fn jumps(&self, shape: &SupportFunction, palms: &[PalmPair], psi: &[f64]) -> Vec<DetectedJump> {
-        self.answer.jumps(shape, palms, psi)
+    fn jumps(&self, shape: &SupportFunction, log: &Log, psi: &[f64]) -> Vec<DetectedJump> {
+        self.answer.jumps(shape, log, psi)
     }
 }
 

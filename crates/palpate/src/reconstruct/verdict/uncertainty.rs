@@ -7,8 +7,8 @@ use crate::estimate::measurements::{Instant, Measurements};
 use crate::estimate::model::noise_from_log::angle_scatter_rad;
 use crate::estimate::solver::error_bars::ErrorBars;
 use crate::estimate::solver::gauss_newton::Fit;
+use crate::log::Log;
 use crate::mechanics::ContactMode;
-use crate::palms::PalmPair;
 use crate::reconstruct::result::calibration::{CalibrationEstimate, ConstantEstimate};
 use crate::reconstruct::result::friction::FrictionEstimate;
 use crate::reconstruct::result::inertia::InertiaEstimate;
@@ -37,8 +37,8 @@ pub(crate) trait Uncertainty {
     }
 
     /// The jumps of an object with this shape and motion, and whether the forces allow them.
-    fn jumps(&self, shape: &SupportFunction, palms: &[PalmPair], psi: &[f64]) -> Vec<DetectedJump> {
-        detect_jumps(shape, palms, psi)
+    fn jumps(&self, shape: &SupportFunction, log: &Log, psi: &[f64]) -> Vec<DetectedJump> {
+        detect_jumps(shape, log, psi)
     }
 }
 

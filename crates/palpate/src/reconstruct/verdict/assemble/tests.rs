@@ -1,6 +1,7 @@
 use super::*;
 use crate::estimate::coverage::LONGEST_SLIDE;
 use crate::log::Sample;
+use crate::palms::PalmPair;
 
 /// So many samples that saw both contacts, the palms at rest.
 fn measurements(count: usize) -> Measurements {
