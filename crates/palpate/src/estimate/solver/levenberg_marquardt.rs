@@ -60,7 +60,7 @@ pub(crate) fn minimise<P: LeastSquares>(
         let arrow = problem.arrow(&at.point);
         if fell_little {
             // A damped step falls little too where the valley is long and narrow.
-            if promised_fall(&arrow)? <= tolerance * at.cost.abs() {
+            if promised_fall(&arrow).is_none_or(|promised| promised <= tolerance * at.cost.abs()) {
                 break;
             }
             damping = LEAST_DAMPING;
@@ -125,7 +125,7 @@ fn lower<P: LeastSquares>(
     None
 }
 
-/// By how much the quadratic that the normal equations are falls to its minimum.
+/// By how much the quadratic that the normal equations are falls to its minimum. `None` where it has none.
 fn promised_fall(arrow: &Arrow) -> Option<f64> {
     let (dense, band) = arrow.eliminated(0.0)?.step(arrow);
     let of_band: f64 = arrow.band_gradient.iter().zip(&band).map(|(by, step)| by * step).sum();

@@ -277,6 +277,8 @@ impl<'a> Fitting<'a> {
     /// The same with the other samples taken back as far as the motion comes near them, and pieces so short that shorter ones change nothing.
     fn grown(&self, mut stage: Stage<'a>) -> Option<Stage<'a>> {
         let (mut halvings, mut idle, free) = (0, 0, self.inertia());
+        // The stage before halvings that gain nothing and settle nothing: pieces that are still too long for the motion do not either.
+        let mut before: Option<Stage<'a>> = None;
         for _ in 0..ROUNDS {
             let variances = stage.problem.variance_of_motion(&stage.optimum);
             let weights = self.within(TAKEN_BACK * stage.optimum.unknowns.coefficients[0], Some(&variances), &stage);
@@ -291,21 +293,27 @@ impl<'a> Fitting<'a> {
             let Optimum { unknowns, noise, .. } = &stage.optimum;
             let spline = finer.basis.resampled(&stage.problem.basis, &unknowns.spline)?;
             let start = Unknowns { spline, ..unknowns.clone() };
-            let there = finer.optimum(start, *noise, free, self.bounds, None)?;
-            let gains = there.noise.forces_m < FORCES_GAIN * noise.forces_m
-                || there.noise.sensor_m < CONTACTS_GAIN * noise.sensor_m;
+            // Pieces so short that not every one of them is determined.
+            let Some(there) = finer.optimum(start, *noise, free, self.bounds, None) else { break };
+            let reached = before.as_ref().unwrap_or(&stage).optimum.noise;
+            let gains = there.noise.forces_m < FORCES_GAIN * reached.forces_m
+                || there.noise.sensor_m < CONTACTS_GAIN * reached.sensor_m;
             let has_settled = finer.moved(&there, unknowns) <= SETTLED;
-            if !gains && !has_settled && noise.forces_m > AT_FLOOR * self.bounds.forces_m {
-                break;
-            }
             halvings += 1;
             idle += usize::from(!gains);
-            stage = Stage { problem: finer, pieces: 2 * stage.pieces, optimum: there, ..stage };
+            let shorter =
+                Stage { problem: finer, pieces: 2 * stage.pieces, weights: stage.weights.clone(), optimum: there };
+            let coarser = std::mem::replace(&mut stage, shorter);
+            if gains || has_settled || reached.forces_m <= AT_FLOOR * self.bounds.forces_m {
+                before = None;
+            } else {
+                before.get_or_insert(coarser);
+            }
             if !gains && has_settled {
                 break;
             }
         }
-        Some(stage)
+        (!stage.problem.work.is_spent()).then(|| before.unwrap_or(stage))
     }
 
     /// The same with the number of harmonics that the evidence asks for, where that is larger: contacts alone, of a motion that is free, ask for fewer. What
