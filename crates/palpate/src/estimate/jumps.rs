@@ -106,12 +106,9 @@ pub(crate) fn detect_jumps(shape: &SupportFunction, log: &Log, psi: &[f64]) -> V
         // The jump is the longest step of the ringing.
         let step = |i: usize| (psi[i] - psi[i - 1]).abs();
         let longest = (rest_before + 1..=rest_after).max_by(|a, b| step(*a).total_cmp(&step(*b))).unwrap_or(sample);
-        let steps = || (rest_before + 1..=rest_after).map(|i| (psi[i] - psi[i - 1], log.interval_s(i)));
-        let fastest = || whole.jump.fastest_swing_rad_per_s(shape);
-        if whole.physical
-            && whole.contains(step(longest))
-            && (!whole.jumped || whole.jump.swings_by(steps(), fastest()))
-        {
+        let steps = (rest_before + 1..=rest_after).map(|i| (psi[i] - psi[i - 1], log.interval_s(i)));
+        let is_driven = || !whole.jumped || whole.jump.swings_by(steps, whole.jump.fastest_swing_rad_per_s(shape));
+        if whole.physical && whole.contains(step(longest)) && is_driven() {
             jumps.extend(whole.jumped.then_some(DetectedJump { sample: longest, ..whole.jump }));
             settled = rest_after;
         } else {
