@@ -325,7 +325,8 @@ impl<'a> Reconstructor<'a> {
                 }
                 let explained = best.as_ref().is_some_and(|candidate| candidate.result.verdict.is_explained());
                 explained_one.set(explained);
-                if judged == 1 && !explained && !brief && !goes_on(Stage::FirstArrangement) {
+                let misses_readings = || best.as_ref().is_some_and(Candidate::misses_readings);
+                if judged == 1 && !explained && !brief && misses_readings() && !goes_on(Stage::FirstArrangement) {
                     return true;
                 }
                 (brief && judged >= JUDGED_BRIEFLY)

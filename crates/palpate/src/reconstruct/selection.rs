@@ -7,7 +7,7 @@ use super::search::initial_height::from_initial_heights;
 use super::search::schedule::Found;
 use crate::estimate::evidence::motion_prior::CERTAIN;
 use crate::estimate::measurements::Measurements;
-use crate::estimate::model::balance_tolerance::balance_is_missed;
+use crate::estimate::model::balance_tolerance::{INEXACT_BALANCE, balance_is_missed};
 use crate::estimate::model::noise::Noise;
 use crate::estimate::motion::{moved, same_motion};
 use crate::estimate::solver::gauss_newton::{Estimate, Fit, Smoother, StoppingCriteria};
@@ -54,6 +54,14 @@ impl Candidate {
     /// motion hardly does for a whole log. No other arrangement is searched for then.
     fn is_only_noisier(&self) -> bool {
         matches!(self.result.verdict.doubts[..], [Doubt::Misfit { .. }]) && self.result.chi2_per_dof <= NOISIER
+    }
+
+    /// Whether contacts or balance contradict it. Other forces, or readings that mean something else, would: a wrong arrangement of an object
+    /// that looks alike in several poses need not.
+    pub fn misses_readings(&self) -> bool {
+        let Reconstruction { sensor_sd_m, balance_sd_m, verdict, .. } = &self.result;
+        let is_of_readings = |doubt: &Doubt| matches!(doubt, Doubt::Misfit { .. } | Doubt::StrayReadings { .. });
+        *balance_sd_m > INEXACT_BALANCE * sensor_sd_m || verdict.doubts.iter().any(is_of_readings)
     }
 
     /// Compares by the posterior where nothing contradicts either result; else prefers the one without contradictions; else

@@ -80,7 +80,7 @@ pub(crate) struct Readings<'a> {
 pub(crate) enum Stage {
     /// The first way, that of most logs: few harmonics, and an equal trust in balance and contacts.
     FirstWay,
-    /// The first arrangement that was judged, under balance without friction.
+    /// The first arrangement that was judged, under balance without friction, and that misses contacts or balance.
     FirstArrangement,
     /// An equal trust in balance and contacts, with any number of harmonics.
     EqualTrust,

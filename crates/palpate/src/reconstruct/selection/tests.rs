@@ -50,6 +50,21 @@ fn an_explained_result_is_likelier_than_an_unexplained_one_whatever_else_they_sa
 }
 
 #[test]
+fn a_wrong_arrangement_alone_misses_neither_contacts_nor_balance() {
+    let unphysical = Doubt::UnphysicalJumps { time_s: 1.0, turn_rad: 2.0, jumps: 1 };
+    let misses_readings = |balance_share: f64, also: Option<Doubt>| {
+        let Candidate { result, posterior } = candidate(false, 0.0, 1.0, &[false]);
+        let verdict = Verdict::new([unphysical.clone()].into_iter().chain(also).collect());
+        let balance_sd_m = balance_share * result.sensor_sd_m;
+        Candidate { result: Reconstruction { verdict, balance_sd_m, ..result }, posterior }.misses_readings()
+    };
+    assert!(!misses_readings(0.99 * INEXACT_BALANCE, None) && misses_readings(1.01 * INEXACT_BALANCE, None));
+    let misfit = Doubt::Misfit { left_m: 3e-4, expected_m: 1e-4, stated: false };
+    let stray = Doubt::StrayReadings { typical_m: 1e-4, all_m: 4e-4 };
+    assert!(misses_readings(0.1, Some(misfit)) && misses_readings(0.1, Some(stray)));
+}
+
+#[test]
 fn of_two_explained_results_the_one_with_more_evidence_is_likelier() {
     let more = candidate(true, 101.0, 2.0, &[false]);
     let less = candidate(true, 100.0, 1.0, &[]);
