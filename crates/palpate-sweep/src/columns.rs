@@ -62,7 +62,7 @@ macro_rules! column {
 }
 
 /// All columns, in order; [`Row`] says what they mean.
-const COLUMNS: [Column; 42] = [
+const COLUMNS: [Column; 43] = [
     column!(Count, job),
     Column { name: "status", of: Of::Text(|row| row.status.name()) },
     column!(MaybeCount, seed),
@@ -101,6 +101,7 @@ const COLUMNS: [Column; 42] = [
     column!(Number, constants_inside_band),
     column!(Number, worst_constant_sds),
     column!(Number, com_error_sds),
+    column!(Number, friction_inside_band),
     column!(Number, worst_friction_error),
     column!(Number, worst_friction_sds),
     column!(Number, gyration_error_sds),

@@ -118,7 +118,8 @@ pub fn run(
         trial.tell();
     }
     if let Some(folder) = folders.keep {
-        for trial in trials.iter().filter(|trial| !trial.is_right() || !trial.row().certified || trial.is_wrong()) {
+        let is_worth_it = |trial: &&Trial| !trial.is_right() || !trial.row().certified || trial.is_wrong();
+        for trial in trials.iter().filter(|trial| trials.len() == 1 || is_worth_it(trial)) {
             keep(folder, &format!("{}.csv", trial.job.seed), trial.job.simulate()?)?;
         }
     }
@@ -189,6 +190,10 @@ fn row(name: &str, of: &[&Trial]) -> String {
             format!("{:.1} %", 100.0 * sds.iter().filter(|sds| **sds <= BAND_95_SDS).count() as f64 / count as f64)
         }
     };
+    let mean = |shares: &[f64]| match shares.len() {
+        0 => "–".to_owned(),
+        count => format!("{:.1} %", 100.0 * shares.iter().sum::<f64>() / count as f64),
+    };
     let mut seconds: Vec<f64> = of.iter().filter_map(|trial| trial.outcome.reconstruct_s).collect();
     seconds.sort_by(f64::total_cmp);
     format!(
@@ -201,7 +206,7 @@ fn row(name: &str, of: &[&Trial]) -> String {
         median(&told(|row| row.rms_com_m.map(|error| 1e3 * error)), 4),
         inside(&told(|row| row.com_error_sds)),
         median(&told(|row| row.worst_friction_error), 4),
-        inside(&told(|row| row.worst_friction_sds)),
+        mean(&told(|row| row.friction_inside_band)),
         inside(&told(|row| row.gyration_error_sds)),
         median(&seconds, 1),
         quantile(&seconds, 0.95).map_or_else(|| "–".to_owned(), |value| format!("{value:.1}")),

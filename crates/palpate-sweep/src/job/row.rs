@@ -82,7 +82,9 @@ pub struct Row {
     pub worst_constant_sds: Option<f64>,
     /// RMS error of the centre of mass along one axis (the mean of both) over its RMS standard deviation.
     pub com_error_sds: Option<f64>,
-    /// The larger error of the coefficients of friction, where any were found; and in their own standard deviations.
+    /// Share of the coefficients of friction whose true value lies in its 95 % band, where any were found.
+    pub friction_inside_band: Option<f64>,
+    /// The larger error of these coefficients; and in their own standard deviations.
     pub worst_friction_error: Option<f64>,
     /// See above.
     pub worst_friction_sds: Option<f64>,

@@ -190,6 +190,8 @@ pub(crate) fn tell_of_forces(row: &mut Row, found: &Reconstruction, truth: &True
             ((friction.coefficients[palm] - truth.friction[palm]) / friction.coefficient_sds[palm]).abs()
         });
         let errors = [0, 1].map(|palm: usize| (friction.coefficients[palm] - truth.friction[palm]).abs());
+        let inside = errors_sds.iter().filter(|error| **error <= BAND_95_SDS).count();
+        row.friction_inside_band = finite(inside as f64 / errors_sds.len() as f64);
         row.worst_friction_sds = finite(errors_sds.into_iter().fold(0.0, f64::max));
         row.worst_friction_error = finite(errors.into_iter().fold(0.0, f64::max));
     }

@@ -92,7 +92,7 @@ const GROWTH_OF_MEMORY: f64 = 1.5;
 const SHOWN_BY_MOTION: f64 = 1.5;
 
 /// Standard deviation of a palm angle in radians, estimated in the same way.
-pub(crate) fn angle_scatter_rad(measurements: &Measurements) -> f64 {
+fn angle_scatter_rad(measurements: &Measurements) -> f64 {
     angle_sd_rad(measurements, PALMS)
 }
 
@@ -156,6 +156,18 @@ pub(crate) fn angle_residual_m(measurements: &Measurements, coefficients: &[f64]
         count += [instant.weight1, instant.weight2].into_iter().filter(|weight| *weight > 0.0).count() as f64;
     }
     noise.sensor_m * (sum / f64::max(count, 1.0)).sqrt()
+}
+
+/// Standard deviation of a palm angle at an optimum, radians: what neighbouring samples show, but no more than what leaves in the contacts all that is left
+/// of them. Palms that turn far from one sample to the next look noisy, and are not.
+pub(crate) fn angle_sd_at_optimum_rad(
+    measurements: &Measurements,
+    coefficients: &[f64],
+    psi: &[f64],
+    noise: Noise,
+) -> f64 {
+    let would_leave_m = angle_residual_m(measurements, coefficients, psi, noise);
+    angle_scatter_rad(measurements) * (noise.sensor_m / would_leave_m).min(1.0)
 }
 
 /// No contact is taken to be more exact than this share of the mean radius: weights stay finite in an exact log.
@@ -453,7 +465,29 @@ mod tests {
             }
             let found_m = f64::sqrt(sum / count);
             assert!((found_m / expected_m - 1.0).abs() < 0.1, "{found_m} {expected_m}");
+            // Contacts that are left with that do not bound it, and those that are left with a tenth of it do.
+            let sd_with = |share: f64| {
+                let noise = Noise { sensor_m: share * expected_m, balance_m: 0.2 * share * expected_m };
+                angle_sd_at_optimum_rad(&measurements, &estimate.coefficients, &estimate.psi, noise)
+            };
+            // φ₁ + φ₂ is off by both.
+            let of_palms = 1.5_f64.sqrt() * angle_sd;
+            assert!((sd_with(1.01) / of_palms - 1.0).abs() < 0.1, "{} {of_palms}", sd_with(1.01));
+            assert!((sd_with(0.1) / (0.1 * of_palms) - 1.0).abs() < 0.1, "{} {of_palms}", sd_with(0.1));
         }
+    }
+
+    #[test]
+    fn palms_that_turn_far_between_samples_look_noisy_until_the_contacts_fit() {
+        let shape = NamedShape::Stone.shape(0.03).expect("a positive size");
+        let motion = PalmMotion::random(1, 10.0, 1.0).and_then(|motion| motion.sample(4.0)).expect("possible");
+        let run = simulate(&shape, &motion, &SimulateOptions::default()).expect("possible");
+        let psi: Vec<f64> = run.truth.motion.iter().map(|pose| pose.psi_rad).collect();
+        let measurements = Measurements::new(&run.log, None);
+        let looks_rad = angle_scatter_rad(&measurements);
+        let noise = Noise { sensor_m: 1e-5, balance_m: 1e-6 };
+        let is_rad = angle_sd_at_optimum_rad(&measurements, &shape.coefficients(), &psi, noise);
+        assert!(looks_rad > 1e-2 && is_rad < 1e-3, "{looks_rad} {is_rad}");
     }
 
     #[test]

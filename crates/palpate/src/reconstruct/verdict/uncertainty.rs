@@ -4,7 +4,7 @@ use crate::estimate::calibration::{CONSTANTS, CalibrationPosterior, Matrix, cons
 use crate::estimate::evidence::jump_prior::{excess, is_over_barrier, variance_by};
 use crate::estimate::jumps::{DetectedJump, detect_jumps};
 use crate::estimate::measurements::{Instant, Measurements};
-use crate::estimate::model::noise_from_log::angle_scatter_rad;
+use crate::estimate::model::noise_from_log::angle_sd_at_optimum_rad;
 use crate::estimate::solver::error_bars::ErrorBars;
 use crate::estimate::solver::gauss_newton::Fit;
 use crate::log::Log;
@@ -132,7 +132,9 @@ impl Uncertainty for OfBalance<'_> {
     fn error_bars(&self, felt: &[f64], inflation: f64) -> Option<Box<dyn PoseErrorBars + '_>> {
         let open = self.calibration.map(|(posterior, ..)| posterior.open_constants());
         let bars = ErrorBars::new(self.measurements, &self.fit, felt, inflation, open)?;
-        Some(Box::new(BalanceErrorBars { bars, of: self, angle_sd: angle_scatter_rad(self.measurements) }))
+        let Fit { estimate, noise, .. } = &self.fit;
+        let angle_sd = angle_sd_at_optimum_rad(self.measurements, &estimate.coefficients, &estimate.psi, *noise);
+        Some(Box::new(BalanceErrorBars { bars, of: self, angle_sd }))
     }
 
     fn of_rig(&self, inflation: f64) -> Option<FoundRig> {
