@@ -1,10 +1,10 @@
 //! The posterior of centre of mass and friction, given form and motion, as a sample (slice sampling, Neal 2003).
 //!
 //! Where a contact sticks the moment W − D (c_x cos ψ − c_y sin ψ) of [`strips`](super::strips) vanishes *somewhere* between the edges of its cone.
-//! Many such intervals confine what no equation tells: centre of mass and friction lie in a polytope, of which normal equations know nothing. Where a
-//! mode changes was found with the very friction that is asked for, so that the samples beside a change tell nothing here.
+//! Many such intervals confine what no equation tells: centre of mass and friction lie in a polytope, of which normal equations know nothing. Those
+//! beside a change of the modes tell nothing ([`is_beside_a_change`]).
 
-use super::regimes::Regime;
+use super::regimes::{Regime, is_beside_a_change};
 use super::strips::{CENTER_SD, FORM_ALLOWANCE, LEAST_FRICTION, ends, prior_of_friction, runs};
 use crate::estimate::measurements::Measurements;
 use crate::estimate::model::contact::contacts;
@@ -13,10 +13,6 @@ use nalgebra::{Matrix4, Vector4};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
-
-/// Samples on either side of a change of the contact modes that tell nothing: modes found with a friction that was off by six tenths had changed two samples
-/// early or late.
-const BESIDE_A_CHANGE: usize = 3;
 
 /// Draws of each round that only finds out how wide the posterior is, how many of these there are, and draws of the last one.
 const EXPLORING: (usize, usize) = (300, 6);
@@ -94,11 +90,8 @@ impl Posterior {
         let Given { measurements, coefficients, friction, psi, psi_sd, regimes } = given;
         let size_m = coefficients[0];
         let samples = measurements.instants.iter().zip(*psi).zip(psi_sd.iter().zip(*regimes));
-        let changes = |index: usize| {
-            let beside = index.saturating_sub(BESIDE_A_CHANGE)..(index + BESIDE_A_CHANGE + 1).min(regimes.len());
-            regimes[beside].iter().any(|other| other.place != regimes[index].place)
-        };
-        let steady = samples.enumerate().filter(|(index, _)| !changes(*index)).map(|(_, sample)| sample);
+        let steady = samples.enumerate().filter(|(index, _)| !is_beside_a_change(regimes, *index));
+        let steady = steady.map(|(_, sample)| sample);
         let seen = steady.filter(|((instant, _), _)| instant.both_seen());
         let interval = |((instant, psi), (psi_sd, regime)): ((&_, &f64), (&f64, &Regime))| {
             let at = contacts(instant, coefficients, *psi);

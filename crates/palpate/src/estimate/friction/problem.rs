@@ -4,7 +4,7 @@
 //! L_k = σ_k − ∫ v dθ: where it sticks, the contact moves as far over the palm as over the boundary. That holds over steps of any size.
 
 use super::normal_forces::NormalForces;
-use super::regimes::{Place, Regime};
+use super::regimes::{Place, Regime, is_beside_a_change};
 use super::strips::{LEAST_FRICTION, ends, nearest_end, prior_of_friction};
 use crate::estimate::calibration::{CONSTANTS, Vector, changed, constants_off};
 use crate::estimate::measurements::{Instant, Measurements};
@@ -53,9 +53,13 @@ pub(crate) struct Problem<'a> {
     pub prior: Prior,
     /// Coefficients of friction that are held where they are.
     held: Option<[f64; 2]>,
+    /// Whether intervals beside changes of the contact modes are left out.
+    steady_only: bool,
     convexity: Convexity,
     /// Signs of the slips at the ends between which the moment of each sample vanishes; `None` where the motion does not say.
     ends: Vec<Option<[[f64; 2]; 2]>>,
+    /// Whether what the forces of each sample miss counts.
+    forces_count: Vec<bool>,
     /// Weight of the forces of each sample.
     force_weights: Vec<f64>,
     /// Weight of the normal force that each pad measured; 0 where it measured none.
@@ -169,8 +173,10 @@ impl<'a> Problem<'a> {
             order,
             prior,
             held: None,
+            steady_only: false,
             convexity: Convexity::new(order, prior.size_m, NODES[0] * order + NODES[1]),
             ends: vec![None; weighted.len()],
+            forces_count: vec![true; weighted.len()],
             force_weights: vec![1.0; weighted.len()],
             pad_weights: log
                 .samples
@@ -190,6 +196,12 @@ impl<'a> Problem<'a> {
         self
     }
 
+    /// The same without the intervals beside changes of the contact modes: these find arrangement and modes, but push friction.
+    pub fn with_steady_intervals_only(mut self, steady_only: bool) -> Self {
+        self.steady_only = steady_only;
+        self
+    }
+
     /// By how much the coefficients of friction are off where they are held, in standard deviations.
     fn off_held(&self, friction: [f64; 2]) -> [f64; 2] {
         self.held.map_or([0.0; 2], |held| [0, 1].map(|palm| (friction[palm] - held[palm]) / HELD_SD))
@@ -204,6 +216,9 @@ impl<'a> Problem<'a> {
                 ends(instant, &boundary.at, &regimes[i])
             })
             .collect();
+        let is_silent = |index: usize| self.steady_only && is_beside_a_change(regimes, index);
+        let counts = |index: usize| self.slides_on_both(index) || !is_silent(index);
+        self.forces_count = (0..regimes.len()).map(counts).collect();
         self.rolls.clear();
         for i in 1..regimes.len() {
             let (from, to) = (regimes[i - 1].sticks(), regimes[i].sticks());
@@ -218,6 +233,11 @@ impl<'a> Problem<'a> {
         self.starts = starts.to_vec();
         self.runs = super::strips::runs(regimes);
         self
+    }
+
+    /// Whether a sample slides on both palms: its moment vanishes at the edges of both cones.
+    fn slides_on_both(&self, index: usize) -> bool {
+        self.ends[index].is_some_and(|[one, other]| one == other)
     }
 
     /// Number of unknowns that all samples share.
@@ -276,7 +296,8 @@ impl<'a> Problem<'a> {
                     let of = |signs: [f64; 2]| value(index, signs).2;
                     nearest_end((*ends)?, of).map(|signs| value(index, signs))
                 };
-                self.ends.iter().enumerate().filter_map(missed).collect()
+                let all = self.ends.iter().enumerate();
+                all.filter(|(index, _)| self.forces_count[*index]).filter_map(missed).collect()
             }
         };
         let mut pads_n = Vec::new();
@@ -517,7 +538,7 @@ impl<'a> Problem<'a> {
     /// Those of the residuals whose forces are at the edges of both cones: what else is missed is missed on one side alone, and tells less than
     /// its normal equations say.
     pub fn sliding(&self, here: &Residuals) -> Residuals {
-        let slides = |(index, ..): &&(usize, [f64; 2], f64)| self.ends[*index].is_some_and(|ends| ends[0] == ends[1]);
+        let slides = |(index, ..): &&(usize, [f64; 2], f64)| self.slides_on_both(*index);
         Residuals {
             contacts_m: here.contacts_m.clone(),
             rolls_m: here.rolls_m.clone(),
@@ -665,6 +686,33 @@ mod tests {
             within(&residuals.rolls_m, 1e-7);
             within(&residuals.forces_m.iter().map(|(.., value)| *value).collect::<Vec<_>>(), 1e-6);
         }
+    }
+
+    #[test]
+    fn what_sticks_beside_a_change_of_the_modes_does_not_push_the_cones_out() {
+        let run = sticky([0.1, 0.2]);
+        // Cones that are too narrow, so that many contacts that stick miss them.
+        let at = truth(&run, [0.05, 0.1]);
+        let rig = Rig::default();
+        let weighted = Measurements::new(&run.log, None);
+        let problem = Problem::new(&run.log, &rig, &weighted, 3, Prior::new(0.03, 0.015));
+        let corrected = problem.corrected(&at.calibration);
+        let regimes = regimes(&run, &truth(&run, [0.1, 0.2]), &corrected);
+        let missed = |steady_only: bool| {
+            let problem = Problem::new(&run.log, &rig, &weighted, 3, Prior::new(0.03, 0.015));
+            let problem = problem.with_steady_intervals_only(steady_only);
+            let problem = problem.with_regimes(&regimes, &[], &at, &corrected);
+            let missed = problem.residuals(&at, &corrected, None).forces_m;
+            [(true, true), (true, false), (false, true), (false, false)].map(|(slides, beside)| {
+                let is = |index: usize| {
+                    problem.slides_on_both(index) == slides && is_beside_a_change(&regimes, index) == beside
+                };
+                missed.iter().filter(|(index, ..)| is(*index)).count()
+            })
+        };
+        let (all, steady) = (missed(false), missed(true));
+        assert!(all.iter().all(|count| *count > 0), "{all:?}");
+        assert_eq!(steady, [all[0], all[1], 0, all[3]]);
     }
 
     #[test]

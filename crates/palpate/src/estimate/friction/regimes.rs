@@ -43,6 +43,17 @@ const NEAR: f64 = 0.05;
 /// Samples on either side that the rates are taken over at most.
 const LONGEST: usize = 40;
 
+/// Samples on either side of a change of the contact modes whose intervals tell nothing: modes found with a friction that was off by six tenths had
+/// changed two samples early or late.
+const BESIDE_A_CHANGE: usize = 3;
+
+/// Whether the contact modes change near a sample. Where they do was found with the very friction that is asked for, and a contact that is about to
+/// slide is at the edge of its cone: noise takes it beyond, and pushes the edge out.
+pub(crate) fn is_beside_a_change(regimes: &[Regime], index: usize) -> bool {
+    let beside = index.saturating_sub(BESIDE_A_CHANGE)..(index + BESIDE_A_CHANGE + 1).min(regimes.len());
+    regimes[beside].iter().any(|other| other.place != regimes[index].place)
+}
+
 /// The regimes of all samples. `psi_sd` is the standard deviation of ψ at each, of errors that samples do not share; at the samples `starts` a
 /// jump has just ended.
 pub(crate) fn regimes(measurements: &Measurements, psi: &[f64], psi_sd: &[f64], starts: &[usize]) -> Vec<Regime> {
@@ -125,6 +136,15 @@ mod tests {
         // Σ (x − x̄)² = 14/3.
         assert!((slope - 2.0).abs() < 1e-12 && (sd - 0.1 / (14.0_f64 / 3.0).sqrt()).abs() < 1e-12);
         assert_eq!(super::slope([(1.0, 2.0, 0.1); 3].into_iter()), None);
+    }
+
+    #[test]
+    fn modes_change_within_three_samples() {
+        let regime = |place| Regime { order: Some([0, 1]), place, sticks_on_both: false };
+        let regimes: Vec<Regime> =
+            (0..20).map(|index| regime(if index < 10 { Place::First } else { Place::Between })).collect();
+        let beside: Vec<usize> = (0..20).filter(|index| is_beside_a_change(&regimes, *index)).collect();
+        assert_eq!(beside, (7..13).collect::<Vec<_>>());
     }
 
     #[test]

@@ -139,6 +139,8 @@ struct Setting<'a> {
     bounds: Bounds,
     /// Samples at which a jump has just ended.
     starts: &'a [usize],
+    /// Whether intervals beside changes of the contact modes are left out.
+    steady_only: bool,
 }
 
 /// Where fit and contact modes come to.
@@ -194,6 +196,11 @@ impl Settled {
         ambiguity_rad
     }
 
+    /// Whether some sample slides on both palms: where none does, the modes follow from the very friction that they should tell.
+    fn slides_on_both(&self) -> bool {
+        self.regimes.iter().any(|regime| regime.place == Place::Between)
+    }
+
     /// Whether the contacts are explained.
     fn meets_contacts(&self, bounds: Bounds) -> bool {
         self.optimum.noise.sensor_m < bounds.sensor_m[1].max(FORCES_FLOOR * self.optimum.unknowns.coefficients[0])
@@ -227,7 +234,7 @@ impl<'a> Setting<'a> {
         };
         // What of it looks symmetric may be so without friction alone.
         let prior = Prior { origin_sd_m: CENTER_SD * size_m, symmetry: Symmetry::NONE, ..fit.prior };
-        Self { log, job, weighted, order: fit.order, prior, bounds, starts }
+        Self { log, job, weighted, order: fit.order, prior, bounds, starts, steady_only: false }
     }
 
     /// Noise that the first fit begins with.
@@ -418,7 +425,8 @@ impl<'a> Setting<'a> {
     }
 
     fn problem(&self) -> Problem<'a> {
-        Problem::new(self.log, &self.job.options.rig, self.weighted, self.order, self.prior)
+        let problem = Problem::new(self.log, &self.job.options.rig, self.weighted, self.order, self.prior);
+        problem.with_steady_intervals_only(self.steady_only)
     }
 
     /// The result, where friction explains the log.
@@ -429,7 +437,11 @@ impl<'a> Setting<'a> {
         let of = OfFriction { job: self.job, settled };
         let worth = of.rotations_worth();
         let (settled, others) = self.worth(worth, |setting| rotations::likeliest(setting, of.settled))?;
-        let mut candidate = self.judged(profile::profiled(self, settled))?;
+        let told = self.judged_by_steady_intervals(&settled).filter(Candidate::explains_forces);
+        let mut candidate = match told {
+            Some(candidate) => candidate,
+            None => self.judged(profile::profiled(self, settled))?,
+        };
         let result = &mut candidate.result;
         result.others = others.into_iter().filter_map(|other| Some(self.judged(other)?.result)).collect();
         result.alternatives = 1 + result.others.len();
@@ -439,14 +451,32 @@ impl<'a> Setting<'a> {
         Some(candidate)
     }
 
+    /// An optimum as a result without intervals beside changes of the contact modes, where what slides on both palms tells friction. They help to find it, and
+    /// noise that takes a contact about to slide beyond the edge of its cone pushes that edge out: coefficients were up to five standard deviations off.
+    fn judged_by_steady_intervals(&self, settled: &Settled) -> Option<Candidate> {
+        // What contradicts an arrangement does so near changes, too.
+        if !settled.slides_on_both() || !self.is_explained_by(settled) {
+            return None;
+        }
+        let setting = Setting { starts: &settled.starts, steady_only: true, ..*self };
+        let Optimum { unknowns, noise, .. } = &settled.optimum;
+        let steady = setting.settled((unknowns.clone(), settled.regimes.clone()), *noise, (ROUNDS, UPDATES))?;
+        setting.judged(profile::profiled(&setting, steady))
+    }
+
+    /// Whether it explains contacts, slip and forces.
+    fn is_explained_by(&self, settled: &Settled) -> bool {
+        // Standard deviations far below what is asked need not have settled.
+        let share = if settled.optimum.settled { EXPLAINED } else { FAR_BELOW * EXPLAINED };
+        settled.misses_at_most(self.bounds, share)
+    }
+
     /// An optimum as a result, with its doubts, where friction explains the log.
     fn judged(&self, settled: Settled) -> Option<Candidate> {
         if !settled.leaves_at_most(self.bounds, PLAUSIBLE) {
             return None;
         }
-        // Standard deviations far below what is asked need not have settled.
-        let share = if settled.optimum.settled { EXPLAINED } else { FAR_BELOW * EXPLAINED };
-        let explains = settled.misses_at_most(self.bounds, share);
+        let explains = self.is_explained_by(&settled);
         let mut candidate = OfFriction { job: self.job, settled }.candidate(self.order, self.prior)?;
         let passes = candidate.result.outline.iter().map(|point| point.touches);
         let is_told = passed_before(passes) >= ENOUGH_PASSED_BEFORE;

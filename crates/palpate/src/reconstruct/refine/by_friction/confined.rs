@@ -8,7 +8,6 @@ use super::Settled;
 use crate::estimate::coverage::{NODES, felt_nodes};
 use crate::estimate::friction::posterior::{Given, second_moments};
 use crate::estimate::friction::problem::{BESIDES_SHAPE, Unknowns, of_sample};
-use crate::estimate::friction::regimes::Place;
 use crate::estimate::friction::smoother::Optimum;
 use crate::estimate::model::layout::Layout;
 use crate::estimate::solver::posterior::Posterior;
@@ -26,11 +25,10 @@ impl Settled {
         }
     }
 
-    /// Linear functions of the dense unknowns, and the information on each that the equations lack. `None` where no sample slides on both palms: where
-    /// such modes change follows from the very friction that they should tell.
+    /// Linear functions of the dense unknowns, and the information on each that the equations lack. `None` where no sample slides on both palms.
     fn confined_axes(&self) -> Option<Vec<(DVector<f64>, f64)>> {
         let Optimum { unknowns, eliminated, corrected, inflation, .. } = &self.optimum;
-        if self.regimes.iter().all(|regime| regime.place != Place::Between) {
+        if !self.slides_on_both() {
             return None;
         }
         let [of_shape, dense] = [unknowns.coefficients.len(), eliminated.information().nrows()];

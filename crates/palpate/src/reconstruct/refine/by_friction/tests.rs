@@ -411,6 +411,27 @@ fn intervals_confine_friction_that_equations_do_not_tell() {
 }
 
 #[test]
+fn friction_is_told_without_the_intervals_beside_changes_where_it_slides() {
+    from_truth(|setting, mut settled| {
+        let friction = |candidate: Option<Candidate>| candidate.and_then(|found| found.result.friction);
+        let steady = friction(setting.judged_by_steady_intervals(&settled)).expect("told");
+        for palm in 0..2 {
+            let off = (steady.coefficients[palm] - FRICTION[palm]).abs();
+            assert!(off < 3.0 * steady.coefficient_sds[palm], "{steady:?}");
+        }
+        settled.regimes.iter_mut().filter(|regime| regime.place == Place::Between).for_each(|regime| {
+            regime.place = Place::Anywhere;
+        });
+        assert!(setting.judged_by_steady_intervals(&settled).is_none());
+    });
+    from_truth(|setting, settled| {
+        let steady = setting.judged_by_steady_intervals(&settled).and_then(|found| found.result.friction);
+        let found = setting.candidate(settled).and_then(|found| found.result.friction);
+        assert!(steady.is_some() && found.map(|of| of.coefficients) == steady.map(|of| of.coefficients));
+    });
+}
+
+#[test]
 fn where_nothing_slides_on_both_palms_intervals_tell_nothing_more() {
     from_truth(|_, settled| {
         let [before, after] = confined(settled, 0);
