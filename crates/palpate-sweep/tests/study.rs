@@ -90,7 +90,9 @@ fn samples_that_may_be_elsewhere_do_not_spoil_the_others() {
     let known = row.rms_r_m.zip(row.bound_r_m);
     assert!(known.is_some_and(|(error_m, bound_m)| error_m < 0.5 * bound_m), "{known:?}");
     assert!(row.rms_psi_rad.is_some_and(|rms| rms < 0.005), "{:?}", row.rms_psi_rad);
-    assert!(row.certified || row.reason.starts_with("the pose of 2 samples cannot be told"), "{}", row.reason);
+    // Its boundary is known to no more than the bound, and may be refused for that; for no other poses.
+    let allowed = ["the pose of 2 samples cannot be told", "parts of the felt boundary are known only to"];
+    assert!(row.certified || allowed.iter().any(|doubt| row.reason.starts_with(doubt)), "{}", row.reason);
 }
 
 /// An ellipse felt all around on an uncalibrated rig, with one jump: at the first tolerance that the search allows for the rig no arrangement explains the
