@@ -415,9 +415,8 @@ fn friction_is_told_without_the_intervals_beside_changes_where_it_slides() {
     from_truth(|setting, mut settled| {
         let friction = |candidate: Option<Candidate>| candidate.and_then(|found| found.result.friction);
         let steady = friction(setting.judged_by_steady_intervals(&settled)).expect("told");
-        for palm in 0..2 {
-            let off = (steady.coefficients[palm] - FRICTION[palm]).abs();
-            assert!(off < 3.0 * steady.coefficient_sds[palm], "{steady:?}");
+        for ((found, sd), truth) in steady.coefficients.iter().zip(steady.coefficient_sds).zip(FRICTION) {
+            assert!((found - truth).abs() < 3.0 * sd, "{steady:?}");
         }
         settled.regimes.iter_mut().filter(|regime| regime.place == Place::Between).for_each(|regime| {
             regime.place = Place::Anywhere;
