@@ -42,20 +42,19 @@ impl<'a> AtRest<'a> {
 
     /// A certified result of it with the error bars of a mixture, where it is held convex, or the log does not check what it tells or tells it roughly.
     pub fn widened(&self, result: Candidate) -> Candidate {
+        if !result.result.is_certified() {
+            return result;
+        }
         let Fit { estimate, .. } = &self.refined.fine;
-        let mut candidate = result;
-        if candidate.result.is_certified()
-            && is_held_convex(&estimate.coefficients)
-            && let Some(richer) = self.job.with_more_harmonics(self.refined)
-        {
-            let richer = OtherModel::new(1.0, None, [estimate, &richer], &self.job.palms());
-            candidate = self.mixed(vec![richer]).unwrap_or(candidate);
-        }
-        let is_gaussian = |result: &Reconstruction| is_checked(result) && is_precise(result);
-        if candidate.result.is_certified() && !is_gaussian(&candidate.result) {
-            candidate = self.among_others().unwrap_or(candidate);
-        }
-        candidate
+        let held = is_held_convex(&estimate.coefficients);
+        let richer = if held { self.job.with_more_harmonics(self.refined) } else { None };
+        let richer = richer.map(|richer| OtherModel::new(1.0, None, [estimate, &richer], &self.job.palms()));
+        let widened = if !is_checked(&result.result) || !is_precise(&result.result) {
+            self.among_others(richer)
+        } else {
+            richer.and_then(|richer| self.mixed(vec![richer]))
+        };
+        widened.unwrap_or(result)
     }
 
     fn uncertainty(&self) -> OfBalance<'_> {
@@ -76,8 +75,8 @@ impl<'a> AtRest<'a> {
         self.assembled(&Mixture { answer: &self.uncertainty(), shape, others })
     }
 
-    /// The result with the error bars of a mixture with other models of the log. `None` where they leave nothing to assemble.
-    fn among_others(&self) -> Option<Candidate> {
+    /// The result with the error bars of a mixture with other models of the log, and one that is known already. `None` where they leave nothing to assemble.
+    fn among_others(&self, also: Option<OtherModel>) -> Option<Candidate> {
         let Refined { measurements, fine, .. } = self.refined;
         let palms = self.job.palms();
         let OtherModels { fits, linear } = other_models(measurements, fine)?;
@@ -89,7 +88,7 @@ impl<'a> AtRest<'a> {
             .iter()
             .map(|(weight, of)| OtherModel::new(*weight, Some(of), [&fine.estimate, &of.fit.estimate], &palms));
         let known = OtherModel::new(-1.0, None, [&fine.estimate, &linear], &palms);
-        self.mixed(others.chain([known]).collect())
+        self.mixed(others.chain([known]).chain(also).collect())
     }
 }
 
