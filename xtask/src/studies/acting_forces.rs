@@ -184,16 +184,12 @@ fn row(name: &str, of: &[&Trial]) -> String {
     let median = |values: &[f64], digits: usize| {
         quantile(values, 0.5).map_or_else(|| "–".to_owned(), |value| format!("{value:.digits$}"))
     };
-    let inside = |sds: &[f64]| match sds.len() {
-        0 => "–".to_owned(),
-        count => {
-            format!("{:.1} %", 100.0 * sds.iter().filter(|sds| **sds <= BAND_95_SDS).count() as f64 / count as f64)
-        }
-    };
     let mean = |shares: &[f64]| match shares.len() {
         0 => "–".to_owned(),
         count => format!("{:.1} %", 100.0 * shares.iter().sum::<f64>() / count as f64),
     };
+    let inside =
+        |sds: &[f64]| mean(&sds.iter().map(|sds| f64::from(u8::from(*sds <= BAND_95_SDS))).collect::<Vec<_>>());
     let mut seconds: Vec<f64> = of.iter().filter_map(|trial| trial.outcome.reconstruct_s).collect();
     seconds.sort_by(f64::total_cmp);
     format!(
