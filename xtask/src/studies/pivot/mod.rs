@@ -8,6 +8,7 @@ mod mujoco;
 use std::f64::consts::TAU;
 use std::num::NonZero;
 use std::panic::catch_unwind;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
@@ -44,6 +45,9 @@ pub struct Arguments {
     /// Print a line for each trial that was not right or not certified
     #[arg(long)]
     verbose: bool,
+    /// Keep the logs (and truths) of such trials, or of the only one, in this folder
+    #[arg(long, value_name = "DIR")]
+    keep: Option<PathBuf>,
     #[command(flatten)]
     write: Write,
 }
@@ -212,6 +216,16 @@ impl Trial {
         self.is_certified() && !self.is_right() && beyond
     }
 
+    /// Writes the log and its truth into a folder, which is made where it is not there.
+    fn keep(&self, folder: &Path, rig: &PivotRig, simulation: &PivotSimulation) -> anyhow::Result<()> {
+        std::fs::create_dir_all(folder)?;
+        let path = folder.join(format!("{}.csv", self.seed));
+        let metadata = [("object", self.name.clone()), ("rig", palpate_io::pivot_rig_comment(rig))];
+        palpate_io::write_strokes(&path, &simulation.log, &metadata)?;
+        palpate_io::write_truth(&palpate_io::truth_dir_of(&path), &simulation.truth)?;
+        Ok(())
+    }
+
     fn tell(&self) {
         let (r_mm, psi_deg, felt, why) = match &self.found {
             Ok((found, errors)) => {
@@ -270,16 +284,22 @@ fn table(arguments: &Arguments) -> anyhow::Result<String> {
     };
     let trials: Vec<Trial> = pool.install(|| {
         let one = |(drawn, simulation): (Drawn, PivotSimulation)| {
+            let rig = drawn.rig;
             // Each trial on one thread, so that its seconds are its own.
             let trial = trial(drawn, &simulation);
+            if let Some(folder) = &arguments.keep
+                && (seeds.len() == 1 || !(trial.is_right() && trial.is_certified()))
+            {
+                trial.keep(folder, &rig, &simulation)?;
+            }
             let done = 1 + done.fetch_add(1, Ordering::Relaxed);
             if done.is_multiple_of(50) {
                 eprintln!("{done} of {} trials", seeds.len());
             }
-            trial
+            Ok(trial)
         };
-        simulated.into_par_iter().map(one).collect()
-    });
+        simulated.into_par_iter().map(one).collect::<anyhow::Result<_>>()
+    })?;
     anyhow::ensure!(!trials.is_empty(), "no trial could be simulated");
     for trial in trials.iter().filter(|trial| {
         trial.panicked || trial.is_wrong() || (arguments.verbose && !(trial.is_right() && trial.is_certified()))
