@@ -1,6 +1,7 @@
 //! Noise, spread of the harmonics and their number by the evidence: variance components (noise by what the residuals leave over their
 //! redundancy, after Förstner, *Zur Schätzung von Varianzkomponenten*, 1979) and Laplace's approximation.
 
+use crate::pivot::motion_between::LEAST_SD_RAD;
 use crate::pivot::smoother::{Noise, Optimum, Problem, State, across, prior_sds};
 
 /// Numbers of harmonics that are tried, in this order.
@@ -25,6 +26,15 @@ const SETTLED: f64 = 0.01;
 /// Until then an optimum is sought to where a step lowers the cost by so little, in units of half a χ²: a fifth of a standard deviation, which moves the
 /// noise by far less than a round does.
 const ROUGHLY_SETTLED: f64 = 0.02;
+
+/// Rounds of the scale of the motion between readings, ...
+const SCALE_ROUNDS: usize = 20;
+
+/// ... which has settled when it would change by less than this share: a motion of 1000 readings costs half a nat less there at most.
+const SETTLED_SCALE: f64 = 0.05;
+
+/// Steps of the scale in one direction are stretched, twice as much each, up to this.
+const MOST_STRETCH: f64 = 4.0;
 
 /// No reading is more exact than this share of the object's size: rounding of what is measured.
 pub(super) const LEAST_NOISE: f64 = 1e-9;
@@ -106,6 +116,30 @@ fn fit_above(mut problem: Problem, start: State, stated: Stated, least: f64) -> 
         optimum,
         log_evidence,
     })
+}
+
+/// The optimum where what is believed of the motion between readings has its most likely scale, from a fit whose noise, spread and number of harmonics
+/// stay: motions are held against each other by what each can be, and not by how far its scale has come.
+pub(super) fn at_likeliest_scale(problem: Problem, fit: Fit) -> Option<Fit> {
+    let mut problem = fit.like(problem);
+    let mut optimum = problem.solve(fit.optimum.state)?;
+    let (mut stretch, mut last_step) = (1.0, 0.0);
+    for _ in 0..SCALE_ROUNDS {
+        let (Some((between, sd_rad)), Some((factor, _))) = (problem.between, &optimum.linear.joined) else { break };
+        let likeliest_rad = between.scale_rad(&optimum.state.theta_rad, sd_rad, &factor.inverse_in_band());
+        let step = (likeliest_rad / sd_rad).ln();
+        if step.abs() < SETTLED_SCALE {
+            break;
+        }
+        // Angles that readings hardly tell follow the scale, which comes to its place slowly then.
+        stretch = if step * last_step > 0.0 { f64::min(2.0 * stretch, MOST_STRETCH) } else { 1.0 };
+        last_step = step;
+        problem.between = Some((between, (sd_rad * (stretch * step).exp()).max(LEAST_SD_RAD)));
+        optimum = problem.solve_to(optimum.state, ROUGHLY_SETTLED)?;
+    }
+    let optimum = problem.solve(optimum.state)?;
+    let log_evidence = log_evidence(&problem, &optimum)?;
+    Some(Fit { optimum, log_evidence, between_rad: problem.between.map(|(_, sd_rad)| sd_rad), ..fit })
 }
 
 /// The optimum with as many harmonics as the evidence likes best, and one step more, so that the error bars include harmonics that were not resolved:

@@ -45,6 +45,7 @@
 #![allow(clippy::neg_cmp_op_on_partial_ord, reason = "what is not a number is beyond every limit")]
 
 mod association;
+mod beside_leaps;
 mod calibration;
 mod center_of_mass;
 mod closed_form;

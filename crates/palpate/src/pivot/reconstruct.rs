@@ -6,6 +6,7 @@ use std::ops::Range;
 use crate::estimate::coverage::{LONGEST_SLIDE, NODES, touches};
 use crate::math::angle::{mean_direction, wrapped};
 use crate::math::statistics::{median, root_mean_square, typical_sd};
+use crate::pivot::beside_leaps::are_open;
 use crate::pivot::calibration::{Reading, TOLD};
 use crate::pivot::center_of_mass::{self, FirstContact};
 use crate::pivot::closed_form::Stretch;
@@ -22,7 +23,7 @@ use crate::pivot::rig::PivotRig;
 use crate::pivot::rivals::{Rivals, Whole};
 use crate::pivot::search::{Arrangement, SEARCH_ORDER, Segments, same, search_noise, shape_given_angles};
 use crate::pivot::segments::{LIFTED_SAMPLES, segments};
-use crate::pivot::smoother::{Noise, Optimum, Problem, State};
+use crate::pivot::smoother::{Noise, Optimum, Problem, State, across, curve_row};
 use crate::pivot::thinning::Thinning;
 use crate::pivot::verdict::{Findings, MODEL_ALLOWANCE, PivotDoubt, RIVAL_NATS};
 use crate::reconstruct::OutlinePoint;
@@ -286,10 +287,8 @@ impl<'a> Prepared<'a> {
                 None => choose_order(&alone, state, self.stated()),
             }?;
             let between = Fit { between_rad: decided.between_rad, ..by_readings };
-            let joined = between.like(problem.clone());
-            let optimum = joined.solve(between.optimum.state)?;
-            let log_evidence = evidence::log_evidence(&joined, &optimum)? - prior.cost(&optimum.state.theta_rad);
-            Some(Fit { optimum, log_evidence, ..between })
+            let fit = evidence::at_likeliest_scale(problem.clone(), between)?;
+            Some(Fit { log_evidence: fit.log_evidence - prior.cost(&fit.optimum.state.theta_rad), ..fit })
         };
         let whole = |fit: &Fit| fit.like(problem.clone());
         if let Some(Found { fit, .. }) = explained {
@@ -415,18 +414,26 @@ impl<'a> Prepared<'a> {
         if !astray {
             return None;
         }
-        let covariance = linear.factorised(&state.coefficients, 0.0)?.inverse();
-        let order = fit.order;
-        let variance = |theta: f64, [r_share, d_share]: [f64; 2]| {
-            let row = crate::pivot::smoother::curve_row(theta, order, [r_share / noise.r_m, d_share / noise.d_m]);
-            let part = covariance.view((0, 0), (2 * order + 1, 2 * order + 1));
-            (part * &row).dot(&row).max(0.0)
-        };
+        let variance = curve_variance(fit, noise)?;
         let errors = self.options.rig.calibration.with_told(state.told);
         let measured: Vec<[f64; 2]> =
             readings.iter().map(|reading| reading.measured(&errors)).map(|m| [m.r_m, m.d_m]).collect();
         let ranges = self.ranges_of_used();
         Some(State { theta_rad: decoded(state, &measured, &ranges, noise, variance), ..state.clone() })
+    }
+
+    /// Which of the readings may as well be on the other side of a leap.
+    fn open_samples(&self, problem: &Problem, fit: &Fit) -> Option<Vec<bool>> {
+        let state = &fit.optimum.state;
+        let own = Problem { between: None, ..problem.clone() };
+        let variance = curve_variance(fit, fit.noise)?;
+        let cost = |sample: usize, theta_rad: f64| {
+            let (nats, theta_rad) = own.settled(state, sample, theta_rad);
+            let contact = crate::estimate::model::contact::support(&state.coefficients, theta_rad);
+            let share = across([-contact.d / fit.noise.r_m, (contact.r - contact.v) / fit.noise.d_m]);
+            (nats / (1.0 + variance(theta_rad, share)), theta_rad)
+        };
+        Some(are_open(&self.ranges_of_used(), &state.theta_rad, &cost))
     }
 
     /// Whether the object hung free before a sample: it was lifted from the pad, and so high that it could turn as it liked. One that tips over, or
@@ -480,6 +487,7 @@ impl<'a> Prepared<'a> {
         let first_rad = *state.theta_rad.first()?;
         // ψ = 0 at the first contact.
         let turn_rad = tilt_rad - FRAC_PI_2 - first_rad;
+        let open = self.open_samples(problem, fit)?;
         let shape = SupportFunction::from_coefficients(&state.coefficients).rotated(turn_rad);
         if shape.has_nonfinite() {
             return None;
@@ -487,8 +495,12 @@ impl<'a> Prepared<'a> {
         let paths: Vec<Vec<f64>> = self
             .ranges_of_used()
             .into_iter()
-            .flat_map(|range| state.theta_rad[range].chunk_by(|a, b| (b - a).abs() <= LONGEST_SLIDE))
-            .map(|path| path.iter().map(|theta| theta + turn_rad).collect())
+            .flat_map(|range| {
+                let placed: Vec<f64> =
+                    range.filter(|&place| !open[place]).map(|place| state.theta_rad[place] + turn_rad).collect();
+                let slides = placed.chunk_by(|a, b| (b - a).abs() <= LONGEST_SLIDE);
+                slides.map(<[f64]>::to_vec).collect::<Vec<Vec<f64>>>()
+            })
             .collect();
         let counts = touches(&paths);
         let felt: Vec<usize> = (0..NODES).filter(|&node| counts[node] > 0).collect();
@@ -512,7 +524,7 @@ impl<'a> Prepared<'a> {
                 }
             })
             .collect();
-        let motion = self.motion(problem, fit, &bars, turn_rad, tilt_rad);
+        let motion = self.motion(problem, fit, (&bars, &open), turn_rad, tilt_rad);
         let theta_sd_rad = root_mean_square(&bars.theta_sd_rad);
         let r_sd_m = root_mean_square(&felt.iter().map(|&node| outline[node].r_sd_m).collect::<Vec<f64>>());
         let (chi2_per_dof, dof) = self.chi2_per_dof(fit.noise, &fit.optimum);
@@ -549,7 +561,7 @@ impl<'a> Prepared<'a> {
             leaps,
             other_starts: prior.other_starts(&state.theta_rad),
             rig_off_sds,
-            left_out: 1.0 - linear.told.residuals.len() as f64 / self.readings.len() as f64,
+            left_out: 1.0 - open.iter().filter(|open| !**open).count() as f64 / self.readings.len() as f64,
         };
         let mut told_sd = rig.tolerances.told();
         for (place, &(constant, _)) in problem.open.iter().enumerate() {
@@ -585,7 +597,14 @@ impl<'a> Prepared<'a> {
     }
 
     /// One pose per sample of the log.
-    fn motion(&self, problem: &Problem, fit: &Fit, bars: &ErrorBars, turn_rad: f64, tilt_rad: f64) -> Vec<PivotPose> {
+    fn motion(
+        &self,
+        problem: &Problem,
+        fit: &Fit,
+        (bars, open): (&ErrorBars, &[bool]),
+        turn_rad: f64,
+        tilt_rad: f64,
+    ) -> Vec<PivotPose> {
         let mut motion: Vec<PivotPose> = self
             .log
             .samples
@@ -603,12 +622,12 @@ impl<'a> Prepared<'a> {
             })
             .collect();
         let state = &fit.optimum.state;
-        let mut place = 0;
+        let mut first = 0;
         for (segment, range) in self.ranges.iter().enumerate() {
             // Whole turns do not count: each segment begins within half a turn of the first.
-            let begins = state.theta_rad[place] + turn_rad - (tilt_rad - FRAC_PI_2);
+            let begins = state.theta_rad[first] + turn_rad - (tilt_rad - FRAC_PI_2);
             let whole = wrapped(begins) - begins;
-            for index in range.clone() {
+            for (place, index) in (first..).zip(range.clone()).filter(|(place, _)| !open[*place]) {
                 let pose = &mut motion[self.samples[index]];
                 let theta = state.theta_rad[place] + turn_rad + whole;
                 let [r, d] = fit.optimum.linear.told.residuals[place];
@@ -618,8 +637,8 @@ impl<'a> Prepared<'a> {
                 pose.segment = Some(segment as u32);
                 pose.height_residual_m = Some(-r * problem.noise.r_m);
                 pose.offset_residual_m = Some(-d * problem.noise.d_m);
-                place += 1;
             }
+            first += range.len();
         }
         motion
     }
@@ -637,6 +656,19 @@ impl<'a> Prepared<'a> {
         }
         first
     }
+}
+
+/// The variance of shares of the residuals of r and of d, over this noise, as far as they are those of the shape: at an angle.
+fn curve_variance(fit: &Fit, noise: Noise) -> Option<impl Fn(f64, [f64; 2]) -> f64> {
+    let Optimum { state, linear, .. } = &fit.optimum;
+    let covariance = linear.factorised(&state.coefficients, 0.0)?.inverse();
+    let order = fit.order;
+    let unknowns = 2 * order + 1;
+    let of_shape = covariance.view((0, 0), (unknowns, unknowns)).into_owned();
+    Some(move |theta_rad: f64, [r_share, d_share]: [f64; 2]| {
+        let row = curve_row(theta_rad, order, [r_share / noise.r_m, d_share / noise.d_m]);
+        (&of_shape * &row).dot(&row).max(0.0)
+    })
 }
 
 /// What a fit comes to: the motion between readings is believed loosely only, in its final shape too. Believed as it was fitted it would bend the shape
