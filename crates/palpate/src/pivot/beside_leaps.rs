@@ -5,8 +5,11 @@ use std::ops::Range;
 
 use crate::pivot::verdict::RIVAL_NATS;
 
-/// Longer steps from one sample to the next are leaps, radians; the other side of one is where the contact would go on to, this far off at most.
+/// Longer steps from one sample to the next are leaps, radians; the other side of one is where the contact would go on to, this far off at most, ...
 const LEAP_RAD: f64 = 0.15;
+
+/// ... or so many of the step by which it came: an object that is about to tip over turns faster and faster.
+const FASTER_TIMES: f64 = 2.0;
 
 /// Samples on either side of a leap that are asked: an object tips over within one or two of them.
 const MOST_OPEN: usize = 4;
@@ -50,7 +53,8 @@ fn taken_over(
         let (there, there_rad) = cost(sample, expected_rad);
         more += there - cost(sample, theta_rad[sample]).0;
         let is_itself = (there_rad - theta_rad[sample]).abs() < LEAP_RAD;
-        if is_itself || (there_rad - expected_rad).abs() > LEAP_RAD || more > RIVAL_NATS {
+        let reach_rad = LEAP_RAD.max(FASTER_TIMES * step_rad.abs());
+        if is_itself || (there_rad - expected_rad).abs() > reach_rad || more > RIVAL_NATS {
             break;
         }
         taken.push(sample);
@@ -99,11 +103,13 @@ mod tests {
         };
         assert!(of(1.01 * LEAP_RAD) && !of(0.99 * LEAP_RAD));
         // Elsewhere than where the contact would go on to there is no other side.
-        let off = |off_rad: f64| {
-            let theta_rad = [0.0, 0.0, 1.0, 1.0];
+        let off = |off_rad: f64, step_rad: f64| {
+            let theta_rad = [-step_rad, 0.0, 1.0, 1.0];
             let cost = |at: usize, angle: f64| (0.0, if angle == theta_rad[at] { angle } else { angle + off_rad });
             are_open(std::slice::from_ref(&(0..4)), &theta_rad, &cost).contains(&true)
         };
-        assert!(off(0.99 * LEAP_RAD) && !off(1.01 * LEAP_RAD));
+        assert!(off(0.99 * LEAP_RAD, 0.0) && !off(1.01 * LEAP_RAD, 0.0));
+        // Unless it came there fast, and goes on faster.
+        assert!(off(0.99 * FASTER_TIMES * 0.1, 0.1) && !off(1.01 * FASTER_TIMES * 0.1, 0.1));
     }
 }

@@ -6,7 +6,6 @@ use std::f64::consts::TAU;
 use std::ops::Range;
 
 use crate::estimate::model::contact::support;
-use crate::pivot::motion_prior::LEAP_NATS;
 use crate::pivot::smoother::{Noise, State, across};
 use crate::shape::ContactSupport;
 
@@ -91,10 +90,11 @@ impl Table {
     }
 }
 
-/// The contact angles of all readings, segment by segment; continuous within one but for leaps. `variance_across` is as of [`Table::new`].
+/// The contact angles of the readings of some segments; continuous within one but for leaps, which cost so many nats up to each reading. `variance_across`
+/// is as of [`Table::new`].
 pub(super) fn decoded(
     state: &State,
-    measured: &[[f64; 2]],
+    (measured, leap_nats): (&[[f64; 2]], &dyn Fn(usize) -> f64),
     segments: &[Range<usize>],
     noise: Noise,
     variance_across: impl Fn(f64, [f64; 2]) -> f64,
@@ -102,7 +102,7 @@ pub(super) fn decoded(
     let table = Table::new(&state.coefficients, noise, variance_across);
     let mut theta = Vec::with_capacity(measured.len());
     for range in segments {
-        theta.extend(path(&table, &measured[range.clone()]));
+        theta.extend(path(&table, &measured[range.clone()], range.clone().map(leap_nats)));
     }
     theta
 }
@@ -142,11 +142,11 @@ impl Default for Forward {
 }
 
 impl Forward {
-    /// Takes the next reading in, and says from which angle the cheapest path to each comes.
-    pub fn push(&mut self, table: &Table, reading: [f64; 2]) -> Vec<u16> {
+    /// Takes the next reading in, up to which a leap costs so much, and says from which angle the cheapest path to each comes.
+    pub fn push(&mut self, table: &Table, reading: [f64; 2], leap_nats: f64) -> Vec<u16> {
         let mut from: Vec<u16> = (0..GRID as u16).collect();
         if self.is_begun {
-            self.step(&mut from);
+            self.step(&mut from, leap_nats);
         }
         self.is_begun = true;
         let nodes = self.costs.iter_mut().zip(&table.nodes);
@@ -155,7 +155,7 @@ impl Forward {
     }
 
     /// The least of cost + distance, around the circle both ways, and of a leap from anywhere.
-    fn step(&mut self, from: &mut [u16]) {
+    fn step(&mut self, from: &mut [u16], leap_nats: f64) {
         let per_node = TAU / GRID as f64 / STEP_RAD;
         let costs = &mut self.costs;
         for pass in 0..2 * GRID {
@@ -167,7 +167,7 @@ impl Forward {
             relax(costs, from, node, before, per_node);
         }
         let least = (0..GRID).min_by(|&a, &b| costs[a].total_cmp(&costs[b])).unwrap_or(0);
-        let (leapt, origin) = (costs[least] + LEAP_NATS, from[least]);
+        let (leapt, origin) = (costs[least] + leap_nats, from[least]);
         for node in 0..GRID {
             if leapt < costs[node] {
                 (costs[node], from[node]) = (leapt, origin);
@@ -194,9 +194,10 @@ impl Forward {
 }
 
 /// The cheapest path of one segment.
-fn path(table: &Table, measured: &[[f64; 2]]) -> Vec<f64> {
+fn path(table: &Table, measured: &[[f64; 2]], leap_nats: impl Iterator<Item = f64>) -> Vec<f64> {
     let mut forward = Forward::default();
-    let came_from: Vec<Vec<u16>> = measured.iter().map(|reading| forward.push(table, *reading)).collect();
+    let came_from: Vec<Vec<u16>> =
+        measured.iter().zip(leap_nats).map(|(reading, nats)| forward.push(table, *reading, nats)).collect();
     let mut node = forward.cheapest();
     let mut nodes = vec![0; measured.len()];
     for index in (0..measured.len()).rev() {
@@ -233,6 +234,7 @@ impl Forward {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::pivot::motion_prior::LEAP_NATS;
 
     /// The path is no more than a start: its node is chosen by noise, or lags behind.
     #[test]
@@ -267,7 +269,7 @@ mod tests {
             })
             .collect();
         let state = State { coefficients, told: [0.0; 3], theta_rad: Vec::new() };
-        let found = decoded(&state, &measured, std::slice::from_ref(&(0..200)), noise, |_, _| 0.0);
+        let found = decoded(&state, (&measured, &|_| LEAP_NATS), std::slice::from_ref(&(0..200)), noise, |_, _| 0.0);
         for (found, theta) in found.iter().zip(&theta) {
             assert!(crate::math::angle::wrapped(found - theta).abs() < 0.02, "{found} {theta}");
         }
@@ -281,7 +283,7 @@ mod tests {
             (0..60).map(|i| support(&coefficients, 1.0 + 0.02 * f64::from(i))).map(|at| [at.r, at.d]).collect();
         measured[30][1] += 5e-3;
         let state = State { coefficients, told: [0.0; 3], theta_rad: Vec::new() };
-        let found = decoded(&state, &measured, std::slice::from_ref(&(0..60)), noise, |_, _| 0.0);
+        let found = decoded(&state, (&measured, &|_| LEAP_NATS), std::slice::from_ref(&(0..60)), noise, |_, _| 0.0);
         for index in (0..60).filter(|index| *index != 30) {
             assert!((found[index] - 1.0 - 0.02 * index as f64).abs() < 0.02);
         }

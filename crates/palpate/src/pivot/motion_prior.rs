@@ -90,8 +90,13 @@ pub(super) struct MotionPrior {
 impl MotionPrior {
     /// −ln of the prior of a motion, up to a constant.
     pub fn cost(&self, theta_rad: &[f64]) -> f64 {
-        let of_leap = |index: usize| if self.lifted[index] { LIFTED_LEAP_NATS } else { LEAP_NATS };
-        self.leaps(theta_rad).map(of_leap).sum::<f64>() + OTHER_START_NATS * self.other_starts(theta_rad) as f64
+        self.leaps(theta_rad).map(|index| self.leap_nats(index)).sum::<f64>()
+            + OTHER_START_NATS * self.other_starts(theta_rad) as f64
+    }
+
+    /// What a leap up to a sample costs.
+    pub fn leap_nats(&self, index: usize) -> f64 {
+        if self.lifted[index] { LIFTED_LEAP_NATS } else { LEAP_NATS }
     }
 
     /// The samples at which the contact arrives by a leap that nothing explains: the object is not lifted.

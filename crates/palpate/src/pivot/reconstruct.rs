@@ -22,7 +22,7 @@ use crate::pivot::result::{PivotPose, PivotReconstruction};
 use crate::pivot::rig::PivotRig;
 use crate::pivot::rivals::{Rivals, Whole};
 use crate::pivot::search::{Arrangement, SEARCH_ORDER, Segments, same, search_noise, shape_given_angles};
-use crate::pivot::segments::{LIFTED_SAMPLES, segments};
+use crate::pivot::segments::{Cuts, LIFTED_SAMPLES, segments};
 use crate::pivot::smoother::{Noise, Optimum, Problem, State, across, curve_row};
 use crate::pivot::thinning::Thinning;
 use crate::pivot::verdict::{Findings, MODEL_ALLOWANCE, PivotDoubt, RIVAL_NATS};
@@ -39,10 +39,13 @@ const CROSSINGS: [(f64, bool); 4] = [(1.0, true), (1.0, false), (2.0, true), (0.
 const ALWAYS_TRIED: usize = 2;
 
 /// Contact angles are decoded anew at most so many times.
-const MOST_DECODINGS: usize = 3;
+const MOST_DECODINGS: usize = 8;
 
 /// A reading that is missed by so many standard deviations may be on the wrong branch: angles are decoded anew.
 const ASTRAY_SDS: f64 = 5.0;
+
+/// Closed forms and fit agree on a segment where their angles differ by less, radians.
+const AGREED_RAD: f64 = 0.2;
 
 /// A fit that leaves more than this, χ² per degree of freedom, is not certified: its rivals are not looked for.
 const EXPLAINED_CHI2: f64 = 1.6;
@@ -105,26 +108,15 @@ pub fn reconstruct_with_posterior(
     options: &PivotOptions,
 ) -> Result<(PivotReconstruction, PivotPosterior), PivotReconstructError> {
     check(log, options)?;
-    let prepared = Prepared::new(log, options)?;
-    let mut found: Vec<Found> = Vec::new();
-    let mut tried: Vec<Vec<f64>> = Vec::new();
-    for (index, (width, may_roll)) in CROSSINGS.into_iter().enumerate() {
-        if index >= ALWAYS_TRIED && found.iter().any(Found::is_explained) {
-            break;
-        }
-        // Without a crossing all closed forms are one.
-        let relative_rad = prepared.relative(width, may_roll);
-        if !tried.contains(&relative_rad) {
-            let other = prepared.solved([&relative_rad, &prepared.relative(width, !may_roll)], &found);
-            found.extend(other);
-            tried.push(relative_rad);
-        }
-    }
-    // Of those that explain the log the likeliest, or else of all.
-    let likeliest =
-        |a: &Found, b: &Found| (a.is_explained(), a.log_evidence).partial_cmp(&(b.is_explained(), b.log_evidence));
-    found.sort_by(|a, b| likeliest(b, a).unwrap_or(std::cmp::Ordering::Equal));
-    let mut found = found.into_iter();
+    let prepared = Prepared::new(log, options, Cuts::AtLeaps)?;
+    // An object may tip over unseen where it turns fast: what the rest tells is tried first.
+    let cautious = Prepared::new(log, options, Cuts::AtLongSteps).ok();
+    let cautious = cautious.filter(|cautious| cautious.ranges != prepared.ranges);
+    let start = cautious.and_then(|cautious| {
+        let rest = likeliest_first(cautious.search(None)).into_iter().next()?;
+        prepared.followed(&cautious, &rest.fit)
+    });
+    let mut found = likeliest_first(prepared.search(start)).into_iter();
     let Found { mut reconstruction, posterior, log_evidence, .. } =
         found.next().ok_or(PivotReconstructError::NotSolvable)?;
     let rivals = found.filter(|rival| {
@@ -170,6 +162,13 @@ impl Found {
     }
 }
 
+/// Of those that explain the log the likeliest, or else of all.
+fn likeliest_first(mut found: Vec<Found>) -> Vec<Found> {
+    let rank = |found: &Found| (found.is_explained(), found.log_evidence);
+    found.sort_by(|a, b| rank(b).partial_cmp(&rank(a)).unwrap_or(std::cmp::Ordering::Equal));
+    found
+}
+
 /// A log made ready.
 struct Prepared<'a> {
     log: &'a PivotLog,
@@ -188,7 +187,7 @@ struct Prepared<'a> {
 }
 
 impl<'a> Prepared<'a> {
-    fn new(log: &'a PivotLog, options: &'a PivotOptions) -> Result<Self, PivotReconstructError> {
+    fn new(log: &'a PivotLog, options: &'a PivotOptions, cuts: Cuts) -> Result<Self, PivotReconstructError> {
         let rig = &options.rig;
         let (mut samples, mut readings) = (Vec::new(), Vec::new());
         for (index, sample) in log.samples.iter().enumerate() {
@@ -210,7 +209,7 @@ impl<'a> Prepared<'a> {
         if !(size_m > 0.0 && size_m.is_finite() && spread(&r_m).max(spread(&d_m)) > LEAST_MOTION * size_m) {
             return Err(PivotReconstructError::NotSolvable);
         }
-        let ranges = segments(&samples, &r_m, &d_m, size_m);
+        let ranges = segments(&samples, [&r_m, &d_m], size_m, cuts);
         if ranges.iter().map(ExactSizeIterator::len).sum::<usize>() < FEWEST_SAMPLES {
             return Err(PivotReconstructError::NotSolvable);
         }
@@ -240,24 +239,82 @@ impl<'a> Prepared<'a> {
         self.ranges.iter().flat_map(Clone::clone).collect()
     }
 
-    /// The best result from one closed form, the other of the same crossings beside it. It is left where it leads to the same as an earlier start; and
-    /// where one of these explains the log, if its segments, laid on that, lead back to it, or if what they are arranged to leads there, or explains the
-    /// log with as many harmonics so little that no decoding makes a rival of it.
-    fn solved(&self, [relative_rad, other_rad]: [&[f64]; 2], earlier: &[Found]) -> Option<Found> {
-        let explained = earlier.iter().find(|found| found.is_explained());
+    /// The problem of some readings, with few harmonics and the noise that they are held against.
+    fn problem<'b>(&self, readings: &'b [Reading]) -> Problem<'b> {
         let told = self.options.rig.tolerances.told();
-        let open: Vec<(usize, f64)> = told.into_iter().enumerate().filter(|(_, sd)| *sd > 0.0).collect();
-        let noise = self.reference();
-        let search = Problem {
-            readings: &[],
-            noise: search_noise(noise, self.size_m),
+        Problem {
+            readings,
+            noise: self.reference(),
             order: SEARCH_ORDER,
             size_m: self.size_m,
             spread_m: 0.5 * self.size_m,
             stated: self.options.rig.calibration,
-            open,
+            open: told.into_iter().enumerate().filter(|(_, sd)| *sd > 0.0).collect(),
             between: None,
-        };
+        }
+    }
+
+    /// Results from the closed forms, and from a start where there is one.
+    fn search(&self, start: Option<State>) -> Vec<Found> {
+        let pair = |width: f64, may_roll: bool| [may_roll, !may_roll].map(|may_roll| self.relative(width, may_roll));
+        let mut found: Vec<Found> = Vec::new();
+        if let Some(start) = start {
+            let [(width, may_roll), ..] = CROSSINGS;
+            found.extend(self.solved(&pair(width, may_roll), Some(start), &[]));
+        }
+        let mut tried: Vec<Vec<f64>> = Vec::new();
+        for (index, (width, may_roll)) in CROSSINGS.into_iter().enumerate() {
+            if index >= ALWAYS_TRIED && found.iter().any(Found::is_explained) {
+                break;
+            }
+            // Without a crossing all closed forms are one.
+            let pair = pair(width, may_roll);
+            if !tried.contains(&pair[0]) {
+                let other = self.solved(&pair, None, &found);
+                found.extend(other);
+                let [relative_rad, _] = pair;
+                tried.push(relative_rad);
+            }
+        }
+        found
+    }
+
+    /// The state of all readings that are used, from a fit of some of them: the others follow those next to them.
+    fn followed(&self, others: &Self, fit: &Fit) -> Option<State> {
+        let state = &fit.optimum.state;
+        let used = self.used();
+        let readings: Vec<Reading> = used.iter().map(|&index| self.readings[index]).collect();
+        let own = fit.like(self.problem(&readings));
+        let mut known: Vec<Option<f64>> = vec![None; self.readings.len()];
+        others.used().into_iter().zip(&state.theta_rad).for_each(|(index, theta)| known[index] = Some(*theta));
+        let mut theta_rad: Vec<Option<f64>> = used.iter().map(|&index| known[index]).collect();
+        for range in self.ranges_of_used() {
+            let mut follow = |places: &mut dyn Iterator<Item = usize>| {
+                let mut last: Option<f64> = None;
+                for place in places {
+                    theta_rad[place] = theta_rad[place].or_else(|| last.map(|last| own.settled(state, place, last).1));
+                    last = theta_rad[place];
+                }
+            };
+            follow(&mut range.clone());
+            follow(&mut range.rev());
+        }
+        let theta_rad: Option<Vec<f64>> = theta_rad.into_iter().collect();
+        Some(State { theta_rad: theta_rad?, ..state.clone() })
+    }
+
+    /// The best result from one closed form, the other of the same crossings beside it. It is left where it leads to the same as an earlier start; and
+    /// where one of these explains the log, if its segments, laid on that, lead back to it, or if what they are arranged to leads there, or explains the
+    /// log with as many harmonics so little that no decoding makes a rival of it.
+    fn solved(
+        &self,
+        [relative_rad, other_rad]: &[Vec<f64>; 2],
+        start: Option<State>,
+        earlier: &[Found],
+    ) -> Option<Found> {
+        let explained = earlier.iter().find(|found| found.is_explained());
+        let noise = self.reference();
+        let search = Problem { noise: search_noise(noise, self.size_m), ..self.problem(&[]) };
         let used = self.used();
         let readings: Vec<Reading> = used.iter().map(|&index| self.readings[index]).collect();
         let thinning = Thinning::new(&self.ranges_of_used());
@@ -265,7 +322,7 @@ impl<'a> Prepared<'a> {
         let prior = MotionPrior {
             ranges: self.ranges_of_used(),
             begins_at_rest: self.begins_at_rest(),
-            relative_rad: [relative_rad.to_vec(), other_rad.to_vec()],
+            relative_rad: [relative_rad.clone(), other_rad.clone()],
             tips_over: of_used(&tips_over(&self.r_m, &self.d_m, self.size_m)),
             lifted: of_used(&lifted(&self.readings, self.scatter.r_m)),
         };
@@ -305,12 +362,12 @@ impl<'a> Prepared<'a> {
             relative_rad: &thinning.of(relative_rad),
             begins_at_rest: &self.begins_at_rest(),
         };
-        let arrangements = segments.arrangements(&search);
+        let arrangements = if start.is_some() { Vec::new() } else { segments.arrangements(&search) };
         let whole_state = |arrangement: &Arrangement| {
             let state = segments.in_order(arrangement)?;
             Some(State { theta_rad: thinning.spread(relative_rad, &state.theta_rad), ..state })
         };
-        let start = whole_state(arrangements.first()?)?;
+        let start = start.or_else(|| whole_state(arrangements.first()?))?;
         if let Some(Found { fit, .. }) = explained {
             let there = whole(fit).solve(start.clone())?;
             if same(&there.state, &fit.optimum.state) || self.chi2_per_dof(fit.noise, &there).0 > EXPLAINED_CHI2 {
@@ -325,7 +382,9 @@ impl<'a> Prepared<'a> {
             let own = Problem { noise: fit.noise, between: None, ..problem.clone() };
             let bridged = prior.bridged(&state.theta_rad, &|index, theta_rad| own.settled(state, index, theta_rad));
             let bridged = bridged.map(|theta_rad| State { theta_rad, ..state.clone() });
-            let starts = [continuous, bridged, self.mended(&readings, &fit)];
+            let few = Problem { order: SEARCH_ORDER, between: None, ..problem.clone() };
+            let starts =
+                [continuous, bridged, self.mended(&readings, &prior, &fit), self.placed_by_others(&few, &prior, &fit)];
             let mut starts: Vec<State> = starts.into_iter().flatten().collect();
             if !starts.is_empty() {
                 // What is wrong may have come with the fit: the closed forms, where it is, know nothing of it.
@@ -401,32 +460,69 @@ impl<'a> Prepared<'a> {
         self.ranges.iter().flat_map(angles).collect()
     }
 
+    /// Whether a reading may be on the wrong branch.
+    fn is_astray(&self, fit: &Fit) -> bool {
+        let reference = self.reference();
+        let sds = |[r, d]: &[f64; 2]| (r * fit.noise.r_m / reference.r_m).hypot(d * fit.noise.d_m / reference.d_m);
+        fit.optimum.linear.told.residuals.iter().any(|residual| sds(residual) > ASTRAY_SDS)
+    }
+
     /// The state with all angles decoded anew; `None` where no reading asks for it.
-    fn mended(&self, readings: &[Reading], fit: &Fit) -> Option<State> {
+    fn mended(&self, readings: &[Reading], prior: &MotionPrior, fit: &Fit) -> Option<State> {
         let reference = self.reference();
         let noise = Noise { r_m: fit.noise.r_m.max(reference.r_m), d_m: fit.noise.d_m.max(reference.d_m) };
         let state = &fit.optimum.state;
-        let linear = &fit.optimum.linear;
-        let astray =
-            linear.told.residuals.iter().any(|[r, d]| {
-                (r * fit.noise.r_m / reference.r_m).hypot(d * fit.noise.d_m / reference.d_m) > ASTRAY_SDS
-            });
-        if !astray {
+        if !self.is_astray(fit) {
             return None;
         }
-        let variance = curve_variance(fit, noise)?;
+        let variance = curve_variance(&fit.optimum, fit.order, noise)?;
         let errors = self.options.rig.calibration.with_told(state.told);
         let measured: Vec<[f64; 2]> =
             readings.iter().map(|reading| reading.measured(&errors)).map(|m| [m.r_m, m.d_m]).collect();
-        let ranges = self.ranges_of_used();
-        Some(State { theta_rad: decoded(state, &measured, &ranges, noise, variance), ..state.clone() })
+        let leap_nats = |place: usize| prior.leap_nats(place);
+        Some(State {
+            theta_rad: decoded(state, (&measured, &leap_nats), &prior.ranges, noise, variance),
+            ..state.clone()
+        })
+    }
+
+    /// The state with the angles of segments that closed forms and fit do not agree on decoded anew, by the shape that the others tell; `None` where
+    /// they agree on all, or on few.
+    fn placed_by_others(&self, few: &Problem, prior: &MotionPrior, fit: &Fit) -> Option<State> {
+        let state = &fit.optimum.state;
+        let laid = prior.relative_rad.each_ref().map(|relative| laid_on(&prior.ranges, relative, &state.theta_rad));
+        let is_agreed = |range: &Range<usize>| {
+            let mut all =
+                range.clone().flat_map(|place| laid.iter().map(move |laid| laid[place] - state.theta_rad[place]));
+            all.all(|off| off.abs() < AGREED_RAD)
+        };
+        let (agreed, others): (Vec<Range<usize>>, Vec<Range<usize>>) =
+            prior.ranges.iter().cloned().partition(is_agreed);
+        let kept: Vec<usize> = agreed.into_iter().flatten().collect();
+        if others.is_empty() || kept.len() < FEWEST_SAMPLES {
+            return None;
+        }
+        let readings: Vec<Reading> = kept.iter().map(|&place| few.readings[place]).collect();
+        let of_kept = Problem { readings: &readings, ..few.clone() };
+        let start = shape_given_angles(&of_kept, kept.iter().map(|&place| state.theta_rad[place]).collect())?;
+        let told = of_kept.solve(start)?;
+        let errors = self.options.rig.calibration.with_told(told.state.told);
+        let measured: Vec<[f64; 2]> =
+            few.readings.iter().map(|reading| reading.measured(&errors)).map(|m| [m.r_m, m.d_m]).collect();
+        let variance = curve_variance(&told, few.order, few.noise)?;
+        let mut theta_rad = state.theta_rad.clone();
+        kept.iter().zip(&told.state.theta_rad).for_each(|(&place, theta)| theta_rad[place] = *theta);
+        let leap_nats = |place: usize| prior.leap_nats(place);
+        let decoded = decoded(&told.state, (&measured, &leap_nats), &others, few.noise, variance);
+        others.into_iter().flatten().zip(decoded).for_each(|(place, theta)| theta_rad[place] = theta);
+        Some(State { theta_rad, ..told.state })
     }
 
     /// Which of the readings may as well be on the other side of a leap.
     fn open_samples(&self, problem: &Problem, fit: &Fit) -> Option<Vec<bool>> {
         let state = &fit.optimum.state;
         let own = Problem { between: None, ..problem.clone() };
-        let variance = curve_variance(fit, fit.noise)?;
+        let variance = curve_variance(&fit.optimum, fit.order, fit.noise)?;
         let cost = |sample: usize, theta_rad: f64| {
             let (nats, theta_rad) = own.settled(state, sample, theta_rad);
             let contact = crate::estimate::model::contact::support(&state.coefficients, theta_rad);
@@ -659,10 +755,12 @@ impl<'a> Prepared<'a> {
 }
 
 /// The variance of shares of the residuals of r and of d, over this noise, as far as they are those of the shape: at an angle.
-fn curve_variance(fit: &Fit, noise: Noise) -> Option<impl Fn(f64, [f64; 2]) -> f64> {
-    let Optimum { state, linear, .. } = &fit.optimum;
+fn curve_variance(
+    Optimum { state, linear, .. }: &Optimum,
+    order: usize,
+    noise: Noise,
+) -> Option<impl Fn(f64, [f64; 2]) -> f64 + use<>> {
     let covariance = linear.factorised(&state.coefficients, 0.0)?.inverse();
-    let order = fit.order;
     let unknowns = 2 * order + 1;
     let of_shape = covariance.view((0, 0), (unknowns, unknowns)).into_owned();
     Some(move |theta_rad: f64, [r_share, d_share]: [f64; 2]| {
@@ -760,10 +858,9 @@ mod tests {
         let options = PivotSimulateOptions { touchpad, arm_noise_sd_m: 2e-5, ..PivotSimulateOptions::default() };
         let log = simulate_strokes(&egg, &strokes, &options).expect("possible").log;
         let options = PivotOptions::default();
-        let prepared = Prepared::new(&log, &options).expect("a log");
+        let prepared = Prepared::new(&log, &options, Cuts::AtLeaps).expect("a log");
         let relative_rad = [true, false].map(|may_roll| prepared.relative(1.0, may_roll));
-        let [rolled, through] = &relative_rad;
-        let Found { fit, reconstruction, .. } = prepared.solved([rolled, through], &[]).expect("a result");
+        let Found { fit, reconstruction, .. } = prepared.solved(&relative_rad, None, &[]).expect("a result");
         let readings: Vec<Reading> = prepared.used().iter().map(|&index| prepared.readings[index]).collect();
         let problem = Problem {
             readings: &readings,

@@ -7,6 +7,7 @@ use crate::math::angle::wrapped;
 use crate::pivot::calibration::{PivotCalibration, Reading};
 use crate::pivot::decode::{Forward, Table};
 use crate::pivot::log::PivotSample;
+use crate::pivot::motion_prior::LEAP_NATS;
 use crate::pivot::posterior::PivotPosterior;
 use crate::pivot::result::PivotReconstruction;
 use crate::pivot::rig::PadPose;
@@ -91,7 +92,7 @@ impl Follower {
         let measured = Reading::new(&self.pad, sample.pivot_x_m, sample.pivot_y_m, s_m).measured(&self.calibration);
         let reading = [measured.r_m, measured.d_m];
         let forward = self.forward.get_or_insert_default();
-        forward.push(&self.table, reading);
+        forward.push(&self.table, reading, LEAP_NATS);
         let node = forward.cheapest();
         let settled = self.table.settled(node, reading);
         let place = (settled.theta_rad.rem_euclid(TAU) / TAU * self.is_felt.len() as f64) as usize;
