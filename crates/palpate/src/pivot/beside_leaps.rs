@@ -5,11 +5,15 @@ use std::ops::Range;
 
 use crate::pivot::verdict::RIVAL_NATS;
 
-/// Longer steps from one sample to the next are leaps, radians; the other side of one is where the contact would go on to, this far off at most, ...
+/// Longer steps from one sample to the next are leaps, radians. The other side of one is where the contact would go on to, within this, or anywhere on the
+/// way from there: an object may be felt while it tips over.
 const LEAP_RAD: f64 = 0.15;
 
-/// ... or so many of the step by which it came: an object that is about to tip over turns faster and faster.
-const FASTER_TIMES: f64 = 2.0;
+/// That way is looked at in steps of so much, radians.
+const LOOK_RAD: f64 = 0.1;
+
+/// Looks at most: a turn and a half.
+const MOST_LOOKS: f64 = 100.0;
 
 /// Samples on either side of a leap that are asked: an object tips over within one or two of them.
 const MOST_OPEN: usize = 4;
@@ -49,12 +53,17 @@ fn taken_over(
     let mut step_rad = if came_rad.abs() > LEAP_RAD { 0.0 } else { came_rad };
     let (mut taken, mut more) = (Vec::new(), 0.0);
     for &sample in own.iter().take(MOST_OPEN) {
-        let expected_rad = last_rad + step_rad;
-        let (there, there_rad) = cost(sample, expected_rad);
-        more += there - cost(sample, theta_rad[sample]).0;
-        let is_itself = (there_rad - theta_rad[sample]).abs() < LEAP_RAD;
-        let reach_rad = LEAP_RAD.max(FASTER_TIMES * step_rad.abs());
-        if is_itself || (there_rad - expected_rad).abs() > reach_rad || more > RIVAL_NATS {
+        let (expected_rad, own_rad) = (last_rad + step_rad, theta_rad[sample]);
+        let way_rad = own_rad - expected_rad;
+        let looks = (way_rad.abs() / LOOK_RAD).ceil().clamp(1.0, MOST_LOOKS);
+        let is_other = |(_, there_rad): &(f64, f64)| {
+            let [low_rad, high_rad] = if way_rad > 0.0 { [expected_rad, own_rad] } else { [own_rad, expected_rad] };
+            (low_rad - LEAP_RAD..high_rad + LEAP_RAD).contains(there_rad) && (there_rad - own_rad).abs() > LEAP_RAD
+        };
+        let found = (0..looks as usize).map(|look| cost(sample, expected_rad + way_rad * look as f64 / looks));
+        let Some((there, there_rad)) = found.filter(is_other).min_by(|a, b| a.0.total_cmp(&b.0)) else { break };
+        more += there - cost(sample, own_rad).0;
+        if more > RIVAL_NATS {
             break;
         }
         taken.push(sample);
@@ -71,9 +80,10 @@ mod tests {
     fn open(other_side_nats: &[(usize, f64)]) -> Vec<usize> {
         let theta_rad: Vec<f64> = (0..20).map(|at| 0.05 * at as f64 + if at < 10 { 0.0 } else { 1.0 }).collect();
         let cost = |sample: usize, angle_rad: f64| {
-            let is_other = (angle_rad - theta_rad[sample]).abs() > 0.5;
+            let own_rad = theta_rad[sample];
             let nats = other_side_nats.iter().find(|(at, _)| *at == sample).map_or(100.0, |(_, nats)| *nats);
-            (if is_other { nats } else { 0.0 }, angle_rad)
+            let other_rad = if sample < 10 { own_rad + 1.0 } else { own_rad - 1.0 };
+            if (angle_rad - own_rad).abs() < 0.5 { (0.0, own_rad) } else { (nats, other_rad) }
         };
         let open = are_open(std::slice::from_ref(&(0..20)), &theta_rad, &cost);
         (0..20).filter(|&at| open[at]).collect()
@@ -102,14 +112,13 @@ mod tests {
             are_open(std::slice::from_ref(&(0..4)), &theta_rad, &|_, angle| (0.0, angle)).contains(&true)
         };
         assert!(of(1.01 * LEAP_RAD) && !of(0.99 * LEAP_RAD));
-        // Elsewhere than where the contact would go on to there is no other side.
-        let off = |off_rad: f64, step_rad: f64| {
-            let theta_rad = [-step_rad, 0.0, 1.0, 1.0];
-            let cost = |at: usize, angle: f64| (0.0, if angle == theta_rad[at] { angle } else { angle + off_rad });
-            are_open(std::slice::from_ref(&(0..4)), &theta_rad, &cost).contains(&true)
+        // Elsewhere than where the contact would go on to, or on the way from there, there is no other side.
+        let only_at = |there_rad: f64| {
+            let theta_rad = [0.0, 0.0, 1.0, 1.0];
+            let cost = |at: usize, angle: f64| (0.0, if angle == theta_rad[at] { angle } else { there_rad });
+            are_open(std::slice::from_ref(&(0..4)), &theta_rad, &cost)[2]
         };
-        assert!(off(0.99 * LEAP_RAD, 0.0) && !off(1.01 * LEAP_RAD, 0.0));
-        // Unless it came there fast, and goes on faster.
-        assert!(off(0.99 * FASTER_TIMES * 0.1, 0.1) && !off(1.01 * FASTER_TIMES * 0.1, 0.1));
+        assert!(only_at(-0.99 * LEAP_RAD) && only_at(0.5) && only_at(1.0 - 1.01 * LEAP_RAD));
+        assert!(!only_at(-1.01 * LEAP_RAD) && !only_at(1.0 - 0.99 * LEAP_RAD) && !only_at(1.01 + LEAP_RAD));
     }
 }

@@ -178,6 +178,7 @@ struct Prepared<'a> {
     readings: Vec<Reading>,
     r_m: Vec<f64>,
     d_m: Vec<f64>,
+    cuts: Cuts,
     ranges: Vec<Range<usize>>,
     size_m: f64,
     /// The largest height with a contact: higher, the object may turn as it likes.
@@ -215,7 +216,7 @@ impl<'a> Prepared<'a> {
         }
         let scatter = Noise { r_m: scatter(&r_m, &ranges), d_m: scatter(&d_m, &ranges) };
         let free_m = r_m.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        Ok(Self { log, options, samples, readings, r_m, d_m, ranges, size_m, free_m, scatter })
+        Ok(Self { log, options, samples, readings, r_m, d_m, cuts, ranges, size_m, free_m, scatter })
     }
 
     /// Noise that is stated; that of an offset is of pad and arm together.
@@ -264,7 +265,8 @@ impl<'a> Prepared<'a> {
         }
         let mut tried: Vec<Vec<f64>> = Vec::new();
         for (index, (width, may_roll)) in CROSSINGS.into_iter().enumerate() {
-            if index >= ALWAYS_TRIED && found.iter().any(Found::is_explained) {
+            let always = if self.cuts == Cuts::AtLeaps { ALWAYS_TRIED } else { 0 };
+            if index >= always && found.iter().any(Found::is_explained) {
                 break;
             }
             // Without a crossing all closed forms are one.
@@ -407,8 +409,9 @@ impl<'a> Prepared<'a> {
         let rivals = Rivals { search: &search, readings: &readings, thinning: &thinning, prior: &prior };
         // Rivals that turn out better take its place, and are examined in their turn.
         let mut alternatives = Vec::new();
-        // What is not explained is not certified, whatever its rivals.
-        let rounds = if self.chi2_per_dof(fit.noise, &fit.optimum).0 > EXPLAINED_CHI2 { 0 } else { MOST_BETTER_RIVALS };
+        // What is not explained is not certified, whatever its rivals; nor is what others start from.
+        let is_explained = self.chi2_per_dof(fit.noise, &fit.optimum).0 <= EXPLAINED_CHI2;
+        let rounds = if is_explained && self.cuts == Cuts::AtLeaps { MOST_BETTER_RIVALS } else { 0 };
         for _ in 0..rounds {
             let beam = arrangements.iter().skip(1).filter_map(whole_state);
             let found = rivals.of(&Whole { problem: &whole(&fit), fit: &fit }, beam);
@@ -489,6 +492,9 @@ impl<'a> Prepared<'a> {
     /// The state with the angles of segments that closed forms and fit do not agree on decoded anew, by the shape that the others tell; `None` where
     /// they agree on all, or on few.
     fn placed_by_others(&self, few: &Problem, prior: &MotionPrior, fit: &Fit) -> Option<State> {
+        if !self.is_astray(fit) {
+            return None;
+        }
         let state = &fit.optimum.state;
         let laid = prior.relative_rad.each_ref().map(|relative| laid_on(&prior.ranges, relative, &state.theta_rad));
         let is_agreed = |range: &Range<usize>| {
