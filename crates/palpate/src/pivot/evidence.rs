@@ -265,3 +265,65 @@ pub(super) fn log_evidence(problem: &Problem, optimum: &Optimum) -> Option<f64> 
     let value = -optimum.cost - 0.5 * log_determinant - prior - angles - readings;
     value.is_finite().then_some(value)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::estimate::model::contact::support;
+    use crate::pivot::calibration::{PivotCalibration, Reading, TOLD};
+    use crate::pivot::motion_between::{FIRST_SD_RAD, MotionBetween};
+    use crate::shape::ContactSupport;
+
+    /// A motion whose second differences are 4 mrad, through crossings of d = 0.
+    #[test]
+    fn a_scale_that_is_far_off_comes_to_its_place() {
+        let coefficients = vec![0.03, 0.002, -0.001, 0.0005, 0.003, 0.0012, -0.0004];
+        let theta_rad: Vec<f64> = (0..300).map(|i| 0.02 * f64::from(i) + 2e-3 * f64::from(i % 2)).collect();
+        let reading = |theta: &f64| {
+            let ContactSupport { r, d, .. } = support(&coefficients, *theta);
+            Reading { along_m: 0.1 + 0.03 * theta, above_m: r, s_m: 0.1 + 0.03 * theta - d }
+        };
+        let readings: Vec<Reading> = theta_rad.iter().map(reading).collect();
+        let numbers: Vec<usize> = (0..300).collect();
+        let between = MotionBetween::new(std::slice::from_ref(&(0..300)), &numbers, &[false; 300]);
+        let problem = |sd_rad: f64| Problem {
+            readings: &readings,
+            noise: Noise { r_m: 2e-6, d_m: 1e-5 },
+            order: 3,
+            size_m: 0.03,
+            spread_m: 0.03,
+            stated: PivotCalibration::default(),
+            open: Vec::new(),
+            between: Some((&between, sd_rad)),
+        };
+        let state = State { coefficients: coefficients.clone(), told: [0.0; TOLD], theta_rad: theta_rad.clone() };
+        let found = |from_rad: f64| {
+            let optimum = problem(from_rad).solve(state.clone()).expect("solvable");
+            let fit = Fit {
+                optimum,
+                noise: problem(from_rad).noise,
+                order: 3,
+                spread_m: 0.03,
+                between_rad: Some(from_rad),
+                log_evidence: f64::NEG_INFINITY,
+            };
+            at_likeliest_scale(problem(from_rad), fit).expect("solvable")
+        };
+        let [from_above, from_below] = [found(5.0 * FIRST_SD_RAD), found(1.5e-3)];
+        let scales = [&from_above, &from_below].map(|fit| fit.between_rad.expect("there is one"));
+        assert!((scales[0] / scales[1]).ln().abs() < 0.3, "{scales:?}");
+        assert!(
+            (from_above.log_evidence - from_below.log_evidence).abs() < 1.0,
+            "{} {}",
+            from_above.log_evidence,
+            from_below.log_evidence
+        );
+        // Nothing near it is clearly likelier.
+        for share in [0.7, 1.4] {
+            let other = problem(share * scales[0]);
+            let optimum = other.solve(state.clone()).expect("solvable");
+            let evidence = log_evidence(&other, &optimum).expect("finite");
+            assert!(evidence < from_above.log_evidence + 0.5, "{share}: {evidence} {}", from_above.log_evidence);
+        }
+    }
+}

@@ -339,6 +339,10 @@ impl<'a> Prepared<'a> {
         let choose = |order: usize, start: State| {
             let order = self.options.harmonics.unwrap_or(order);
             let decided = evidence::fit(Problem { order, ..problem.clone() }, start, self.stated())?;
+            if self.cuts == Cuts::AtLongSteps {
+                let log_evidence = decided.log_evidence - prior.cost(&decided.optimum.state.theta_rad);
+                return Some(Fit { log_evidence, ..decided });
+            }
             let alone = decided.like(Problem { between: None, ..problem.clone() });
             let state = decided.optimum.state.clone();
             let by_readings = match self.options.harmonics {
@@ -525,7 +529,7 @@ impl<'a> Prepared<'a> {
     }
 
     /// Which of the readings may as well be on the other side of a leap.
-    fn open_samples(&self, problem: &Problem, fit: &Fit) -> Option<Vec<bool>> {
+    fn open_samples(&self, problem: &Problem, prior: &MotionPrior, fit: &Fit) -> Option<Vec<bool>> {
         let state = &fit.optimum.state;
         let own = Problem { between: None, ..problem.clone() };
         let variance = curve_variance(&fit.optimum, fit.order, fit.noise)?;
@@ -535,7 +539,7 @@ impl<'a> Prepared<'a> {
             let share = across([-contact.d / fit.noise.r_m, (contact.r - contact.v) / fit.noise.d_m]);
             (nats / (1.0 + variance(theta_rad, share)), theta_rad)
         };
-        Some(are_open(&self.ranges_of_used(), &state.theta_rad, &cost))
+        Some(are_open(&prior.ranges, &state.theta_rad, &cost, &|sample| prior.leap_nats(sample)))
     }
 
     /// Whether the object hung free before a sample: it was lifted from the pad, and so high that it could turn as it liked. One that tips over, or
@@ -589,7 +593,7 @@ impl<'a> Prepared<'a> {
         let first_rad = *state.theta_rad.first()?;
         // ψ = 0 at the first contact.
         let turn_rad = tilt_rad - FRAC_PI_2 - first_rad;
-        let open = self.open_samples(problem, fit)?;
+        let open = self.open_samples(problem, prior, fit)?;
         let shape = SupportFunction::from_coefficients(&state.coefficients).rotated(turn_rad);
         if shape.has_nonfinite() {
             return None;
