@@ -18,6 +18,9 @@ const STEP_RAD: f64 = 0.05;
 /// No reading costs more than this: a gross error tells nothing.
 const MOST_NATS: f64 = 40.0;
 
+/// What an angle other than the one that is known costs: more than any leap.
+const HELD_NATS: f64 = 1e3;
+
 /// Standard deviation, radians, of an angle about the node that the cheapest path ends at, before its own reading is looked at: steps cost by their length, so
 /// that the path lags behind where readings hardly tell an angle.
 const PATH_SD_RAD: f64 = 0.1;
@@ -90,21 +93,26 @@ impl Table {
     }
 }
 
-/// The contact angles of the readings of some segments; continuous within one but for leaps, which cost so many nats up to each reading. `variance_across`
-/// is as of [`Table::new`].
+/// Readings, and what is known of their contact angles before the shape is looked at.
+pub(super) struct Decoding<'a> {
+    /// Height and offset.
+    pub measured: &'a [[f64; 2]],
+    /// What a leap up to a reading costs, nats.
+    pub leap_nats: &'a dyn Fn(usize) -> f64,
+    /// Angles that are known already, radians.
+    pub known_rad: &'a dyn Fn(usize) -> Option<f64>,
+}
+
+/// The contact angles of the readings of some segments; continuous within one but for leaps. `variance_across` is as of [`Table::new`].
 pub(super) fn decoded(
     state: &State,
-    (measured, leap_nats): (&[[f64; 2]], &dyn Fn(usize) -> f64),
+    decoding: &Decoding,
     segments: &[Range<usize>],
     noise: Noise,
     variance_across: impl Fn(f64, [f64; 2]) -> f64,
 ) -> Vec<f64> {
     let table = Table::new(&state.coefficients, noise, variance_across);
-    let mut theta = Vec::with_capacity(measured.len());
-    for range in segments {
-        theta.extend(path(&table, &measured[range.clone()], range.clone().map(leap_nats)));
-    }
-    theta
+    segments.iter().flat_map(|range| path(&table, decoding, range.clone())).collect()
 }
 
 fn angle(node: usize) -> f64 {
@@ -175,6 +183,12 @@ impl Forward {
         }
     }
 
+    /// The last reading is known to be at this angle.
+    fn hold(&mut self, theta_rad: f64) {
+        let is_far = |node: usize| crate::math::angle::wrapped(angle(node) - theta_rad).abs() > TAU / GRID as f64;
+        self.costs.iter_mut().enumerate().filter(|(node, _)| is_far(*node)).for_each(|(_, cost)| *cost += HELD_NATS);
+    }
+
     /// The angle of the grid that the cheapest path leads to.
     pub fn cheapest(&self) -> usize {
         (0..GRID).min_by(|&a, &b| self.costs[a].total_cmp(&self.costs[b])).unwrap_or(0)
@@ -194,13 +208,19 @@ impl Forward {
 }
 
 /// The cheapest path of one segment.
-fn path(table: &Table, measured: &[[f64; 2]], leap_nats: impl Iterator<Item = f64>) -> Vec<f64> {
+fn path(table: &Table, Decoding { measured, leap_nats, known_rad }: &Decoding, range: Range<usize>) -> Vec<f64> {
     let mut forward = Forward::default();
-    let came_from: Vec<Vec<u16>> =
-        measured.iter().zip(leap_nats).map(|(reading, nats)| forward.push(table, *reading, nats)).collect();
+    let next = |place: usize| {
+        let came_from = forward.push(table, measured[place], leap_nats(place));
+        if let Some(theta_rad) = known_rad(place) {
+            forward.hold(theta_rad);
+        }
+        came_from
+    };
+    let came_from: Vec<Vec<u16>> = range.map(next).collect();
     let mut node = forward.cheapest();
-    let mut nodes = vec![0; measured.len()];
-    for index in (0..measured.len()).rev() {
+    let mut nodes = vec![0; came_from.len()];
+    for index in (0..came_from.len()).rev() {
         nodes[index] = node;
         node = usize::from(came_from[index][node]);
     }
@@ -236,6 +256,30 @@ mod tests {
     use super::*;
     use crate::pivot::motion_prior::LEAP_NATS;
 
+    fn free(measured: &[[f64; 2]]) -> Decoding<'_> {
+        Decoding { measured, leap_nats: &|_| LEAP_NATS, known_rad: &|_| None }
+    }
+
+    /// What is known already is kept, and what lies next to it follows, or leaps where that costs little: not to where the shape is the same.
+    #[test]
+    fn what_is_known_holds_what_is_next_to_it() {
+        // It comes to itself by half a turn.
+        let coefficients = vec![0.03, 0.0, 0.003, 0.0, 0.002];
+        let noise = Noise { r_m: 2e-5, d_m: 1e-4 };
+        let theta: Vec<f64> = (0..40).map(|i| 1.0 + 0.02 * f64::from(i) + if i < 35 { 0.0 } else { 1.0 }).collect();
+        let measured: Vec<[f64; 2]> =
+            theta.iter().map(|theta| support(&coefficients, *theta)).map(|at| [at.r, at.d]).collect();
+        let state = State { coefficients, told: [0.0; 3], theta_rad: Vec::new() };
+        for turn_rad in [0.0, 0.5 * TAU] {
+            let known_rad = |place: usize| (place < 30).then_some(theta[place] + turn_rad);
+            let decoding = Decoding { known_rad: &known_rad, ..free(&measured) };
+            let found = decoded(&state, &decoding, std::slice::from_ref(&(0..40)), noise, |_, _| 0.0);
+            for (found, theta) in found.iter().zip(&theta) {
+                assert!(crate::math::angle::wrapped(found - theta - turn_rad).abs() < 0.02, "{found} {theta}");
+            }
+        }
+    }
+
     /// The path is no more than a start: its node is chosen by noise, or lags behind.
     #[test]
     fn an_angle_is_that_of_its_own_reading() {
@@ -269,7 +313,7 @@ mod tests {
             })
             .collect();
         let state = State { coefficients, told: [0.0; 3], theta_rad: Vec::new() };
-        let found = decoded(&state, (&measured, &|_| LEAP_NATS), std::slice::from_ref(&(0..200)), noise, |_, _| 0.0);
+        let found = decoded(&state, &free(&measured), std::slice::from_ref(&(0..200)), noise, |_, _| 0.0);
         for (found, theta) in found.iter().zip(&theta) {
             assert!(crate::math::angle::wrapped(found - theta).abs() < 0.02, "{found} {theta}");
         }
@@ -283,7 +327,7 @@ mod tests {
             (0..60).map(|i| support(&coefficients, 1.0 + 0.02 * f64::from(i))).map(|at| [at.r, at.d]).collect();
         measured[30][1] += 5e-3;
         let state = State { coefficients, told: [0.0; 3], theta_rad: Vec::new() };
-        let found = decoded(&state, (&measured, &|_| LEAP_NATS), std::slice::from_ref(&(0..60)), noise, |_, _| 0.0);
+        let found = decoded(&state, &free(&measured), std::slice::from_ref(&(0..60)), noise, |_, _| 0.0);
         for index in (0..60).filter(|index| *index != 30) {
             assert!((found[index] - 1.0 - 0.02 * index as f64).abs() < 0.02);
         }

@@ -74,6 +74,11 @@ pub(super) fn lifted(readings: &[Reading], height_sd_m: f64) -> Vec<bool> {
     std::iter::once(false).chain(readings.windows(2).map(is_lifted)).take(readings.len()).collect()
 }
 
+/// What a leap costs where the pivot is lifted, or not.
+pub(super) fn leap_nats(is_lifted: bool) -> f64 {
+    if is_lifted { LIFTED_LEAP_NATS } else { LEAP_NATS }
+}
+
 /// Segments of a log, and which of them begin after the object was lifted.
 #[derive(Clone, Debug)]
 pub(super) struct MotionPrior {
@@ -96,7 +101,7 @@ impl MotionPrior {
 
     /// What a leap up to a sample costs.
     pub fn leap_nats(&self, index: usize) -> f64 {
-        if self.lifted[index] { LIFTED_LEAP_NATS } else { LEAP_NATS }
+        leap_nats(self.lifted[index])
     }
 
     /// The samples at which the contact arrives by a leap that nothing explains: the object is not lifted.

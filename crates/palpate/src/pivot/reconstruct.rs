@@ -10,13 +10,13 @@ use crate::pivot::beside_leaps::are_open;
 use crate::pivot::calibration::{Reading, TOLD};
 use crate::pivot::center_of_mass::{self, FirstContact};
 use crate::pivot::closed_form::Stretch;
-use crate::pivot::decode::decoded;
+use crate::pivot::decode::{Decoding, decoded};
 use crate::pivot::error::PivotReconstructError;
 use crate::pivot::error_bars::ErrorBars;
 use crate::pivot::evidence::{self, Fit, MOST_HARMONICS, Stated, choose_order, squares_and_redundancies};
 use crate::pivot::log::{PivotLog, PivotSample};
 use crate::pivot::motion_between::{FIRST_SD_RAD, MotionBetween};
-use crate::pivot::motion_prior::{MotionPrior, lifted, tips_over};
+use crate::pivot::motion_prior::{MotionPrior, leap_nats, lifted, tips_over};
 use crate::pivot::posterior::PivotPosterior;
 use crate::pivot::result::{PivotPose, PivotReconstruction};
 use crate::pivot::rig::PivotRig;
@@ -114,7 +114,7 @@ pub fn reconstruct_with_posterior(
     let cautious = cautious.filter(|cautious| cautious.ranges != prepared.ranges);
     let start = cautious.and_then(|cautious| {
         let rest = likeliest_first(cautious.search(None)).into_iter().next()?;
-        prepared.followed(&cautious, &rest.fit)
+        prepared.completed(&cautious, &rest.fit)
     });
     let mut found = likeliest_first(prepared.search(start)).into_iter();
     let Found { mut reconstruction, posterior, log_evidence, .. } =
@@ -281,28 +281,29 @@ impl<'a> Prepared<'a> {
         found
     }
 
-    /// The state of all readings that are used, from a fit of some of them: the others follow those next to them.
-    fn followed(&self, others: &Self, fit: &Fit) -> Option<State> {
+    /// The state of all readings that are used, from a fit of some of them: the others are decoded by its shape.
+    fn completed(&self, others: &Self, fit: &Fit) -> Option<State> {
         let state = &fit.optimum.state;
-        let used = self.used();
-        let readings: Vec<Reading> = used.iter().map(|&index| self.readings[index]).collect();
-        let own = fit.like(self.problem(&readings));
         let mut known: Vec<Option<f64>> = vec![None; self.readings.len()];
         others.used().into_iter().zip(&state.theta_rad).for_each(|(index, theta)| known[index] = Some(*theta));
-        let mut theta_rad: Vec<Option<f64>> = used.iter().map(|&index| known[index]).collect();
-        for range in self.ranges_of_used() {
-            let mut follow = |places: &mut dyn Iterator<Item = usize>| {
-                let mut last: Option<f64> = None;
-                for place in places {
-                    theta_rad[place] = theta_rad[place].or_else(|| last.map(|last| own.settled(state, place, last).1));
-                    last = theta_rad[place];
-                }
-            };
-            follow(&mut range.clone());
-            follow(&mut range.rev());
-        }
-        let theta_rad: Option<Vec<f64>> = theta_rad.into_iter().collect();
-        Some(State { theta_rad: theta_rad?, ..state.clone() })
+        let used = self.used();
+        let errors = self.options.rig.calibration.with_told(state.told);
+        let measured = |&index: &usize| self.readings[index].measured(&errors);
+        let measured: Vec<[f64; 2]> = used.iter().map(measured).map(|m| [m.r_m, m.d_m]).collect();
+        let is_lifted = lifted(&self.readings, self.scatter.r_m);
+        let decoding = Decoding {
+            measured: &measured,
+            leap_nats: &|place| leap_nats(is_lifted[used[place]]),
+            known_rad: &|place| known[used[place]],
+        };
+        let variance = curve_variance(&fit.optimum, fit.order, fit.noise)?;
+        let decoded = decoded(state, &decoding, &self.ranges_of_used(), fit.noise, variance);
+        // A known angle is within half a step of what was decoded, whole turns apart.
+        let theta_rad = decoded.iter().zip(&used).map(|(theta, &index)| match known[index] {
+            Some(known) => theta + wrapped(known - theta),
+            None => *theta,
+        });
+        Some(State { theta_rad: theta_rad.collect(), ..state.clone() })
     }
 
     /// The best result from one closed form, the other of the same crossings beside it. It is left where it leads to the same as an earlier start; and
@@ -409,6 +410,64 @@ impl<'a> Prepared<'a> {
         if earlier.iter().any(|found| same(&found.led_to, &fit.optimum.state)) {
             return None;
         }
+        if let Ok(path) = std::env::var("TRUTH") {
+            let text = std::fs::read_to_string(path).unwrap();
+            let mut head = text.lines().filter(|l| !l.starts_with('#'));
+            let col = head.next().unwrap().split(',').position(|c| c == "psi_rad").unwrap();
+            let psi: Vec<f64> = head.map(|l| l.split(',').nth(col).unwrap().parse().unwrap()).collect();
+            let truth: Vec<f64> =
+                used.iter().map(|&i| self.options.rig.pad.tilt_rad - FRAC_PI_2 - psi[self.samples[i]]).collect();
+            let few = Problem { order: SEARCH_ORDER, ..problem.clone() };
+            let tell = |what: &str, theta: &[f64]| {
+                for range in &prior.ranges {
+                    let offs: Vec<f64> = range.clone().map(|i| wrapped(theta[i] - truth[i])).collect();
+                    let m = median(&mut offs.clone());
+                    let far = offs.iter().filter(|o| wrapped(**o - m).abs() > 0.1).count();
+                    let worst = offs.iter().map(|o| wrapped(o - m).abs()).fold(0.0, f64::max);
+                    eprintln!(
+                        "   {what} {:?} ({}..{}): truth from {:.2} to {:.2}; median off {:.3} worst {:.3} far {}",
+                        range,
+                        self.samples[used[range.start]],
+                        self.samples[used[range.end - 1]],
+                        truth[range.start],
+                        truth[range.end - 1],
+                        m,
+                        worst,
+                        far
+                    );
+                }
+            };
+            tell("closed", relative_rad);
+            tell("fit", &fit.optimum.state.theta_rad);
+            if let Some(of_truth) =
+                shape_given_angles(&few, truth.clone()).and_then(|start| choose(SEARCH_ORDER, start))
+            {
+                let pr = |f: &Fit| {
+                    prior
+                        .leaps(&f.optimum.state.theta_rad)
+                        .map(|i| (self.samples[used[i]], prior.leap_nats(i)))
+                        .collect::<Vec<_>>()
+                };
+                eprintln!(
+                    "fit evidence {:.2} order {} noise {:?} chi2 {:.3} leaps {:?} other {} between {:?}; from truth {:.2} order {} noise {:?} chi2 {:.3} leaps {:?} other {} between {:?}",
+                    fit.log_evidence,
+                    fit.order,
+                    fit.noise,
+                    self.chi2_per_dof(fit.noise, &fit.optimum).0,
+                    pr(&fit),
+                    prior.other_starts(&fit.optimum.state.theta_rad),
+                    fit.between_rad,
+                    of_truth.log_evidence,
+                    of_truth.order,
+                    of_truth.noise,
+                    self.chi2_per_dof(of_truth.noise, &of_truth.optimum).0,
+                    pr(&of_truth),
+                    prior.other_starts(&of_truth.optimum.state.theta_rad),
+                    of_truth.between_rad
+                );
+                tell("of truth", &of_truth.optimum.state.theta_rad);
+            }
+        }
         let led_to = fit.optimum.state.clone();
         let rivals = Rivals { search: &search, readings: &readings, thinning: &thinning, prior: &prior };
         // Rivals that turn out better take its place, and are examined in their turn.
@@ -486,11 +545,9 @@ impl<'a> Prepared<'a> {
         let errors = self.options.rig.calibration.with_told(state.told);
         let measured: Vec<[f64; 2]> =
             readings.iter().map(|reading| reading.measured(&errors)).map(|m| [m.r_m, m.d_m]).collect();
-        let leap_nats = |place: usize| prior.leap_nats(place);
-        Some(State {
-            theta_rad: decoded(state, (&measured, &leap_nats), &prior.ranges, noise, variance),
-            ..state.clone()
-        })
+        let decoding =
+            Decoding { measured: &measured, leap_nats: &|place| prior.leap_nats(place), known_rad: &|_| None };
+        Some(State { theta_rad: decoded(state, &decoding, &prior.ranges, noise, variance), ..state.clone() })
     }
 
     /// The state with the angles of segments that closed forms and fit do not agree on decoded anew, by the shape that the others tell; `None` where
@@ -522,8 +579,9 @@ impl<'a> Prepared<'a> {
         let variance = curve_variance(&told, few.order, few.noise)?;
         let mut theta_rad = state.theta_rad.clone();
         kept.iter().zip(&told.state.theta_rad).for_each(|(&place, theta)| theta_rad[place] = *theta);
-        let leap_nats = |place: usize| prior.leap_nats(place);
-        let decoded = decoded(&told.state, (&measured, &leap_nats), &others, few.noise, variance);
+        let decoding =
+            Decoding { measured: &measured, leap_nats: &|place| prior.leap_nats(place), known_rad: &|_| None };
+        let decoded = decoded(&told.state, &decoding, &others, few.noise, variance);
         others.into_iter().flatten().zip(decoded).for_each(|(place, theta)| theta_rad[place] = theta);
         Some(State { theta_rad, ..told.state })
     }
