@@ -32,11 +32,8 @@ use crate::shape::SupportFunction;
 /// Fewest samples with a contact that can be solved.
 const FEWEST_SAMPLES: usize = 30;
 
-/// The crossings of d = 0 are taken so many times as wide, and rolled through or not, in turn, until the readings are explained.
+/// The crossings of d = 0 are taken so many times as wide, and rolled through or not, in turn.
 const CROSSINGS: [(f64, bool); 4] = [(1.0, true), (1.0, false), (2.0, true), (0.5, false)];
-
-/// So many of them are tried even where the first explains the readings: where the others lead elsewhere, the log does not tell.
-const ALWAYS_TRIED: usize = 2;
 
 /// Contact angles are decoded anew at most so many times.
 const MOST_DECODINGS: usize = 8;
@@ -264,9 +261,9 @@ impl<'a> Prepared<'a> {
             found.extend(self.solved(&pair(width, may_roll), Some(start), &[]));
         }
         let mut tried: Vec<Vec<f64>> = Vec::new();
-        for (index, (width, may_roll)) in CROSSINGS.into_iter().enumerate() {
-            let always = if self.cuts == Cuts::AtLeaps { ALWAYS_TRIED } else { 0 };
-            if index >= always && found.iter().any(Found::is_explained) {
+        for (width, may_roll) in CROSSINGS {
+            // Where others lead elsewhere the log does not tell; for a start to go on from the first will do.
+            if self.cuts == Cuts::AtLongSteps && found.iter().any(Found::is_explained) {
                 break;
             }
             // Without a crossing all closed forms are one.
