@@ -151,7 +151,11 @@ impl fmt::Display for PivotDoubt {
                 write!(f, "a constant of the rig is {sds:.1} standard deviations from what was stated")
             }
             Self::LeftOut { share } => {
-                write!(f, "{:.0} % of the samples with a contact are in stretches too short to use", 100.0 * share)
+                write!(
+                    f,
+                    "{:.0} % of the samples with a contact have no pose: they are in stretches too short to use, or beside a leap",
+                    100.0 * share
+                )
             }
         }
     }
