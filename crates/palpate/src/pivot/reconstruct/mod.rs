@@ -1,33 +1,29 @@
 //! From a log of strokes to shape and motion: segments, closed form, search, maximum likelihood, rivals, verdict.
 
-use std::f64::consts::{FRAC_PI_2, TAU};
+mod assemble;
+mod placed_anew;
+
+use std::f64::consts::FRAC_PI_2;
 use std::ops::Range;
 
-use crate::estimate::coverage::{LONGEST_SLIDE, NODES, touches};
-use crate::math::angle::{mean_direction, wrapped};
-use crate::math::statistics::{median, root_mean_square, typical_sd};
-use crate::pivot::beside_leaps::are_open;
-use crate::pivot::calibration::{Reading, TOLD};
-use crate::pivot::center_of_mass::{self, FirstContact};
+use self::placed_anew::laid_on;
+use crate::math::statistics::{median, typical_sd};
+use crate::pivot::calibration::Reading;
 use crate::pivot::closed_form::Stretch;
-use crate::pivot::decode::{Decoding, decoded};
 use crate::pivot::error::PivotReconstructError;
-use crate::pivot::error_bars::ErrorBars;
 use crate::pivot::evidence::{self, Fit, MOST_HARMONICS, Stated, choose_order, squares_and_redundancies};
 use crate::pivot::log::{PivotLog, PivotSample};
 use crate::pivot::motion_between::{FIRST_SD_RAD, MotionBetween};
-use crate::pivot::motion_prior::{MotionPrior, leap_nats, lifted, tips_over};
+use crate::pivot::motion_prior::{MotionPrior, lifted, tips_over};
 use crate::pivot::posterior::PivotPosterior;
-use crate::pivot::result::{PivotPose, PivotReconstruction};
+use crate::pivot::result::PivotReconstruction;
 use crate::pivot::rig::PivotRig;
 use crate::pivot::rivals::{Rivals, Whole};
 use crate::pivot::search::{Arrangement, SEARCH_ORDER, Segments, same, search_noise, shape_given_angles};
 use crate::pivot::segments::{Cuts, LIFTED_SAMPLES, segments};
-use crate::pivot::smoother::{Noise, Optimum, Problem, State, across, curve_row};
+use crate::pivot::smoother::{Noise, Optimum, Problem, State};
 use crate::pivot::thinning::Thinning;
-use crate::pivot::verdict::{Findings, MODEL_ALLOWANCE, PivotDoubt, RIVAL_NATS};
-use crate::reconstruct::OutlinePoint;
-use crate::shape::SupportFunction;
+use crate::pivot::verdict::{MODEL_ALLOWANCE, PivotDoubt, RIVAL_NATS};
 
 /// Fewest samples with a contact that can be solved.
 const FEWEST_SAMPLES: usize = 30;
@@ -38,12 +34,6 @@ const CROSSINGS: [(f64, bool); 4] = [(1.0, true), (1.0, false), (2.0, true), (0.
 /// Contact angles are decoded anew at most so many times.
 const MOST_DECODINGS: usize = 8;
 
-/// A reading that is missed by so many standard deviations may be on the wrong branch: angles are decoded anew.
-const ASTRAY_SDS: f64 = 5.0;
-
-/// Closed forms and fit agree on a segment where their angles differ by less, radians.
-const AGREED_RAD: f64 = 0.2;
-
 /// A fit that leaves more than this, χ² per degree of freedom, is not certified: its rivals are not looked for.
 const EXPLAINED_CHI2: f64 = 1.6;
 
@@ -53,9 +43,6 @@ const LOOSE_SD_RAD: f64 = 0.05;
 
 /// Rivals that turn out better are examined in their turn, so many times.
 const MOST_BETTER_RIVALS: usize = 3;
-
-/// A contact angle with a larger standard deviation, radians, may seem to leap.
-const TOLD_RAD: f64 = 0.05;
 
 /// Smallest change of height or offset over all samples that is a motion, as a share of the size.
 const LEAST_MOTION: f64 = 1e-3;
@@ -278,31 +265,6 @@ impl<'a> Prepared<'a> {
         found
     }
 
-    /// The state of all readings that are used, from a fit of some of them: the others are decoded by its shape.
-    fn completed(&self, others: &Self, fit: &Fit) -> Option<State> {
-        let state = &fit.optimum.state;
-        let mut known: Vec<Option<f64>> = vec![None; self.readings.len()];
-        others.used().into_iter().zip(&state.theta_rad).for_each(|(index, theta)| known[index] = Some(*theta));
-        let used = self.used();
-        let errors = self.options.rig.calibration.with_told(state.told);
-        let measured = |&index: &usize| self.readings[index].measured(&errors);
-        let measured: Vec<[f64; 2]> = used.iter().map(measured).map(|m| [m.r_m, m.d_m]).collect();
-        let is_lifted = lifted(&self.readings, self.scatter.r_m);
-        let decoding = Decoding {
-            measured: &measured,
-            leap_nats: &|place| leap_nats(is_lifted[used[place]]),
-            known_rad: &|place| known[used[place]],
-        };
-        let variance = curve_variance(&fit.optimum, fit.order, fit.noise)?;
-        let decoded = decoded(state, &decoding, &self.ranges_of_used(), fit.noise, variance);
-        // A known angle is within half a step of what was decoded, whole turns apart.
-        let theta_rad = decoded.iter().zip(&used).map(|(theta, &index)| match known[index] {
-            Some(known) => theta + wrapped(known - theta),
-            None => *theta,
-        });
-        Some(State { theta_rad: theta_rad.collect(), ..state.clone() })
-    }
-
     /// The best result from one closed form, the other of the same crossings beside it. It is left where it leads to the same as an earlier start; and
     /// where one of these explains the log, if its segments, laid on that, lead back to it, or if what they are arranged to leads there, or explains the
     /// log with as many harmonics so little that no decoding makes a rival of it.
@@ -407,64 +369,6 @@ impl<'a> Prepared<'a> {
         if earlier.iter().any(|found| same(&found.led_to, &fit.optimum.state)) {
             return None;
         }
-        if let Ok(path) = std::env::var("TRUTH") {
-            let text = std::fs::read_to_string(path).unwrap();
-            let mut head = text.lines().filter(|l| !l.starts_with('#'));
-            let col = head.next().unwrap().split(',').position(|c| c == "psi_rad").unwrap();
-            let psi: Vec<f64> = head.map(|l| l.split(',').nth(col).unwrap().parse().unwrap()).collect();
-            let truth: Vec<f64> =
-                used.iter().map(|&i| self.options.rig.pad.tilt_rad - FRAC_PI_2 - psi[self.samples[i]]).collect();
-            let few = Problem { order: SEARCH_ORDER, ..problem.clone() };
-            let tell = |what: &str, theta: &[f64]| {
-                for range in &prior.ranges {
-                    let offs: Vec<f64> = range.clone().map(|i| wrapped(theta[i] - truth[i])).collect();
-                    let m = median(&mut offs.clone());
-                    let far = offs.iter().filter(|o| wrapped(**o - m).abs() > 0.1).count();
-                    let worst = offs.iter().map(|o| wrapped(o - m).abs()).fold(0.0, f64::max);
-                    eprintln!(
-                        "   {what} {:?} ({}..{}): truth from {:.2} to {:.2}; median off {:.3} worst {:.3} far {}",
-                        range,
-                        self.samples[used[range.start]],
-                        self.samples[used[range.end - 1]],
-                        truth[range.start],
-                        truth[range.end - 1],
-                        m,
-                        worst,
-                        far
-                    );
-                }
-            };
-            tell("closed", relative_rad);
-            tell("fit", &fit.optimum.state.theta_rad);
-            if let Some(of_truth) =
-                shape_given_angles(&few, truth.clone()).and_then(|start| choose(SEARCH_ORDER, start))
-            {
-                let pr = |f: &Fit| {
-                    prior
-                        .leaps(&f.optimum.state.theta_rad)
-                        .map(|i| (self.samples[used[i]], prior.leap_nats(i)))
-                        .collect::<Vec<_>>()
-                };
-                eprintln!(
-                    "fit evidence {:.2} order {} noise {:?} chi2 {:.3} leaps {:?} other {} between {:?}; from truth {:.2} order {} noise {:?} chi2 {:.3} leaps {:?} other {} between {:?}",
-                    fit.log_evidence,
-                    fit.order,
-                    fit.noise,
-                    self.chi2_per_dof(fit.noise, &fit.optimum).0,
-                    pr(&fit),
-                    prior.other_starts(&fit.optimum.state.theta_rad),
-                    fit.between_rad,
-                    of_truth.log_evidence,
-                    of_truth.order,
-                    of_truth.noise,
-                    self.chi2_per_dof(of_truth.noise, &of_truth.optimum).0,
-                    pr(&of_truth),
-                    prior.other_starts(&of_truth.optimum.state.theta_rad),
-                    of_truth.between_rad
-                );
-                tell("of truth", &of_truth.optimum.state.theta_rad);
-            }
-        }
         let led_to = fit.optimum.state.clone();
         let rivals = Rivals { search: &search, readings: &readings, thinning: &thinning, prior: &prior };
         // Rivals that turn out better take its place, and are examined in their turn.
@@ -523,80 +427,6 @@ impl<'a> Prepared<'a> {
         self.ranges.iter().flat_map(angles).collect()
     }
 
-    /// Whether a reading may be on the wrong branch.
-    fn is_astray(&self, fit: &Fit) -> bool {
-        let reference = self.reference();
-        let sds = |[r, d]: &[f64; 2]| (r * fit.noise.r_m / reference.r_m).hypot(d * fit.noise.d_m / reference.d_m);
-        fit.optimum.linear.told.residuals.iter().any(|residual| sds(residual) > ASTRAY_SDS)
-    }
-
-    /// The state with all angles decoded anew; `None` where no reading asks for it.
-    fn mended(&self, readings: &[Reading], prior: &MotionPrior, fit: &Fit) -> Option<State> {
-        let reference = self.reference();
-        let noise = Noise { r_m: fit.noise.r_m.max(reference.r_m), d_m: fit.noise.d_m.max(reference.d_m) };
-        let state = &fit.optimum.state;
-        if !self.is_astray(fit) {
-            return None;
-        }
-        let variance = curve_variance(&fit.optimum, fit.order, noise)?;
-        let errors = self.options.rig.calibration.with_told(state.told);
-        let measured: Vec<[f64; 2]> =
-            readings.iter().map(|reading| reading.measured(&errors)).map(|m| [m.r_m, m.d_m]).collect();
-        let decoding =
-            Decoding { measured: &measured, leap_nats: &|place| prior.leap_nats(place), known_rad: &|_| None };
-        Some(State { theta_rad: decoded(state, &decoding, &prior.ranges, noise, variance), ..state.clone() })
-    }
-
-    /// The state with the angles of segments that closed forms and fit do not agree on decoded anew, by the shape that the others tell; `None` where
-    /// they agree on all, or on few.
-    fn placed_by_others(&self, few: &Problem, prior: &MotionPrior, fit: &Fit) -> Option<State> {
-        if !self.is_astray(fit) {
-            return None;
-        }
-        let state = &fit.optimum.state;
-        let laid = prior.relative_rad.each_ref().map(|relative| laid_on(&prior.ranges, relative, &state.theta_rad));
-        let is_agreed = |range: &Range<usize>| {
-            let mut all =
-                range.clone().flat_map(|place| laid.iter().map(move |laid| laid[place] - state.theta_rad[place]));
-            all.all(|off| off.abs() < AGREED_RAD)
-        };
-        let (agreed, others): (Vec<Range<usize>>, Vec<Range<usize>>) =
-            prior.ranges.iter().cloned().partition(is_agreed);
-        let kept: Vec<usize> = agreed.into_iter().flatten().collect();
-        if others.is_empty() || kept.len() < FEWEST_SAMPLES {
-            return None;
-        }
-        let readings: Vec<Reading> = kept.iter().map(|&place| few.readings[place]).collect();
-        let of_kept = Problem { readings: &readings, ..few.clone() };
-        let start = shape_given_angles(&of_kept, kept.iter().map(|&place| state.theta_rad[place]).collect())?;
-        let told = of_kept.solve(start)?;
-        let errors = self.options.rig.calibration.with_told(told.state.told);
-        let measured: Vec<[f64; 2]> =
-            few.readings.iter().map(|reading| reading.measured(&errors)).map(|m| [m.r_m, m.d_m]).collect();
-        let variance = curve_variance(&told, few.order, few.noise)?;
-        let mut theta_rad = state.theta_rad.clone();
-        kept.iter().zip(&told.state.theta_rad).for_each(|(&place, theta)| theta_rad[place] = *theta);
-        let decoding =
-            Decoding { measured: &measured, leap_nats: &|place| prior.leap_nats(place), known_rad: &|_| None };
-        let decoded = decoded(&told.state, &decoding, &others, few.noise, variance);
-        others.into_iter().flatten().zip(decoded).for_each(|(place, theta)| theta_rad[place] = theta);
-        Some(State { theta_rad, ..told.state })
-    }
-
-    /// Which of the readings may as well be on the other side of a leap.
-    fn open_samples(&self, problem: &Problem, prior: &MotionPrior, fit: &Fit) -> Option<Vec<bool>> {
-        let state = &fit.optimum.state;
-        let own = Problem { between: None, ..problem.clone() };
-        let variance = curve_variance(&fit.optimum, fit.order, fit.noise)?;
-        let cost = |sample: usize, theta_rad: f64| {
-            let (nats, theta_rad) = own.settled(state, sample, theta_rad);
-            let contact = crate::estimate::model::contact::support(&state.coefficients, theta_rad);
-            let share = across([-contact.d / fit.noise.r_m, (contact.r - contact.v) / fit.noise.d_m]);
-            (nats / (1.0 + variance(theta_rad, share)), theta_rad)
-        };
-        Some(are_open(&prior.ranges, &state.theta_rad, &cost, &|sample| prior.leap_nats(sample)))
-    }
-
     /// Whether the object hung free before a sample: it was lifted from the pad, and so high that it could turn as it liked. One that tips over, or
     /// bounces, is off the pad for a while as well.
     fn hung_free_before(&self, sample: usize) -> bool {
@@ -630,208 +460,6 @@ impl<'a> Prepared<'a> {
         };
         self.ranges.iter().map(next).collect()
     }
-
-    /// The result of one fit, whose noise and number of harmonics are its own and not those of the problem.
-    fn assembled(
-        &self,
-        problem: &Problem,
-        fit: &Fit,
-        prior: &MotionPrior,
-        alternatives: usize,
-    ) -> Option<(PivotReconstruction, PivotPosterior)> {
-        let problem = &fit.like(problem.clone());
-        let rig = &self.options.rig;
-        let state = &fit.optimum.state;
-        let linear = &fit.optimum.linear;
-        let calibration = rig.calibration.with_told(state.told);
-        let tilt_rad = rig.pad.tilt_rad + calibration.tilt_rad;
-        let first_rad = *state.theta_rad.first()?;
-        // ψ = 0 at the first contact.
-        let turn_rad = tilt_rad - FRAC_PI_2 - first_rad;
-        let open = self.open_samples(problem, prior, fit)?;
-        let shape = SupportFunction::from_coefficients(&state.coefficients).rotated(turn_rad);
-        if shape.has_nonfinite() {
-            return None;
-        }
-        let paths: Vec<Vec<f64>> = self
-            .ranges_of_used()
-            .into_iter()
-            .flat_map(|range| {
-                let placed: Vec<f64> =
-                    range.filter(|&place| !open[place]).map(|place| state.theta_rad[place] + turn_rad).collect();
-                let slides = placed.chunk_by(|a, b| (b - a).abs() <= LONGEST_SLIDE);
-                slides.map(<[f64]>::to_vec).collect::<Vec<Vec<f64>>>()
-            })
-            .collect();
-        let counts = touches(&paths);
-        let felt: Vec<usize> = (0..NODES).filter(|&node| counts[node] > 0).collect();
-        let angle = |node: usize| TAU * node as f64 / NODES as f64;
-        // Error bars belong to the shape before it was turned.
-        let felt_before: Vec<f64> = felt.iter().map(|&node| angle(node) - turn_rad).collect();
-        let alone = Problem { between: None, ..problem.clone() }.linearised(state);
-        let bars = ErrorBars::new(linear, &alone, state, &felt_before)?;
-        let outline: Vec<OutlinePoint> = (0..NODES)
-            .map(|node| {
-                let theta_rad = angle(node);
-                let (contact, point) = (shape.at(theta_rad), shape.boundary_point(theta_rad));
-                OutlinePoint {
-                    theta_rad,
-                    r_m: contact.r,
-                    r_sd_m: bars.r_sd_m(theta_rad - turn_rad),
-                    x_m: point.x_m,
-                    y_m: point.y_m,
-                    curvature_radius_m: contact.v,
-                    touches: counts[node],
-                }
-            })
-            .collect();
-        let motion = self.motion(problem, fit, (&bars, &open), turn_rad, tilt_rad);
-        let theta_sd_rad = root_mean_square(&bars.theta_sd_rad);
-        let r_sd_m = root_mean_square(&felt.iter().map(|&node| outline[node].r_sd_m).collect::<Vec<f64>>());
-        let (chi2_per_dof, dof) = self.chi2_per_dof(fit.noise, &fit.optimum);
-        let coverage = felt.len() as f64 / NODES as f64;
-        let concave_sds = felt_before
-            .iter()
-            .map(|&theta| {
-                -crate::estimate::model::contact::support(&state.coefficients, theta).v
-                    / bars.v_sd_m(theta).max(1e-12 * self.size_m)
-            })
-            .fold(0.0, f64::max);
-        // Where readings hardly tell an angle it may seem to leap.
-        let is_told = |index: usize| bars.theta_sd_rad[index].max(bars.theta_sd_rad[index - 1]) < TOLD_RAD;
-        let leaps = prior.unexplained_leaps(&state.theta_rad).filter(|&index| is_told(index)).count();
-        let stated = rig.calibration.told();
-        let rig_off_sds = problem
-            .open
-            .iter()
-            .map(|&(constant, sd)| ((state.told[constant] - stated[constant]) / sd).abs())
-            .fold(0.0, f64::max);
-        let findings = Findings {
-            size_m: shape.mean_radius_m(),
-            least_r_m: felt.iter().map(|&node| outline[node].r_m).fold(f64::INFINITY, f64::min),
-            chi2_per_dof,
-            dof,
-            noise_stated: self.stated().d_m.is_some(),
-            coverage,
-            r_sd_m,
-            theta_sd_rad,
-            largest_theta_sd_rad: bars.theta_sd_rad.iter().copied().fold(0.0, f64::max),
-            most_harmonics: (self.options.harmonics.is_none() && fit.order >= MOST_HARMONICS).then_some(fit.order),
-            concave_sds,
-            alternatives,
-            leaps,
-            other_starts: prior.other_starts(&state.theta_rad),
-            rig_off_sds,
-            left_out: 1.0 - open.iter().filter(|open| !**open).count() as f64 / self.readings.len() as f64,
-        };
-        let mut told_sd = rig.tolerances.told();
-        for (place, &(constant, _)) in problem.open.iter().enumerate() {
-            let index = 2 * fit.order + 1 + place;
-            told_sd[constant] = bars.covariance[(index, index)].max(0.0).sqrt();
-        }
-        let [zero_sd_m, scale_sd, tilt_sd_rad]: [f64; TOLD] = told_sd;
-        let first = self.first_contacts(&motion);
-        let center_of_mass = center_of_mass::estimate(&shape, &first, tilt_rad, self.log.swing_period_s);
-        let posterior = PivotPosterior::new(&state.coefficients, bars.of_shape(), turn_rad);
-        let reconstruction = PivotReconstruction {
-            shape,
-            outline,
-            motion,
-            doubts: findings.doubts(),
-            chi2_per_dof: findings.chi2_per_dof,
-            coverage,
-            alternatives,
-            others: Vec::new(),
-            segments: self.ranges.len(),
-            sensor_sd_m: fit.noise.d_m,
-            arm_sd_m: fit.noise.r_m,
-            calibration,
-            calibration_sd: crate::pivot::calibration::PivotTolerances {
-                zero_sd_m,
-                scale_sd,
-                tilt_sd_rad,
-                height_sd_m: rig.tolerances.height_sd_m,
-            },
-            center_of_mass,
-        };
-        Some((reconstruction, posterior))
-    }
-
-    /// One pose per sample of the log.
-    fn motion(
-        &self,
-        problem: &Problem,
-        fit: &Fit,
-        (bars, open): (&ErrorBars, &[bool]),
-        turn_rad: f64,
-        tilt_rad: f64,
-    ) -> Vec<PivotPose> {
-        let mut motion: Vec<PivotPose> = self
-            .log
-            .samples
-            .iter()
-            .map(|sample| PivotPose {
-                time_s: sample.time_s,
-                pivot_x_m: sample.pivot_x_m,
-                pivot_y_m: sample.pivot_y_m,
-                theta_rad: None,
-                psi_rad: None,
-                psi_sd_rad: None,
-                segment: None,
-                height_residual_m: None,
-                offset_residual_m: None,
-            })
-            .collect();
-        let state = &fit.optimum.state;
-        let mut first = 0;
-        for (segment, range) in self.ranges.iter().enumerate() {
-            // Whole turns do not count: each segment begins within half a turn of the first.
-            let begins = state.theta_rad[first] + turn_rad - (tilt_rad - FRAC_PI_2);
-            let whole = wrapped(begins) - begins;
-            for (place, index) in (first..).zip(range.clone()).filter(|(place, _)| !open[*place]) {
-                let pose = &mut motion[self.samples[index]];
-                let theta = state.theta_rad[place] + turn_rad + whole;
-                let [r, d] = fit.optimum.linear.told.residuals[place];
-                pose.theta_rad = Some(theta);
-                pose.psi_rad = Some(tilt_rad - FRAC_PI_2 - theta);
-                pose.psi_sd_rad = Some(bars.theta_sd_rad[place]);
-                pose.segment = Some(segment as u32);
-                pose.height_residual_m = Some(-r * problem.noise.r_m);
-                pose.offset_residual_m = Some(-d * problem.noise.d_m);
-            }
-            first += range.len();
-        }
-        motion
-    }
-
-    /// What each stroke begins with: the first contact after samples without one.
-    fn first_contacts(&self, motion: &[PivotPose]) -> Vec<FirstContact> {
-        let mut first = Vec::new();
-        for range in &self.ranges {
-            let sample = self.samples[range.start];
-            let Some(before) = sample.checked_sub(1).filter(|_| self.hung_free_before(sample)) else { continue };
-            if let (Some(theta), Some(sd)) = (motion[sample].theta_rad, motion[sample].psi_sd_rad) {
-                let lowered_m = self.height_m(before) - self.height_m(sample);
-                first.push(FirstContact::new(theta, sd, lowered_m, self.d_m[range.start]));
-            }
-        }
-        first
-    }
-}
-
-/// The variance of shares of the residuals of r and of d, over this noise, as far as they are those of the shape: at an angle.
-fn curve_variance(
-    Optimum { state, linear, .. }: &Optimum,
-    order: usize,
-    noise: Noise,
-) -> Option<impl Fn(f64, [f64; 2]) -> f64 + use<>> {
-    let covariance = linear.factorised(&state.coefficients, 0.0)?.inverse();
-    let unknowns = 2 * order + 1;
-    let of_shape = covariance.view((0, 0), (unknowns, unknowns)).into_owned();
-    Some(move |theta_rad: f64, [r_share, d_share]: [f64; 2]| {
-        let row = curve_row(theta_rad, order, [r_share / noise.r_m, d_share / noise.d_m]);
-        (&of_shape * &row).dot(&row).max(0.0)
-    })
 }
 
 /// What a fit comes to: the motion between readings is believed loosely only, in its final shape too. Believed as it was fitted it would bend the shape
@@ -842,18 +470,6 @@ fn loosened(problem: &Problem, fit: Fit) -> Fit {
     let loose = Problem { between: Some((between, loose_rad)), ..problem.clone() };
     let Some(optimum) = loose.solve(fit.optimum.state.clone()) else { return fit };
     Fit { optimum, between_rad: Some(loose_rad), ..fit }
-}
-
-/// Angles of segments, each up to a constant, laid on others by the rotation of each segment that suits most of it: some of either may be elsewhere.
-fn laid_on(ranges: &[Range<usize>], relative_rad: &[f64], theta_rad: &[f64]) -> Vec<f64> {
-    let laid = |range: &Range<usize>| {
-        let (own, there) = (&relative_rad[range.clone()], &theta_rad[range.clone()]);
-        let turns = || own.iter().zip(there).map(|(own, there)| there - own);
-        let mean_rad = mean_direction(turns());
-        let turn_rad = mean_rad + median(&mut turns().map(|turn| wrapped(turn - mean_rad)).collect::<Vec<f64>>());
-        own.iter().map(move |own| own + turn_rad)
-    };
-    ranges.iter().flat_map(laid).collect()
 }
 
 /// The noise of a signal by its third differences, which hardly know of a smooth motion: those of independent errors spread by √20.
@@ -951,25 +567,6 @@ mod tests {
             let (found, _) = prepared.assembled(&problem, &other, &prior, 2).expect("its result");
             assert_eq!((found.shape.harmonics_m().len(), found.alternatives), (order, 2));
             assert_eq!(found.motion.len(), reconstruction.motion.len());
-        }
-    }
-
-    #[test]
-    fn segments_are_laid_on_others_by_one_rotation_each() {
-        let theta_rad: Vec<f64> = (0..12).map(|index| 0.1 * f64::from(index)).collect();
-        let turned = |index: usize| theta_rad[index] + if index < 5 { 2.0 } else { -7.0 };
-        // Angles that are off, fewer than half of them, do not turn their segment.
-        let mut relative_rad: Vec<f64> = (0..12).map(turned).collect();
-        relative_rad[8] += 0.07;
-        relative_rad[10] += 0.7;
-        let laid = laid_on(&[0..5, 5..12], &relative_rad, &theta_rad);
-        for (index, (laid, theta)) in laid.iter().zip(&theta_rad).enumerate() {
-            let expected = match index {
-                8 => 0.07,
-                10 => 0.7,
-                _ => 0.0,
-            };
-            assert!((wrapped(laid - theta) - expected).abs() < 1e-9, "{index}: {laid} {theta}");
         }
     }
 }
