@@ -96,11 +96,11 @@ pub fn reconstruct_with_posterior(
     // An object may tip over unseen where it turns fast: what the rest tells is tried first.
     let cautious = Prepared::new(log, options, Cuts::AtLongSteps).ok();
     let cautious = cautious.filter(|cautious| cautious.ranges != prepared.ranges);
-    let start = cautious.and_then(|cautious| {
-        let rest = likeliest_first(cautious.search(None)).into_iter().next()?;
-        prepared.completed(&cautious, &rest.fit)
+    let starts = cautious.map_or_else(Vec::new, |cautious| {
+        let rest = likeliest_first(cautious.search(Vec::new()));
+        rest.iter().filter_map(|rest| prepared.completed(&cautious, &rest.fit)).collect()
     });
-    let mut found = likeliest_first(prepared.search(start)).into_iter();
+    let mut found = likeliest_first(prepared.search(starts)).into_iter();
     let Found { mut reconstruction, posterior, log_evidence, .. } =
         found.next().ok_or(PivotReconstructError::NotSolvable)?;
     let rivals = found.filter(|rival| {
@@ -239,20 +239,20 @@ impl<'a> Prepared<'a> {
         }
     }
 
-    /// Results from the closed forms, and from a start where there is one.
-    fn search(&self, start: Option<State>) -> Vec<Found> {
+    /// Results from these starts, or from the closed forms where they do not explain the log.
+    fn search(&self, starts: Vec<State>) -> Vec<Found> {
         let pair = |width: f64, may_roll: bool| [may_roll, !may_roll].map(|may_roll| self.relative(width, may_roll));
         let mut found: Vec<Found> = Vec::new();
-        if let Some(start) = start {
+        for start in starts {
             let [(width, may_roll), ..] = CROSSINGS;
-            found.extend(self.solved(&pair(width, may_roll), Some(start), &[]));
+            let other = self.solved(&pair(width, may_roll), Some(start), &found);
+            found.extend(other);
+        }
+        if found.iter().any(Found::is_explained) {
+            return found;
         }
         let mut tried: Vec<Vec<f64>> = Vec::new();
         for (width, may_roll) in CROSSINGS {
-            // Where others lead elsewhere the log does not tell; for a start to go on from the first will do.
-            if self.cuts == Cuts::AtLongSteps && found.iter().any(Found::is_explained) {
-                break;
-            }
             // Without a crossing all closed forms are one.
             let pair = pair(width, may_roll);
             if !tried.contains(&pair[0]) {
@@ -314,7 +314,7 @@ impl<'a> Prepared<'a> {
             Some(Fit { log_evidence: fit.log_evidence - prior.cost(&fit.optimum.state.theta_rad), ..fit })
         };
         let whole = |fit: &Fit| fit.like(problem.clone());
-        if let Some(Found { fit, .. }) = explained {
+        if let Some(Found { fit, .. }) = explained.filter(|_| start.is_none()) {
             let alike = whole(fit);
             let laid = laid_on(&prior.ranges, relative_rad, &fit.optimum.state.theta_rad);
             let there = alike.solve(shape_given_angles(&alike, laid)?)?;
