@@ -6,13 +6,10 @@ use std::f64::consts::TAU;
 use std::ops::Range;
 
 use crate::math::angle::wrapped;
+use crate::pivot::motion_prior::LEAP_RAD;
 use crate::pivot::verdict::RIVAL_NATS;
 
-/// Longer steps from one sample to the next are leaps, radians. The other side of one is where the contact would go on to, within this, or anywhere on the
-/// way from there: an object may be felt while it tips over.
-const LEAP_RAD: f64 = 0.15;
-
-/// That way is looked at in steps of so much, radians.
+/// Other places of a sample are looked for in steps of so much, radians.
 const LOOK_RAD: f64 = 0.1;
 
 /// Looks at most: a turn and a half.
@@ -76,7 +73,8 @@ fn may_be_elsewhere(
         .any(|there| with_leaps(there) < own + TOLD_NATS)
 }
 
-/// The samples on one side of a leap, the next to it first, that may as well be on the other.
+/// The samples on one side of a leap, the next to it first, that may as well be on the other: where the contact would go on to, or anywhere on the way from
+/// there, as an object may be felt while it tips over.
 fn taken_over(
     other: &[usize],
     own: &[usize],

@@ -17,7 +17,7 @@ const LIFTED_LEAP_NATS: f64 = 5.0;
 
 /// A step from one sample of a segment to the next that is longer than this, radians, and differs from that of the closed form by as much,
 /// is a leap …
-const LEAP_RAD: f64 = 0.15;
+pub(super) const LEAP_RAD: f64 = 0.15;
 
 /// … and where the object tips over by more than this share of it, which the quadrature may be off by over one step.
 const LEAP_SHARE: f64 = 0.5;

@@ -243,10 +243,13 @@ impl<'a> Prepared<'a> {
     fn search(&self, starts: Vec<State>) -> Vec<Found> {
         let pair = |width: f64, may_roll: bool| [may_roll, !may_roll].map(|may_roll| self.relative(width, may_roll));
         let mut found: Vec<Found> = Vec::new();
-        for start in starts {
+        if !starts.is_empty() {
             let [(width, may_roll), ..] = CROSSINGS;
-            let other = self.solved(&pair(width, may_roll), Some(start), &found);
-            found.extend(other);
+            let first = pair(width, may_roll);
+            for start in starts {
+                let other = self.solved(&first, Some(start), &found);
+                found.extend(other);
+            }
         }
         if found.iter().any(Found::is_explained) {
             return found;
@@ -348,15 +351,13 @@ impl<'a> Prepared<'a> {
             let own = Problem { noise: fit.noise, between: None, ..problem.clone() };
             let bridged = prior.bridged(&state.theta_rad, &|index, theta_rad| own.settled(state, index, theta_rad));
             let bridged = bridged.map(|theta_rad| State { theta_rad, ..state.clone() });
-            let few = Problem { order: SEARCH_ORDER, between: None, ..problem.clone() };
-            let starts =
-                [continuous, bridged, self.mended(&readings, &prior, &fit), self.placed_by_others(&few, &prior, &fit)];
-            let mut starts: Vec<State> = starts.into_iter().flatten().collect();
+            let mended = self.mended(&readings, &prior, &fit);
+            let by_others = self.placed_by_others(&readings, &prior, &fit);
+            let mut starts: Vec<State> = [continuous, bridged, mended, by_others].into_iter().flatten().collect();
             if !starts.is_empty() {
                 // What is wrong may have come with the fit: the closed forms, where it is, know nothing of it.
-                let few = Problem { order: SEARCH_ORDER, ..problem.clone() };
                 let laid = prior.relative_rad.iter().map(|relative| laid_on(&prior.ranges, relative, &state.theta_rad));
-                starts.extend(laid.filter_map(|theta_rad| shape_given_angles(&few, theta_rad)));
+                starts.extend(laid.filter_map(|theta_rad| shape_given_angles(&problem, theta_rad)));
             }
             // From few harmonics, which do not follow what is wrong.
             let tried = starts.into_iter().filter_map(|start| choose(SEARCH_ORDER, start));

@@ -10,7 +10,7 @@ use crate::pivot::decode::{Decoding, decoded};
 use crate::pivot::evidence::Fit;
 use crate::pivot::motion_prior::{MotionPrior, leap_nats, lifted};
 use crate::pivot::search::shape_given_angles;
-use crate::pivot::smoother::{Noise, Optimum, Problem, State, curve_row};
+use crate::pivot::smoother::{Noise, Optimum, State, curve_row};
 
 /// A reading that is missed by so many standard deviations may be on the wrong branch: angles are decoded anew.
 const ASTRAY_SDS: f64 = 5.0;
@@ -25,9 +25,7 @@ impl Prepared<'_> {
         let mut known: Vec<Option<f64>> = vec![None; self.readings.len()];
         others.used().into_iter().zip(&state.theta_rad).for_each(|(index, theta)| known[index] = Some(*theta));
         let used = self.used();
-        let errors = self.options.rig.calibration.with_told(state.told);
-        let measured = |&index: &usize| self.readings[index].measured(&errors);
-        let measured: Vec<[f64; 2]> = used.iter().map(measured).map(|m| [m.r_m, m.d_m]).collect();
+        let measured = self.measured(used.iter().map(|&index| &self.readings[index]), state);
         let is_lifted = lifted(&self.readings, self.scatter.r_m);
         let decoding = Decoding {
             measured: &measured,
@@ -44,6 +42,12 @@ impl Prepared<'_> {
         Some(State { theta_rad: theta_rad.collect(), ..state.clone() })
     }
 
+    /// Height and offset of readings, with the constants of the rig of a state.
+    fn measured<'b>(&self, readings: impl IntoIterator<Item = &'b Reading>, state: &State) -> Vec<[f64; 2]> {
+        let errors = self.options.rig.calibration.with_told(state.told);
+        readings.into_iter().map(|reading| reading.measured(&errors)).map(|m| [m.r_m, m.d_m]).collect()
+    }
+
     /// Whether a reading may be on the wrong branch.
     fn is_astray(&self, fit: &Fit) -> bool {
         let reference = self.reference();
@@ -53,16 +57,14 @@ impl Prepared<'_> {
 
     /// The state with all angles decoded anew; `None` where no reading asks for it.
     pub(super) fn mended(&self, readings: &[Reading], prior: &MotionPrior, fit: &Fit) -> Option<State> {
-        let reference = self.reference();
-        let noise = Noise { r_m: fit.noise.r_m.max(reference.r_m), d_m: fit.noise.d_m.max(reference.d_m) };
-        let state = &fit.optimum.state;
         if !self.is_astray(fit) {
             return None;
         }
+        let reference = self.reference();
+        let noise = Noise { r_m: fit.noise.r_m.max(reference.r_m), d_m: fit.noise.d_m.max(reference.d_m) };
+        let state = &fit.optimum.state;
         let variance = curve_variance(&fit.optimum, fit.order, noise)?;
-        let errors = self.options.rig.calibration.with_told(state.told);
-        let measured: Vec<[f64; 2]> =
-            readings.iter().map(|reading| reading.measured(&errors)).map(|m| [m.r_m, m.d_m]).collect();
+        let measured = self.measured(readings, state);
         let decoding =
             Decoding { measured: &measured, leap_nats: &|place| prior.leap_nats(place), known_rad: &|_| None };
         Some(State { theta_rad: decoded(state, &decoding, &prior.ranges, noise, variance), ..state.clone() })
@@ -70,7 +72,7 @@ impl Prepared<'_> {
 
     /// The state with the angles of segments that closed forms and fit do not agree on decoded anew, by the shape that the others tell; `None` where
     /// they agree on all, or on few.
-    pub(super) fn placed_by_others(&self, few: &Problem, prior: &MotionPrior, fit: &Fit) -> Option<State> {
+    pub(super) fn placed_by_others(&self, readings: &[Reading], prior: &MotionPrior, fit: &Fit) -> Option<State> {
         if !self.is_astray(fit) {
             return None;
         }
@@ -87,13 +89,11 @@ impl Prepared<'_> {
         if others.is_empty() || kept.len() < FEWEST_SAMPLES {
             return None;
         }
-        let readings: Vec<Reading> = kept.iter().map(|&place| few.readings[place]).collect();
-        let of_kept = Problem { readings: &readings, ..few.clone() };
-        let start = shape_given_angles(&of_kept, kept.iter().map(|&place| state.theta_rad[place]).collect())?;
-        let told = of_kept.solve(start)?;
-        let errors = self.options.rig.calibration.with_told(told.state.told);
-        let measured: Vec<[f64; 2]> =
-            few.readings.iter().map(|reading| reading.measured(&errors)).map(|m| [m.r_m, m.d_m]).collect();
+        let of_kept: Vec<Reading> = kept.iter().map(|&place| readings[place]).collect();
+        let few = self.problem(&of_kept);
+        let start = shape_given_angles(&few, kept.iter().map(|&place| state.theta_rad[place]).collect())?;
+        let told = few.solve(start)?;
+        let measured = self.measured(readings, &told.state);
         let variance = curve_variance(&told, few.order, few.noise)?;
         let mut theta_rad = state.theta_rad.clone();
         kept.iter().zip(&told.state.theta_rad).for_each(|(&place, theta)| theta_rad[place] = *theta);
