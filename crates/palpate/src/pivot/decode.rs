@@ -40,7 +40,10 @@ pub(super) struct Table {
 struct Node {
     r_m: f64,
     d_m: f64,
-    slope: [f64; 2],
+    /// The unit vector across the curve, in units of the noise.
+    across: [f64; 2],
+    /// How far along the curve half a step of the grid is, in units of the noise.
+    reach: f64,
     /// Variance across the curve, in units of the noise, and half its logarithm.
     variance: f64,
     half_log: f64,
@@ -65,8 +68,10 @@ impl Table {
             let theta = angle(node);
             let ContactSupport { r: r_m, d: d_m, v: v_m } = support(coefficients, theta);
             let slope = [-d_m / noise.r_m, (r_m - v_m) / noise.d_m];
-            let variance = 1.0 + variance_across(theta, across(slope));
-            Node { r_m, d_m, slope, variance, half_log: 0.5 * variance.ln() }
+            let across = across(slope);
+            let reach = 0.5 * TAU / GRID as f64 * slope[0].hypot(slope[1]);
+            let variance = 1.0 + variance_across(theta, across);
+            Node { r_m, d_m, across, reach, variance, half_log: 0.5 * variance.ln() }
         };
         Self { coefficients: coefficients.to_vec(), nodes: (0..GRID).map(node).collect(), noise }
     }
@@ -122,11 +127,10 @@ fn angle(node: usize) -> f64 {
 /// Squared distance of a reading from a node, whose angle is free within half a step of the grid, in standard deviations.
 fn square(node: &Node, [r_m, d_m]: [f64; 2], noise: Noise) -> f64 {
     let residual = [(node.r_m - r_m) / noise.r_m, (node.d_m - d_m) / noise.d_m];
-    let cross = across(node.slope);
-    let left = cross[0] * residual[0] + cross[1] * residual[1];
-    let along = cross[1] * residual[0] - cross[0] * residual[1];
-    let reach = 0.5 * TAU / GRID as f64 * node.slope[0].hypot(node.slope[1]);
-    let beyond = (along.abs() - reach).max(0.0);
+    let [r_share, d_share] = node.across;
+    let left = r_share * residual[0] + d_share * residual[1];
+    let along = d_share * residual[0] - r_share * residual[1];
+    let beyond = (along.abs() - node.reach).max(0.0);
     (left * left + beyond * beyond) / node.variance
 }
 
@@ -164,16 +168,13 @@ impl Forward {
 
     /// The least of cost + distance, around the circle both ways, and of a leap from anywhere.
     fn step(&mut self, from: &mut [u16], leap_nats: f64) {
-        let per_node = TAU / GRID as f64 / STEP_RAD;
         let costs = &mut self.costs;
-        for pass in 0..2 * GRID {
-            let (node, before) = (pass % GRID, (pass + GRID - 1) % GRID);
-            relax(costs, from, node, before, per_node);
-        }
-        for pass in (0..2 * GRID).rev() {
-            let (node, before) = (pass % GRID, (pass + 1) % GRID);
-            relax(costs, from, node, before, per_node);
-        }
+        let next = |node: usize| (node + 1) % GRID;
+        // The second time around as far as anything is lowered: beyond that the first time has done it.
+        (0..GRID).rev().for_each(|node| _ = relax(costs, from, node, next(node)));
+        (0..GRID).rev().all(|node| relax(costs, from, node, next(node)));
+        (0..GRID).for_each(|before| _ = relax(costs, from, next(before), before));
+        (0..GRID).all(|before| relax(costs, from, next(before), before));
         let least = (0..GRID).min_by(|&a, &b| costs[a].total_cmp(&costs[b])).unwrap_or(0);
         let (leapt, origin) = (costs[least] + leap_nats, from[least]);
         for node in 0..GRID {
@@ -234,12 +235,15 @@ fn path(table: &Table, Decoding { measured, leap_nats, known_rad }: &Decoding, r
     theta
 }
 
-fn relax(costs: &mut [f64], from: &mut [u16], node: usize, before: usize, per_node: f64) {
-    let through = costs[before] + per_node;
-    if through < costs[node] {
+/// Whether the way from a node to the one next to it is cheaper than what led there; it is taken then.
+fn relax(costs: &mut [f64], from: &mut [u16], node: usize, before: usize) -> bool {
+    let through = costs[before] + TAU / GRID as f64 / STEP_RAD;
+    let is_cheaper = through < costs[node];
+    if is_cheaper {
         costs[node] = through;
         from[node] = from[before];
     }
+    is_cheaper
 }
 
 #[cfg(test)]

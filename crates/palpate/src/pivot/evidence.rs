@@ -25,7 +25,7 @@ const SETTLED: f64 = 0.01;
 
 /// Until then an optimum is sought to where a step lowers the cost by so little, in units of half a χ²: a fifth of a standard deviation, which moves the
 /// noise by far less than a round does.
-const ROUGHLY_SETTLED: f64 = 0.02;
+pub(super) const ROUGHLY_SETTLED: f64 = 0.02;
 
 /// Rounds of the scale of the motion between readings, ...
 const SCALE_ROUNDS: usize = 20;
@@ -122,7 +122,7 @@ fn fit_above(mut problem: Problem, start: State, stated: Stated, least: f64) -> 
 /// stay: motions are held against each other by what each can be, and not by how far its scale has come.
 pub(super) fn at_likeliest_scale(problem: Problem, fit: Fit) -> Option<Fit> {
     let mut problem = fit.like(problem);
-    let mut optimum = problem.solve(fit.optimum.state)?;
+    let mut optimum = problem.solve_to(fit.optimum.state, ROUGHLY_SETTLED)?;
     let (mut stretch, mut last_step) = (1.0, 0.0);
     for _ in 0..SCALE_ROUNDS {
         let (Some((between, sd_rad)), Some((factor, _))) = (problem.between, &optimum.linear.joined) else { break };

@@ -23,6 +23,10 @@ const MOST_STEPS: usize = 60;
 /// The largest change of a contact angle in one step, radians.
 const LONGEST_TURN_RAD: f64 = 0.3;
 
+/// A contact angle that a Newton step turns by less, radians, is at its best for a shape: what is left is about the square of that, and tells of a
+/// reading no more than hundredths of a standard deviation.
+const FINE_TURN_RAD: f64 = 0.01;
+
 /// A step that lowers the cost by less, in units of half a χ², ends the search: a fiftieth of a standard deviation.
 const SETTLED: f64 = 2e-4;
 
@@ -325,9 +329,9 @@ impl Problem<'_> {
         for (place, &(constant, _)) in self.open.iter().enumerate() {
             next.told[constant] += step[2 * order + 1 + place];
         }
-        // Two Newton steps bring each θ to its best for the new shape.
-        self.settle(&mut next);
-        self.settle(&mut next);
+        if self.settle(&mut next) > FINE_TURN_RAD {
+            self.settle(&mut next);
+        }
         next
     }
 
@@ -359,13 +363,16 @@ impl Problem<'_> {
                 continue;
             };
             let step = -factor.solve(&linear.gradient);
+            let stiff: f64 = step.iter().zip(linear.information.diagonal().iter()).map(|(x, h)| x * x * h).sum();
+            let predicted = 0.5 * (damping * stiff - linear.gradient.dot(&step));
+            if predicted <= settled {
+                break;
+            }
             let next = self.stepped(&state, &step);
             let contacts = curve(&next.coefficients, &next.theta_rad);
             let lower = self.cost(&next, &contacts);
             let gain = cost - lower;
             if lower.is_finite() && gain >= 0.0 {
-                let stiff: f64 = step.iter().zip(linear.information.diagonal().iter()).map(|(x, h)| x * x * h).sum();
-                let predicted = 0.5 * (damping * stiff - linear.gradient.dot(&step));
                 (state, cost) = (next, lower);
                 linear = self.linearised_at(&state, &contacts);
                 if gain <= settled && predicted <= settled {
@@ -398,25 +405,23 @@ impl Problem<'_> {
         (0.5 * square, theta)
     }
 
-    /// One Newton step of every θ.
-    fn settle(&self, state: &mut State) {
+    /// One Newton step of every θ; the longest of them, radians.
+    fn settle(&self, state: &mut State) -> f64 {
         let errors = self.stated.with_told(state.told);
         let contacts = curve(&state.coefficients, &state.theta_rad);
         let measured = contacts.into_iter().zip(errors.measured(self.readings));
         let (residuals, slopes): (Vec<[f64; 2]>, Vec<[f64; 2]>) =
             measured.map(|(contact, measured)| self.missed(contact, &measured)).unzip();
-        match self.joined(state, &residuals, &slopes) {
-            Some((factor, mut steps)) => {
-                factor.solve_lower(&mut steps, 1);
-                factor.solve_upper(&mut steps, 1);
-                let limited = steps.iter().map(|step| (-step).clamp(-LONGEST_TURN_RAD, LONGEST_TURN_RAD));
-                state.theta_rad.iter_mut().zip(limited).for_each(|(theta, step)| *theta += step);
+        let steps: Vec<f64> = match self.joined(state, &residuals, &slopes) {
+            Some((factor, mut gradient)) => {
+                factor.solve_lower(&mut gradient, 1);
+                factor.solve_upper(&mut gradient, 1);
+                gradient.iter().map(|step| (-step).clamp(-LONGEST_TURN_RAD, LONGEST_TURN_RAD)).collect()
             }
-            None => {
-                let steps = residuals.iter().zip(&slopes).map(|(residual, slope)| turn(*residual, *slope));
-                state.theta_rad.iter_mut().zip(steps).for_each(|(theta, step)| *theta += step);
-            }
-        }
+            None => residuals.iter().zip(&slopes).map(|(residual, slope)| turn(*residual, *slope)).collect(),
+        };
+        state.theta_rad.iter_mut().zip(&steps).for_each(|(theta, step)| *theta += step);
+        steps.iter().fold(0.0, |longest, step| longest.max(step.abs()))
     }
 }
 

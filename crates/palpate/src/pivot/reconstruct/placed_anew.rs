@@ -33,13 +33,23 @@ impl Prepared<'_> {
             known_rad: &|place| known[used[place]],
         };
         let variance = curve_variance(&fit.optimum, fit.order, fit.noise)?;
-        let decoded = decoded(state, &decoding, &self.ranges_of_used(), fit.noise, variance);
-        // A known angle is within half a step of what was decoded, whole turns apart.
-        let theta_rad = decoded.iter().zip(&used).map(|(theta, &index)| match known[index] {
-            Some(known) => theta + wrapped(known - theta),
-            None => *theta,
-        });
-        Some(State { theta_rad: theta_rad.collect(), ..state.clone() })
+        // What is known bounds what is not.
+        let ranges = self.ranges_of_used();
+        let open: Vec<Range<usize>> =
+            ranges.iter().flat_map(|range| between_known(range, &|place| known[used[place]].is_some())).collect();
+        let mut theta_rad: Vec<f64> = used.iter().map(|&index| known[index].unwrap_or(0.0)).collect();
+        let decoded = decoded(state, &decoding, &open, fit.noise, variance);
+        for (place, decoded) in open.into_iter().flatten().zip(decoded) {
+            theta_rad[place] = known[used[place]].unwrap_or(decoded);
+        }
+        for range in ranges {
+            // The shorter way from one to the next, whole turns apart.
+            for place in range.skip(1) {
+                let before = theta_rad[place - 1];
+                theta_rad[place] = before + wrapped(theta_rad[place] - before);
+            }
+        }
+        Some(State { theta_rad, ..state.clone() })
     }
 
     /// Height and offset of readings, with the constants of the rig of a state.
@@ -105,6 +115,19 @@ impl Prepared<'_> {
     }
 }
 
+/// The parts of a segment that are not known, each with what is known at its ends.
+fn between_known(range: &Range<usize>, is_known: &dyn Fn(usize) -> bool) -> Vec<Range<usize>> {
+    let mut parts: Vec<Range<usize>> = Vec::new();
+    for place in range.clone().filter(|place| !is_known(*place)) {
+        let end = (place + 2).min(range.end);
+        match parts.last_mut() {
+            Some(part) if part.end > place => part.end = end,
+            _ => parts.push(place.saturating_sub(1).max(range.start)..end),
+        }
+    }
+    parts
+}
+
 /// The variance of shares of the residuals of r and of d, over this noise, as far as they are those of the shape: at an angle.
 pub(super) fn curve_variance(
     Optimum { state, linear, .. }: &Optimum,
@@ -135,6 +158,15 @@ pub(super) fn laid_on(ranges: &[Range<usize>], relative_rad: &[f64], theta_rad: 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_not_known_lies_between_what_is() {
+        let parts = |known: &[usize]| between_known(&(2..12), &|place| known.contains(&place));
+        assert!(parts(&(2..12).collect::<Vec<usize>>()).is_empty());
+        assert_eq!(parts(&[]), vec![2..12]);
+        assert_eq!(parts(&[4, 5, 6, 9]), [2..5, 6..10, 9..12]);
+        assert_eq!(parts(&[2, 3, 5, 11]), [3..6, 5..12]);
+    }
 
     #[test]
     fn segments_are_laid_on_others_by_one_rotation_each() {
