@@ -11,7 +11,7 @@ use crate::math::statistics::{median, typical_sd};
 use crate::pivot::calibration::Reading;
 use crate::pivot::closed_form::Stretch;
 use crate::pivot::error::PivotReconstructError;
-use crate::pivot::evidence::{self, Fit, MOST_HARMONICS, Stated, choose_order, squares_and_redundancies};
+use crate::pivot::evidence::{self, Fit, MOST_HARMONICS, ROUGHLY_SETTLED, Stated, choose_order, squares_and_redundancies};
 use crate::pivot::log::{PivotLog, PivotSample};
 use crate::pivot::motion_between::{FIRST_SD_RAD, MotionBetween};
 use crate::pivot::motion_prior::{MotionPrior, lifted, tips_over};
@@ -33,6 +33,9 @@ const CROSSINGS: [(f64, bool); 4] = [(1.0, true), (1.0, false), (2.0, true), (0.
 
 /// Contact angles are decoded anew at most so many times.
 const MOST_DECODINGS: usize = 8;
+
+/// Of the starts of a decoding so many are fitted: those are far apart, and the likeliest was the first or the second of up to six in each of 28 decodings.
+const MOST_TRIED: usize = 2;
 
 /// A fit that leaves more than this, χ² per degree of freedom, is not certified: its rivals are not looked for.
 const EXPLAINED_CHI2: f64 = 1.6;
@@ -316,6 +319,12 @@ impl<'a> Prepared<'a> {
             let fit = evidence::at_likeliest_scale(problem.clone(), between)?;
             Some(Fit { log_evidence: fit.log_evidence - prior.cost(&fit.optimum.state.theta_rad), ..fit })
         };
+        let begin = |start: State| {
+            let few = Problem { order: self.options.harmonics.unwrap_or(SEARCH_ORDER), ..problem.clone() };
+            let optimum = few.solve_to(start, ROUGHLY_SETTLED)?;
+            let log_evidence = evidence::log_evidence(&few, &optimum)? - prior.cost(&optimum.state.theta_rad);
+            Some((log_evidence, optimum.state))
+        };
         let whole = |fit: &Fit| fit.like(problem.clone());
         if let Some(Found { fit, .. }) = explained.filter(|_| start.is_none()) {
             let alike = whole(fit);
@@ -359,8 +368,10 @@ impl<'a> Prepared<'a> {
                 let laid = prior.relative_rad.iter().map(|relative| laid_on(&prior.ranges, relative, &state.theta_rad));
                 starts.extend(laid.filter_map(|theta_rad| shape_given_angles(&problem, theta_rad)));
             }
-            // From few harmonics, which do not follow what is wrong.
-            let tried = starts.into_iter().filter_map(|start| choose(SEARCH_ORDER, start));
+            // From few harmonics, which do not follow what is wrong. Where a start leads with the noise that is expected tells what it is worth.
+            let mut begun: Vec<(f64, State)> = starts.into_iter().filter_map(begin).collect();
+            begun.sort_by(|a, b| b.0.total_cmp(&a.0));
+            let tried = begun.into_iter().take(MOST_TRIED).filter_map(|(_, start)| choose(SEARCH_ORDER, start));
             let Some(next) = tried.max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence)) else { break };
             if next.log_evidence <= fit.log_evidence + 1.0 {
                 break;
