@@ -25,6 +25,9 @@ const WIDTH: usize = 4;
 /// Rotations of one segment that are followed.
 const BRANCHES: usize = 4;
 
+/// The next segment is the clearest of so many: the longer a segment, the clearer its place.
+const CLEAREST_OF: usize = 5;
+
 /// Rotations, and arrangements, that are worse by more than so many nats are dropped.
 const DROPPED_NATS: f64 = 60.0;
 
@@ -134,9 +137,11 @@ impl Segments<'_> {
         Some(Known::new(&problem, &arrangement.state, &factor))
     }
 
-    /// The segment whose place is clearest.
+    /// The segment whose place is clearest among those that turned most.
     fn next(&self, known: &Known, arrangement: &Arrangement) -> Option<usize> {
-        let open = (0..self.ranges.len()).filter(|segment| !arrangement.placed.contains(segment));
+        let mut open: Vec<usize> =
+            (0..self.ranges.len()).filter(|segment| !arrangement.placed.contains(segment)).collect();
+        open.sort_by(|a, b| self.turned(*b).total_cmp(&self.turned(*a)));
         let clear = |segment: usize| {
             let placements = known.placements(&self.readings[self.ranges[segment].clone()], self.relative_of(segment));
             match placements[..] {
@@ -144,7 +149,8 @@ impl Segments<'_> {
                 _ => 0.0,
             }
         };
-        open.map(|segment| (segment, clear(segment))).max_by(|a, b| a.1.total_cmp(&b.1)).map(|(segment, _)| segment)
+        let clear = open.into_iter().take(CLEAREST_OF).map(|segment| (segment, clear(segment)));
+        clear.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(segment, _)| segment)
     }
 
     /// An arrangement with one more segment, at each of the rotations that may be right.

@@ -286,6 +286,8 @@ impl<'a> Prepared<'a> {
         let used = self.used();
         let readings: Vec<Reading> = used.iter().map(|&index| self.readings[index]).collect();
         let thinning = Thinning::new(&self.ranges_of_used());
+        let few_readings = thinning.of(&readings);
+        let few = |state: &State| State { theta_rad: thinning.of(&state.theta_rad), ..state.clone() };
         let of_used = |all: &[bool]| used.iter().map(|&index| all[index]).collect();
         let prior = MotionPrior {
             ranges: self.ranges_of_used(),
@@ -327,15 +329,15 @@ impl<'a> Prepared<'a> {
         };
         let whole = |fit: &Fit| fit.like(problem.clone());
         if let Some(Found { fit, .. }) = explained.filter(|_| start.is_none()) {
-            let alike = whole(fit);
+            let alike = Problem { readings: &few_readings, between: None, ..whole(fit) };
             let laid = laid_on(&prior.ranges, relative_rad, &fit.optimum.state.theta_rad);
-            let there = alike.solve(shape_given_angles(&alike, laid)?)?;
-            if same(&there.state, &fit.optimum.state) {
+            let there = alike.solve_to(shape_given_angles(&alike, thinning.of(&laid))?, ROUGHLY_SETTLED)?;
+            if same(&there.state, &few(&fit.optimum.state)) {
                 return None;
             }
         }
         let segments = Segments {
-            readings: &thinning.of(&readings),
+            readings: &few_readings,
             ranges: &thinning.ranges,
             relative_rad: &thinning.of(relative_rad),
             begins_at_rest: &self.begins_at_rest(),
@@ -347,6 +349,12 @@ impl<'a> Prepared<'a> {
         };
         let start = start.or_else(|| whole_state(arrangements.first()?))?;
         if let Some(Found { fit, .. }) = explained {
+            // What a few readings contradict is not held against all of them.
+            let alike = Problem { readings: &few_readings, between: None, ..whole(fit) };
+            let there = alike.solve_to(few(&start), ROUGHLY_SETTLED)?;
+            if self.chi2_per_dof(fit.noise, &there).0 > EXPLAINED_CHI2 {
+                return None;
+            }
             let there = whole(fit).solve(start.clone())?;
             if same(&there.state, &fit.optimum.state) || self.chi2_per_dof(fit.noise, &there).0 > EXPLAINED_CHI2 {
                 return None;
