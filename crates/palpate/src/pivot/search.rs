@@ -9,7 +9,7 @@ use crate::math::angle::{mean_direction, wrapped};
 use crate::pivot::association::{Known, Placement};
 use crate::pivot::calibration::{Reading, TOLD};
 use crate::pivot::curve::curve;
-use crate::pivot::evidence::{ROUGHLY_SETTLED, log_evidence};
+use crate::pivot::evidence::log_evidence;
 use crate::pivot::motion_prior::MotionPrior;
 use crate::pivot::smoother::{Noise, Problem, State};
 
@@ -27,6 +27,9 @@ const BRANCHES: usize = 4;
 
 /// The next segment is the clearest of so many: the longer a segment, the clearer its place.
 const CLEAREST_OF: usize = 5;
+
+/// An arrangement is sought to where a step lowers its cost by so little, in units of half a χ²: others are dropped by tens.
+const ARRANGED: f64 = 0.5;
 
 /// Rotations, and arrangements, that are worse by more than so many nats are dropped.
 const DROPPED_NATS: f64 = 60.0;
@@ -123,7 +126,7 @@ impl Segments<'_> {
         let problem = Problem { readings: &readings, ..problem.clone() };
         let theta_rad = self.relative_of(segment).to_vec();
         let start = shape_given_angles(&problem, theta_rad)?;
-        let optimum = problem.solve_to(start, ROUGHLY_SETTLED)?;
+        let optimum = problem.solve_to(start, ARRANGED)?;
         let log_evidence = log_evidence(&problem, &optimum)?;
         Some(Arrangement { placed: vec![segment], state: optimum.state, log_evidence })
     }
@@ -170,7 +173,7 @@ impl Segments<'_> {
         let grow = |rotation_rad: f64| {
             let mut state = arrangement.state.clone();
             state.theta_rad.extend(self.relative_of(segment).iter().map(|theta| theta + rotation_rad));
-            let optimum = problem.solve_to(state, ROUGHLY_SETTLED)?;
+            let optimum = problem.solve_to(state, ARRANGED)?;
             let log_evidence = log_evidence(&problem, &optimum)? - prior.cost(&optimum.state.theta_rad);
             Some(Arrangement { placed: placed.clone(), state: optimum.state, log_evidence })
         };
