@@ -7,13 +7,15 @@
 use std::f64::consts::TAU;
 
 use nalgebra::{Cholesky, DMatrix, DVector};
+use pulp::{Arch, Simd, WithSimd};
 
 use crate::estimate::model::layout::{rotate, rotated_covariance};
+use crate::math::lanes::{LANES, Lanes, Number};
 use crate::pivot::calibration::Reading;
 use crate::pivot::rows::sums_of_outer_products;
 use crate::pivot::smoother::{Problem, State};
 
-/// Rotations of each group: five degrees apart, for which each θ, which is free, makes up.
+/// Rotations of each group: five degrees apart, for which each θ, which is free, makes up; a multiple of the lanes.
 const ROTATIONS: usize = 72;
 
 /// What a group tells of coefficients and constants.
@@ -49,6 +51,70 @@ impl Form {
     }
 }
 
+/// The cost of each pair of rotations, ½ |L⁻¹b|² less and ln det L more for A = L Lᵀ; those of the second group eight in step.
+struct Comparing<'a> {
+    rest: &'a Form,
+    first: &'a [Form],
+    second: &'a [Form],
+}
+
+impl WithSimd for Comparing<'_> {
+    type Output = Vec<f64>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> Vec<f64> {
+        let Self { rest, first, second } = self;
+        let unknowns = rest.linear.len();
+        // The rows of the lower triangle one after another, and b as the last of them.
+        let packed = |form: &Form| -> Vec<f64> {
+            let row = |row: usize| (0..=row).map(move |column| form.information[(row, column)]);
+            (0..unknowns).flat_map(row).chain(form.linear.iter().copied()).collect()
+        };
+        let begin = |row: usize| row * (row + 1) / 2;
+        let side_by_side = |eight: &[Form]| -> Vec<Lanes> {
+            let packed: Vec<Vec<f64>> = eight.iter().map(packed).collect();
+            (0..packed[0].len()).map(|element| Lanes::from_fn(|lane| packed[lane][element])).collect()
+        };
+        let second: Vec<Vec<Lanes>> = second.chunks_exact(LANES).map(side_by_side).collect();
+        let rest = packed(rest);
+        let mut factor = vec![Lanes::ZERO; rest.len()];
+        let mut scales = vec![Lanes::ZERO; unknowns];
+        let mut costs = Vec::with_capacity(ROTATIONS * ROTATIONS);
+        for first in first {
+            let both: Vec<f64> = rest.iter().zip(packed(first)).map(|(rest, first)| rest + first).collect();
+            for second in &second {
+                for ((sum, both), second) in factor.iter_mut().zip(&both).zip(second) {
+                    *sum = *second + Lanes::from(*both);
+                }
+                let (mut determinant, mut square) = (Lanes::from(1.0), Lanes::ZERO);
+                for row in 0..=unknowns {
+                    let (above, own) = factor.split_at_mut(begin(row));
+                    for column in 0..unknowns.min(row) {
+                        let mut sum = own[column];
+                        for (a, b) in own[..column].iter().zip(&above[begin(column)..]) {
+                            sum = sum - *a * *b;
+                        }
+                        own[column] = sum * scales[column];
+                    }
+                    let mut squares = Lanes::ZERO;
+                    own[..unknowns.min(row)].iter().for_each(|value| squares = squares + *value * *value);
+                    if row < unknowns {
+                        let diagonal = (own[row] - squares).map(f64::sqrt);
+                        determinant = determinant * diagonal;
+                        scales[row] = Lanes::from_fn(|lane| 1.0 / diagonal[lane]);
+                    } else {
+                        square = squares;
+                    }
+                }
+                let cost = determinant.map(f64::ln) - square * 0.5;
+                // What is no number is no place.
+                costs.extend(cost.0.map(|cost| if cost.is_finite() { cost } else { f64::INFINITY }));
+            }
+        }
+        costs
+    }
+}
+
 /// States in which two groups are turned, each at a maximum of the evidence over both rotations, the best first, with how much less than the best they
 /// have, nats. The rotations of the state itself are not among them.
 pub(super) fn turned_together(problem: &Problem, state: &State, groups: [&[usize]; 2]) -> Vec<(f64, State)> {
@@ -75,9 +141,7 @@ pub(super) fn turned_together(problem: &Problem, state: &State, groups: [&[usize
         let cost = 0.5 * linear.dot(&coefficients) + log_determinant;
         cost.is_finite().then_some((cost, coefficients))
     };
-    let costs: Vec<f64> = (0..ROTATIONS * ROTATIONS)
-        .map(|index| solved(index / ROTATIONS, index % ROTATIONS).map_or(f64::INFINITY, |(cost, _)| cost))
-        .collect();
+    let costs = Arch::new().dispatch(Comparing { rest: &rest, first: &first, second: &second });
     let at = |a: usize, b: usize| costs[(a % ROTATIONS) * ROTATIONS + b % ROTATIONS];
     let is_least = |a: usize, b: usize| {
         let around = (0..9).map(|place| at(a + ROTATIONS + place / 3 - 1, b + ROTATIONS + place % 3 - 1));
@@ -149,6 +213,30 @@ mod tests {
         let best = problem.solve(found[0].1.clone()).expect("an optimum");
         let own = problem.solve(wrong).expect("an optimum").cost;
         assert!(best.cost < 2.0 && own > 100.0, "{own} {}", best.cost);
+    }
+
+    /// As one pair after the other has it.
+    #[test]
+    fn eight_pairs_are_as_each_of_them() {
+        let (readings, state) = arcs();
+        let form = |range: std::ops::Range<usize>| {
+            let problem = problem(&readings[range.clone()]);
+            Form::at(&problem, &State { theta_rad: state.theta_rad[range].to_vec(), ..state.clone() })
+        };
+        let mut rest = form(0..20);
+        (0..7).for_each(|index| rest.information[(index, index)] += 1e4);
+        let turned = |form: &Form| (0..ROTATIONS).map(|turn| form.turned(0.087 * turn as f64)).collect::<Vec<Form>>();
+        let (first, second) = (turned(&form(20..40)), turned(&form(40..60)));
+        let costs = Arch::new().dispatch(Comparing { rest: &rest, first: &first, second: &second });
+        assert_eq!(costs.len(), ROTATIONS * ROTATIONS);
+        for (a, b) in [(0, 0), (3, 17), (71, 8), (40, 71)] {
+            let information = &rest.information + &first[a].information + &second[b].information;
+            let linear = &rest.linear + &first[a].linear + &second[b].linear;
+            let solved = information.clone().cholesky().expect("positive definite").solve(&linear);
+            let expected = 0.5 * information.determinant().ln() - 0.5 * linear.dot(&solved);
+            let found = costs[a * ROTATIONS + b];
+            assert!((found - expected).abs() < 1e-6 * expected.abs().max(1.0), "{a} {b}: {found} {expected}");
+        }
     }
 
     #[test]
