@@ -23,9 +23,8 @@ const MOST_STEPS: usize = 60;
 /// The largest change of a contact angle in one step, radians.
 const LONGEST_TURN_RAD: f64 = 0.3;
 
-/// A contact angle that a Newton step turns by less, radians, is at its best for a shape: what is left is about the square of that, and tells of a
-/// reading no more than hundredths of a standard deviation.
-const FINE_TURN_RAD: f64 = 0.01;
+/// Newton steps of the contact angles after each step of the shape, at most.
+const ANGLE_STEPS: usize = 2;
 
 /// A step that lowers the cost by less, in units of half a χ², ends the search: a fiftieth of a standard deviation.
 const SETTLED: f64 = 2e-4;
@@ -321,18 +320,16 @@ impl Problem<'_> {
         Some((factor, gradient))
     }
 
-    /// The state after a step of the unknowns, each θ at its best for it.
-    fn stepped(&self, state: &State, step: &DVector<f64>) -> State {
+    /// The state after a step of the unknowns, each θ at its best for it; and the gain of the last step of these.
+    fn stepped(&self, state: &State, step: &DVector<f64>, settled: f64) -> (State, f64) {
         let order = self.order;
         let mut next = state.clone();
         next.coefficients.iter_mut().zip(step.iter()).for_each(|(value, step)| *value += step);
         for (place, &(constant, _)) in self.open.iter().enumerate() {
             next.told[constant] += step[2 * order + 1 + place];
         }
-        if self.settle(&mut next) > FINE_TURN_RAD {
-            self.settle(&mut next);
-        }
-        next
+        let turned = self.settle_to(&mut next, settled);
+        (next, turned)
     }
 
     /// The optimum nearest to a start; `None` where nothing is finite.
@@ -345,7 +342,7 @@ impl Problem<'_> {
     pub fn solve_to(&self, start: State, settled: f64) -> Option<Optimum> {
         let mut state = start;
         coefficients_to_order(&mut state.coefficients, self.order);
-        self.settle(&mut state);
+        let mut of_angles = self.settle(&mut state);
         let contacts = curve(&state.coefficients, &state.theta_rad);
         let mut cost = self.cost(&state, &contacts);
         if !cost.is_finite() {
@@ -365,15 +362,15 @@ impl Problem<'_> {
             let step = -factor.solve(&linear.gradient);
             let stiff: f64 = step.iter().zip(linear.information.diagonal().iter()).map(|(x, h)| x * x * h).sum();
             let predicted = 0.5 * (damping * stiff - linear.gradient.dot(&step));
-            if predicted <= settled {
+            if predicted + of_angles <= settled {
                 break;
             }
-            let next = self.stepped(&state, &step);
+            let (next, turned) = self.stepped(&state, &step, settled);
             let contacts = curve(&next.coefficients, &next.theta_rad);
             let lower = self.cost(&next, &contacts);
             let gain = cost - lower;
             if lower.is_finite() && gain >= 0.0 {
-                (state, cost) = (next, lower);
+                (state, cost, of_angles) = (next, lower, turned);
                 linear = self.linearised_at(&state, &contacts);
                 if gain <= settled && predicted <= settled {
                     break;
@@ -405,23 +402,43 @@ impl Problem<'_> {
         (0.5 * square, theta)
     }
 
-    /// One Newton step of every θ; the longest of them, radians.
+    /// Newton steps of every θ, until one lowers the cost by no more than `settled`; what the last one lowers it by.
+    fn settle_to(&self, state: &mut State, settled: f64) -> f64 {
+        let mut gain = self.settle(state);
+        for _ in 1..ANGLE_STEPS {
+            if gain <= settled {
+                break;
+            }
+            gain = self.settle(state);
+        }
+        gain
+    }
+
+    /// One Newton step of every θ; how much it lowers the cost by, half a χ², were that a parabola.
     fn settle(&self, state: &mut State) -> f64 {
         let errors = self.stated.with_told(state.told);
         let contacts = curve(&state.coefficients, &state.theta_rad);
         let measured = contacts.into_iter().zip(errors.measured(self.readings));
         let (residuals, slopes): (Vec<[f64; 2]>, Vec<[f64; 2]>) =
             measured.map(|(contact, measured)| self.missed(contact, &measured)).unzip();
-        let steps: Vec<f64> = match self.joined(state, &residuals, &slopes) {
-            Some((factor, mut gradient)) => {
-                factor.solve_lower(&mut gradient, 1);
-                factor.solve_upper(&mut gradient, 1);
-                gradient.iter().map(|step| (-step).clamp(-LONGEST_TURN_RAD, LONGEST_TURN_RAD)).collect()
+        match self.joined(state, &residuals, &slopes) {
+            Some((factor, mut steps)) => {
+                factor.solve_lower(&mut steps, 1);
+                let gain = 0.5 * steps.iter().map(|step| step * step).sum::<f64>();
+                factor.solve_upper(&mut steps, 1);
+                let limited = steps.iter().map(|step| (-step).clamp(-LONGEST_TURN_RAD, LONGEST_TURN_RAD));
+                state.theta_rad.iter_mut().zip(limited).for_each(|(theta, step)| *theta += step);
+                gain
             }
-            None => residuals.iter().zip(&slopes).map(|(residual, slope)| turn(*residual, *slope)).collect(),
-        };
-        state.theta_rad.iter_mut().zip(&steps).for_each(|(theta, step)| *theta += step);
-        steps.iter().fold(0.0, |longest, step| longest.max(step.abs()))
+            None => {
+                let mut gain = 0.0;
+                for ((theta, residual), slope) in state.theta_rad.iter_mut().zip(&residuals).zip(&slopes) {
+                    *theta += turn(*residual, *slope);
+                    gain += 0.5 * dot(*slope, *residual).powi(2) / own_information(*slope);
+                }
+                gain
+            }
+        }
     }
 }
 
