@@ -1,5 +1,7 @@
 //! Symmetric positive definite matrices with a narrow band: the normal equations of a spline, or of a motion with its second differences.
 
+use crate::math::lanes::LANES;
+
 /// Entries of a row of the band: those of a quintic spline reach five coefficients further than the diagonal.
 const OF_SPLINE: usize = 6;
 
@@ -123,7 +125,32 @@ impl<const ROW: usize> BandedCholesky<ROW> {
         }
     }
 
-    /// The same with (Lᵀ)⁻¹.
+    /// The same of right-hand sides that lie one after another, eight of them in step.
+    pub fn solve_lower_stacked(&self, sides: &mut [f64]) {
+        if !self.rows.is_empty() {
+            sides.chunks_mut(LANES * self.rows.len()).for_each(|eight| self.solve_lower_eight(eight));
+        }
+    }
+
+    /// Up to eight of them.
+    fn solve_lower_eight(&self, sides: &mut [f64]) {
+        let mut sides: Vec<&mut [f64]> = sides.chunks_exact_mut(self.rows.len()).collect();
+        let mut before = [[0.0; LANES]; ROW];
+        for (i, row) in self.rows.iter().enumerate() {
+            let mut here = [0.0; LANES];
+            here.iter_mut().zip(&sides).for_each(|(here, side)| *here = side[i]);
+            let scale = 1.0 / row[Self::HALF_BANDWIDTH];
+            for (factor, before) in row.iter().zip(&before[1..]) {
+                here.iter_mut().zip(before).for_each(|(here, before)| *here -= factor * before);
+            }
+            here.iter_mut().for_each(|value| *value *= scale);
+            sides.iter_mut().zip(here).for_each(|(side, here)| side[i] = here);
+            before.rotate_left(1);
+            before[Self::HALF_BANDWIDTH] = here;
+        }
+    }
+
+    /// [`solve_lower`](Self::solve_lower) with (Lᵀ)⁻¹.
     pub fn solve_upper(&self, sides: &mut [f64], columns: usize) {
         for i in (0..self.rows.len()).rev() {
             let (before, after) = sides.split_at_mut((i + 1) * columns);
@@ -206,6 +233,20 @@ mod tests {
             }
         }
         assert!((factor.ln_determinant() - full.determinant().ln()).abs() < 1e-10);
+    }
+
+    #[test]
+    fn sides_one_after_another_are_as_side_by_side() {
+        let factor = both().0.cholesky().expect("positive definite");
+        for columns in [1, LANES, LANES + 3] {
+            let sides = DMatrix::from_fn(ROWS, columns, |i, j| (2.0 * i as f64 - 3.0 * j as f64).cos());
+            let mut beside: Vec<f64> = sides.transpose().as_slice().to_vec();
+            factor.solve_lower(&mut beside, columns);
+            let mut stacked: Vec<f64> = sides.as_slice().to_vec();
+            factor.solve_lower_stacked(&mut stacked);
+            let off = |i: usize, j: usize| stacked[j * ROWS + i] - beside[i * columns + j];
+            assert!((0..ROWS * columns).all(|index| off(index / columns, index % columns).abs() < 1e-12));
+        }
     }
 
     #[test]

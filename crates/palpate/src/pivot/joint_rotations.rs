@@ -29,7 +29,7 @@ impl Form {
     /// At a state that explains the readings.
     fn at(problem: &Problem, state: &State) -> Self {
         let told = problem.told(state);
-        let (information, gradient) = sums_of_outer_products(&[(&told.columns, &told.left)], problem.unknowns());
+        let (information, gradient) = sums_of_outer_products(&[(&told.jacobian, &told.left)], problem.unknowns());
         let linear = gradient - &information * DVector::from_column_slice(&state.coefficients);
         Self { information, linear }
     }

@@ -102,7 +102,7 @@ pub fn observability(
         .map(|(&(index, _), _)| index)
         .collect();
     // The data's own information: no prior of the shape. That of the rig's constants stays.
-    let rows = (&linear.told.columns, &linear.told.left[..]);
+    let rows = (&linear.told.jacobian, &linear.told.left[..]);
     (linear.information, _) = sums_of_outer_products(&[rows], problem.unknowns());
     let shape_unknowns = state.coefficients.len();
     for (place, &(_, sd)) in problem.open.iter().enumerate() {

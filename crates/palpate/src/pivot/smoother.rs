@@ -14,7 +14,7 @@ use crate::math::banded::BandedCholesky;
 use crate::pivot::calibration::{Measured, PivotCalibration, Reading, TOLD};
 use crate::pivot::curve::curve;
 use crate::pivot::motion_between::{MotionBetween, SPAN};
-use crate::pivot::rows::{fill_curve_rows, sums_of_outer_products};
+use crate::pivot::rows::{fill_curve_rows, sums_of_outer_products, whitened_squares};
 use crate::shape::ContactSupport;
 
 /// Steps at most.
@@ -97,8 +97,8 @@ pub(super) struct Told {
     pub residuals: Vec<[f64; 2]>,
     /// Their derivatives by θ.
     pub slopes: Vec<[f64; 2]>,
-    /// One column per sample: derivative of the residual that is left without θ by coefficients and open constants.
-    pub columns: DMatrix<f64>,
+    /// One row per sample: derivative of the residual that is left without θ by coefficients and open constants.
+    pub jacobian: DMatrix<f64>,
     /// The residual that is left.
     pub left: Vec<f64>,
 }
@@ -111,11 +111,11 @@ pub(super) struct Linear {
     pub scales: [f64; 2],
     /// Derivatives of r and d, as measured, by the open constants, per sample.
     pub constants: Vec<Vec<[f64; 2]>>,
-    /// Columns times columnsᵀ, with the priors and without the gauge.
+    /// JᵀJ, with the priors and without the gauge.
     pub information: DMatrix<f64>,
     /// Gradient of the cost.
     pub gradient: DVector<f64>,
-    /// Where angles depend on each other: their information L Lᵀ, and L⁻¹ times its products with coefficients and open constants, one column per sample.
+    /// Where angles depend on each other: their information L Lᵀ, and L⁻¹ times its products with coefficients and open constants, one row per sample.
     pub joined: Option<(BandedCholesky<SPAN>, DMatrix<f64>)>,
 }
 
@@ -170,7 +170,7 @@ impl Linear {
     /// How far the angles go as shape and constants do, one column per sample.
     pub fn angles_by_unknowns(&self) -> Option<DMatrix<f64>> {
         let (factor, solved) = self.joined.as_ref()?;
-        let mut gains = solved.clone();
+        let mut gains = solved.transpose();
         let unknowns = gains.nrows();
         factor.solve_upper(gains.as_mut_slice(), unknowns);
         Some(-gains)
@@ -178,10 +178,7 @@ impl Linear {
 
     /// The share of its own residual in each sample's prediction.
     pub fn leverages(&self, factor: &Cholesky<f64, Dyn>) -> Vec<f64> {
-        let mut columns = self.told.columns.clone();
-        let is_solved = factor.l_dirty().solve_lower_triangular_mut(&mut columns);
-        let share = |column: f64| if is_solved { column.min(1.0) } else { 1.0 };
-        columns.column_iter().map(|column| share(column.norm_squared())).collect()
+        whitened_squares(&self.told.jacobian, factor.l_dirty()).into_iter().map(|share| share.min(1.0)).collect()
     }
 }
 
@@ -221,33 +218,46 @@ impl Problem<'_> {
 
     /// Residuals and derivatives at a state, every θ eliminated.
     pub fn told(&self, state: &State) -> Told {
-        self.told_at(state, &curve(&state.coefficients, &state.theta_rad))
-    }
-
-    /// The same with the contacts of the state.
-    fn told_at(&self, state: &State, contacts: &[ContactSupport]) -> Told {
-        let measured: Vec<Measured> = self.stated.with_told(state.told).measured(self.readings).collect();
-        let missed = contacts.iter().zip(&measured).map(|(contact, measured)| self.missed(*contact, measured));
-        let (residuals, slopes): (Vec<[f64; 2]>, Vec<[f64; 2]>) = missed.unzip();
+        let contacts = curve(&state.coefficients, &state.theta_rad);
+        let measured = self.measured(state);
+        let (residuals, slopes) = self.all_missed(&contacts, &measured);
         let shares: Vec<[f64; 2]> = slopes.iter().map(|slope| across(*slope)).collect();
-        let columns = self.by_unknowns(state, &measured, &shares);
-        let left = shares.iter().zip(&residuals).map(|(share, residual)| dot(*share, *residual)).collect();
-        Told { residuals, slopes, columns, left }
+        let [jacobian] = self.by_unknowns(state, &measured, [&shares]);
+        let left = shares_of(&shares, &residuals);
+        Told { residuals, slopes, jacobian, left }
     }
 
-    /// Derivatives of shares of the residuals of r and d by coefficients and open constants, one column per sample.
-    fn by_unknowns(&self, state: &State, measured: &[Measured], shares: &[[f64; 2]]) -> DMatrix<f64> {
+    /// Heights and offsets with the constants of the rig of a state.
+    fn measured(&self, state: &State) -> Vec<Measured> {
+        self.stated.with_told(state.told).measured(self.readings).collect()
+    }
+
+    /// Residuals of r and d of all readings over their noise, and their derivatives by θ.
+    fn all_missed(&self, contacts: &[ContactSupport], measured: &[Measured]) -> (Vec<[f64; 2]>, Vec<[f64; 2]>) {
+        contacts.iter().zip(measured).map(|(contact, measured)| self.missed(*contact, measured)).unzip()
+    }
+
+    /// Derivatives of shares of the residuals of r and d by coefficients and open constants, one row per sample; a matrix for each of the shares.
+    fn by_unknowns<const SHARES: usize>(
+        &self,
+        state: &State,
+        measured: &[Measured],
+        shares: [&[[f64; 2]]; SHARES],
+    ) -> [DMatrix<f64>; SHARES] {
         let of_shape = 2 * self.order + 1;
-        let scaled: Vec<[f64; 2]> = shares.iter().map(|[r, d]| [r / self.noise.r_m, d / self.noise.d_m]).collect();
-        let mut columns = DMatrix::zeros(self.unknowns(), measured.len());
-        fill_curve_rows(&mut columns, self.order, &state.theta_rad, &scaled);
-        for (place, &(constant, _)) in self.open.iter().enumerate() {
-            let of_samples = measured.iter().zip(&scaled).enumerate();
-            of_samples.for_each(|(index, (measured, [r, d]))| {
-                columns[(of_shape + place, index)] = -r * measured.r_by[constant] - d * measured.d_by[constant];
-            });
+        let scaled: [Vec<[f64; 2]>; SHARES] =
+            shares.map(|shares| shares.iter().map(|[r, d]| [r / self.noise.r_m, d / self.noise.d_m]).collect());
+        let mut matrices = [(); SHARES].map(|()| DMatrix::zeros(measured.len(), self.unknowns()));
+        fill_curve_rows(matrices.each_mut(), scaled.each_ref().map(|scaled| &scaled[..]), self.order, &state.theta_rad);
+        for (matrix, scaled) in matrices.iter_mut().zip(&scaled) {
+            for (place, &(constant, _)) in self.open.iter().enumerate() {
+                let of_samples = measured.iter().zip(scaled).enumerate();
+                of_samples.for_each(|(index, (measured, [r, d]))| {
+                    matrix[(index, of_shape + place)] = -r * measured.r_by[constant] - d * measured.d_by[constant];
+                });
+            }
         }
-        columns
+        matrices
     }
 
     /// The same with information and gradient.
@@ -257,35 +267,39 @@ impl Problem<'_> {
 
     /// The same with the contacts of the state.
     fn linearised_at(&self, state: &State, contacts: &[ContactSupport]) -> Linear {
-        let told = self.told_at(state, contacts);
         let unknowns = self.unknowns();
-        let measured: Vec<Measured> = self.stated.with_told(state.told).measured(self.readings).collect();
+        let measured = self.measured(state);
+        let (residuals, slopes) = self.all_missed(contacts, &measured);
         let by_constants = |measured: &Measured| {
             self.open.iter().map(|&(which, _)| [measured.r_by[which], measured.d_by[which]]).collect()
         };
         let constants = measured.iter().map(by_constants).collect();
-        let across = (&told.columns, &told.left[..]);
-        let (mut information, mut gradient, joined) = match self.joined(state, &told.residuals, &told.slopes) {
+        let shares: Vec<[f64; 2]> = slopes.iter().map(|slope| across(*slope)).collect();
+        let left = shares_of(&shares, &residuals);
+        let (jacobian, mut information, mut gradient, joined) = match self.joined(state, &residuals, &slopes) {
             None => {
-                let (information, gradient) = sums_of_outer_products(&[across], unknowns);
-                (information, gradient, None)
+                let [jacobian] = self.by_unknowns(state, &measured, [&shares]);
+                let (information, gradient) = sums_of_outer_products(&[(&jacobian, &left)], unknowns);
+                (jacobian, information, gradient, None)
             }
             // What readings tell along the curve as well, less what the angles take of it.
             Some((factor, mut of_angles)) => {
-                let lengths: Vec<f64> = told.slopes.iter().map(|slope| own_information(*slope).sqrt()).collect();
-                let shares: Vec<[f64; 2]> =
-                    told.slopes.iter().zip(&lengths).map(|([r, d], length)| [r / length, d / length]).collect();
-                let left: Vec<f64> =
-                    shares.iter().zip(&told.residuals).map(|(u, residual)| dot(*u, *residual)).collect();
-                let mut along = self.by_unknowns(state, &measured, &shares);
-                let (mut information, mut gradient) = sums_of_outer_products(&[across, (&along, &left)], unknowns);
-                along.column_iter_mut().zip(lengths).for_each(|(mut column, length)| column *= length);
-                factor.solve_lower(along.as_mut_slice(), unknowns);
+                let lengths: Vec<f64> = slopes.iter().map(|slope| own_information(*slope).sqrt()).collect();
+                let shares_along: Vec<[f64; 2]> =
+                    slopes.iter().zip(&lengths).map(|([r, d], length)| [r / length, d / length]).collect();
+                let left_along = shares_of(&shares_along, &residuals);
+                let [jacobian, mut along] = self.by_unknowns(state, &measured, [&shares, &shares_along]);
+                let (mut information, mut gradient) =
+                    sums_of_outer_products(&[(&jacobian, &left), (&along, &left_along)], unknowns);
+                for mut column in along.column_iter_mut() {
+                    column.iter_mut().zip(&lengths).for_each(|(element, length)| *element *= length);
+                }
+                factor.solve_lower_stacked(along.as_mut_slice());
                 factor.solve_lower(&mut of_angles, 1);
                 let taken = sums_of_outer_products(&[(&along, &of_angles)], unknowns);
                 information -= taken.0;
                 gradient -= taken.1;
-                (information, gradient, Some((factor, along)))
+                (jacobian, information, gradient, Some((factor, along)))
             }
         };
         for (index, (off, sd)) in self.off_prior(state).into_iter().zip(self.prior_sds()).enumerate() {
@@ -293,6 +307,7 @@ impl Problem<'_> {
             gradient[index] += off / (sd * sd);
         }
         let scales = [self.noise.r_m, self.noise.d_m];
+        let told = Told { residuals, slopes, jacobian, left };
         Linear { told, scales, constants, information, gradient, joined }
     }
 
@@ -470,6 +485,11 @@ pub(super) fn curve_row(theta: f64, order: usize, [r_share, d_share]: [f64; 2]) 
 pub(super) fn across(slope: [f64; 2]) -> [f64; 2] {
     let length = (slope[0] * slope[0] + slope[1] * slope[1]).sqrt();
     if length > 0.0 { [slope[1] / length, -slope[0] / length] } else { [0.0, 1.0] }
+}
+
+/// Shares of the residuals of r and d, sample by sample.
+fn shares_of(shares: &[[f64; 2]], residuals: &[[f64; 2]]) -> Vec<f64> {
+    shares.iter().zip(residuals).map(|(share, residual)| dot(*share, *residual)).collect()
 }
 
 fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {

@@ -196,9 +196,8 @@ fn trial(drawn: Drawn, simulation: &PivotSimulation) -> Trial {
         leaps: simulation.leaps.len(),
         bound_m: bound_m(&drawn, simulation),
         seconds,
-        inside: BANDS_SDS.map(|sds| {
-            found.as_ref().map_or(f64::NAN, |(found, errors)| inside(found, &drawn.shape, errors, sds))
-        }),
+        inside: BANDS_SDS
+            .map(|sds| found.as_ref().map_or(f64::NAN, |(found, errors)| inside(found, &drawn.shape, errors, sds))),
         found,
         panicked,
         name: drawn.name,
@@ -352,9 +351,8 @@ fn row(name: &str, trials: &[&Trial]) -> String {
     let over_bound: Vec<f64> = certified.iter().filter_map(|trial| Some(errors(trial)? / trial.bound_m?)).collect();
     let of_r: Vec<f64> = certified.iter().filter_map(|trial| Some(1e3 * errors(trial)?)).collect();
     let seconds: Vec<f64> = trials.iter().map(|trial| trial.seconds).collect();
-    let inside = |band: usize| {
-        certified.iter().map(|trial| trial.inside[band]).sum::<f64>() / certified.len().max(1) as f64
-    };
+    let inside =
+        |band: usize| certified.iter().map(|trial| trial.inside[band]).sum::<f64>() / certified.len().max(1) as f64;
     format!(
         "| {name} | {} | {:.1} % | {:.1} % | {:.1} % | {} | {:.2} | {:.4} | {:.1} % | {:.1} % | {:.3} | {:.2} |\n",
         trials.len(),

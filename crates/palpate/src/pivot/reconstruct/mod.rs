@@ -11,7 +11,9 @@ use crate::math::statistics::{median, typical_sd};
 use crate::pivot::calibration::Reading;
 use crate::pivot::closed_form::Stretch;
 use crate::pivot::error::PivotReconstructError;
-use crate::pivot::evidence::{self, Fit, MOST_HARMONICS, ROUGHLY_SETTLED, Stated, choose_order, squares_and_redundancies};
+use crate::pivot::evidence::{
+    self, Fit, MOST_HARMONICS, ROUGHLY_SETTLED, Stated, choose_order, squares_and_redundancies,
+};
 use crate::pivot::log::{PivotLog, PivotSample};
 use crate::pivot::motion_between::{FIRST_SD_RAD, MotionBetween};
 use crate::pivot::motion_prior::{MotionPrior, lifted, tips_over};
