@@ -10,7 +10,7 @@ use crate::reconstruct::OutlinePoint;
 use crate::shape::SupportFunction;
 
 /// Motions that are further apart than this, root mean square in radians, are not the same.
-const OTHERWISE_RAD: f64 = 0.05;
+pub(super) const OTHERWISE_RAD: f64 = 0.05;
 
 /// Shape about the pivot and motion of the object behind a log of strokes, with error bars and a verdict.
 ///

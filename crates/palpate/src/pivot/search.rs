@@ -6,11 +6,13 @@ use std::ops::Range;
 use nalgebra::{DMatrix, DVector};
 
 use crate::math::angle::{mean_direction, wrapped};
+use crate::math::statistics::root_mean_square;
 use crate::pivot::association::{Known, Placement};
 use crate::pivot::calibration::{Reading, TOLD};
 use crate::pivot::curve::curve;
 use crate::pivot::evidence::log_evidence;
 use crate::pivot::motion_prior::MotionPrior;
+use crate::pivot::result::OTHERWISE_RAD;
 use crate::pivot::smoother::{Noise, Problem, State};
 
 /// Harmonics during the search: enough to lay segments on each other.
@@ -253,13 +255,31 @@ pub(super) fn shape_given_angles(problem: &Problem, theta_rad: Vec<f64>) -> Opti
 /// Whether two states are one shape up to a rotation: contacts at the same angles, and the same boundary there. What was not felt does not count: readings
 /// do not tell it.
 pub(super) fn same(a: &State, b: &State) -> bool {
-    let turn = mean_direction(a.theta_rad.iter().zip(&b.theta_rad).map(|(a, b)| a - b));
-    let turned: Vec<f64> = a.theta_rad.iter().map(|theta| theta - turn).collect();
+    let off_rad = angles_off(a, b);
+    off_rad.iter().all(|off| off.abs() < SAME_RAD) && has_same_boundary(a, b, &off_rad)
+}
+
+/// The samples whose contact angles are not the same in two states that are one shape, and one motion but for these few; `None` where there is more to it.
+pub(super) fn same_but_for(a: &State, b: &State) -> Option<Vec<usize>> {
+    let off_rad = angles_off(a, b);
+    let is_one = root_mean_square(&off_rad) < OTHERWISE_RAD && has_same_boundary(a, b, &off_rad);
+    is_one.then(|| (0..off_rad.len()).filter(|&place| off_rad[place].abs() >= SAME_RAD).collect())
+}
+
+/// Contact angles of one state less those of another, each up to a rotation.
+fn angles_off(a: &State, b: &State) -> Vec<f64> {
+    let off = || a.theta_rad.iter().zip(&b.theta_rad).map(|(a, b)| a - b);
+    let turn_rad = mean_direction(off());
+    off().map(|off| wrapped(off - turn_rad)).collect()
+}
+
+/// Whether the boundary is the same where the contact angles are.
+fn has_same_boundary(a: &State, b: &State, off_rad: &[f64]) -> bool {
     let near_m = SAME_R * a.coefficients[0].abs();
-    turned.iter().zip(&b.theta_rad).all(|(a, b)| wrapped(a - b).abs() < SAME_RAD) && {
-        let (there, here) = (curve(&a.coefficients, &a.theta_rad), curve(&b.coefficients, &turned));
-        there.iter().zip(here).all(|(a, b)| (a.r - b.r).abs() < near_m)
-    }
+    let turned: Vec<f64> = b.theta_rad.iter().zip(off_rad).map(|(theta, off)| theta + off).collect();
+    let (there, here) = (curve(&a.coefficients, &a.theta_rad), curve(&b.coefficients, &turned));
+    let mut at_same = there.iter().zip(here).zip(off_rad).filter(|(_, off)| off.abs() < SAME_RAD);
+    at_same.all(|((a, b), _)| (a.r - b.r).abs() < near_m)
 }
 
 #[cfg(test)]
@@ -287,6 +307,19 @@ mod tests {
             same(&one, &larger)
         };
         assert!(larger(0.99 * SAME_R) && !larger(1.01 * SAME_R));
+        // Where few samples are elsewhere, the rest is the same.
+        assert_eq!(same_but_for(&one, &turned), Some(Vec::new()));
+        let few = |samples: usize, by: f64| {
+            let mut few = turned.clone();
+            few.theta_rad.iter_mut().take(samples).for_each(|theta| *theta += by);
+            same_but_for(&one, &few)
+        };
+        assert_eq!((few(1, 0.3), few(4, 0.2)), (Some(vec![0]), Some(vec![0, 1, 2, 3])));
+        // Root mean squares of 0.049 and 0.051.
+        assert!(few(1, 0.495).is_some() && few(1, 0.52).is_none());
+        let mut larger_but_for = turned.clone();
+        larger_but_for.coefficients[0] *= 1.0 + 1.01 * SAME_R;
+        assert_eq!(same_but_for(&one, &larger_but_for), None);
         // A bump of a tenth on the other side, where nothing was felt: ((1 + cos(θ − there))/2)².
         let there = std::f64::consts::PI + 0.5;
         let mut elsewhere = one.clone();

@@ -38,12 +38,14 @@ impl Prepared<'_> {
         Some(are_open(&prior.ranges, &state.theta_rad, &cost, &|sample| prior.leap_nats(sample)))
     }
 
-    /// The result of one fit, whose noise and number of harmonics are its own and not those of the problem.
+    /// The result of one fit, whose noise and number of harmonics are its own and not those of the problem. Samples that may as well be elsewhere have no
+    /// pose.
     pub(super) fn assembled(
         &self,
         problem: &Problem,
         fit: &Fit,
         prior: &MotionPrior,
+        elsewhere: &[usize],
         alternatives: usize,
     ) -> Option<(PivotReconstruction, PivotPosterior)> {
         let problem = &fit.like(problem.clone());
@@ -55,7 +57,8 @@ impl Prepared<'_> {
         let first_rad = *state.theta_rad.first()?;
         // ψ = 0 at the first contact.
         let turn_rad = tilt_rad - FRAC_PI_2 - first_rad;
-        let open = self.open_samples(problem, prior, fit)?;
+        let mut open = self.open_samples(problem, prior, fit)?;
+        elsewhere.iter().for_each(|&place| open[place] = true);
         let shape = SupportFunction::from_coefficients(&state.coefficients).rotated(turn_rad);
         if shape.has_nonfinite() {
             return None;

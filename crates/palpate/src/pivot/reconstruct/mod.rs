@@ -21,7 +21,7 @@ use crate::pivot::posterior::PivotPosterior;
 use crate::pivot::result::PivotReconstruction;
 use crate::pivot::rig::PivotRig;
 use crate::pivot::rivals::{Rivals, Whole};
-use crate::pivot::search::{Arrangement, SEARCH_ORDER, Segments, same, search_noise, shape_given_angles};
+use crate::pivot::search::{Arrangement, SEARCH_ORDER, Segments, same, same_but_for, search_noise, shape_given_angles};
 use crate::pivot::segments::{Cuts, LIFTED_SAMPLES, segments};
 use crate::pivot::smoother::{Noise, Optimum, Problem, State};
 use crate::pivot::thinning::Thinning;
@@ -413,12 +413,20 @@ impl<'a> Prepared<'a> {
             alternatives.push(std::mem::replace(&mut fit, next));
             alternatives.retain(|other| !same(&other.optimum.state, &fit.optimum.state));
         }
+        // What has but a few samples elsewhere is no other arrangement: these are not told.
+        let mut elsewhere = Vec::new();
+        alternatives.retain(|other| {
+            let few = same_but_for(&other.optimum.state, &fit.optimum.state);
+            elsewhere.extend(few.iter().flatten());
+            few.is_none()
+        });
         let fit = loosened(&whole(&fit), fit);
-        let (mut reconstruction, posterior) = self.assembled(&problem, &fit, &prior, 1 + alternatives.len())?;
+        let (mut reconstruction, posterior) =
+            self.assembled(&problem, &fit, &prior, &elsewhere, 1 + alternatives.len())?;
         let others = alternatives
             .iter()
             .take(4)
-            .filter_map(|other| self.assembled(&problem, other, &prior, 1 + alternatives.len()));
+            .filter_map(|other| self.assembled(&problem, other, &prior, &elsewhere, 1 + alternatives.len()));
         reconstruction.others = others.map(|(other, _)| other).collect();
         Some(Found { reconstruction, posterior, log_evidence: fit.log_evidence, fit, led_to })
     }
@@ -586,7 +594,7 @@ mod tests {
         for order in [fit.order - 2, fit.order + 2] {
             let of_order = Problem { order, ..problem.clone() };
             let other = evidence::fit(of_order, fit.optimum.state.clone(), prepared.stated()).expect("another");
-            let (found, _) = prepared.assembled(&problem, &other, &prior, 2).expect("its result");
+            let (found, _) = prepared.assembled(&problem, &other, &prior, &[], 2).expect("its result");
             assert_eq!((found.shape.harmonics_m().len(), found.alternatives), (order, 2));
             assert_eq!(found.motion.len(), reconstruction.motion.len());
         }
