@@ -387,6 +387,7 @@ mod tests {
             (8_719, "closed forms that go wrong in some segments"),
             (7_962, "one sample on the wrong side of a tip-over"),
             (10_449, "a third closed form"),
+            (11_147, "harmonics that followed what was wrong"),
         ];
         for (seed, cause) in causes {
             let drawn = drawn(seed, false, FRICTION).expect("an object");

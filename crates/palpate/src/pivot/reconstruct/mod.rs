@@ -98,9 +98,8 @@ pub fn reconstruct_with_posterior(
 ) -> Result<(PivotReconstruction, PivotPosterior), PivotReconstructError> {
     check(log, options)?;
     let prepared = Prepared::new(log, options, Cuts::AtLeaps)?;
-    // An object may tip over unseen where it turns fast: what the rest tells is tried first.
+    // An object may tip over unseen where it turns fast: what the rest tells is tried first, with few harmonics, which do not follow what is wrong.
     let cautious = Prepared::new(log, options, Cuts::AtLongSteps).ok();
-    let cautious = cautious.filter(|cautious| cautious.ranges != prepared.ranges);
     let starts = cautious.map_or_else(Vec::new, |cautious| {
         let rest = likeliest_first(cautious.search(Vec::new()));
         rest.iter().filter_map(|rest| prepared.completed(&cautious, &rest.fit)).collect()
