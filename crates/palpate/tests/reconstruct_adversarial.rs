@@ -155,14 +155,14 @@ fn noise_of_a_millimetre_and_jumps() {
     // A sample beside a jump may not say which pose it belongs to; then its error bar has to.
     let noise_m = 1e-3;
     let stone = NamedShape::Stone.shape(SIZE_M).expect("a positive size");
-    let run = random_motion(&stone, 4, 30.0, noisy(noise_m));
+    let run = random_motion(&stone, 4, 20.0, noisy(noise_m));
     assert_honest(&solve(&run.log), &run.truth, noise_m, 1);
 }
 
 #[test]
 fn cut_to_thirty_samples() {
     let run = turned(&egg(), 800, noisy(NOISE_M));
-    for start in (0..770).step_by(50) {
+    for start in (0..770).step_by(110) {
         println!("from {start}");
         let short = cut(&run, start..start + 30);
         assert_honest(&solve(&short.log), &short.truth, NOISE_M, 1);
