@@ -323,14 +323,15 @@ impl<'a> Prepared<'a> {
             Some(Fit { log_evidence: fit.log_evidence - prior.cost(&fit.optimum.state.theta_rad), ..fit })
         };
         let begin = |start: State| {
-            let few = Problem { order: self.options.harmonics.unwrap_or(SEARCH_ORDER), ..problem.clone() };
-            let optimum = few.solve_to(start, ROUGHLY_SETTLED)?;
-            let log_evidence = evidence::log_evidence(&few, &optimum)? - prior.cost(&optimum.state.theta_rad);
+            let of_search = Problem { order: self.options.harmonics.unwrap_or(SEARCH_ORDER), ..problem.clone() };
+            let optimum = of_search.solve_to(start, ROUGHLY_SETTLED)?;
+            let log_evidence = evidence::log_evidence(&of_search, &optimum)? - prior.cost(&optimum.state.theta_rad);
             Some((log_evidence, optimum.state))
         };
         let whole = |fit: &Fit| fit.like(problem.clone());
+        let of_few = |fit: &Fit| Problem { readings: &few_readings, between: None, ..whole(fit) };
         if let Some(Found { fit, .. }) = explained.filter(|_| start.is_none()) {
-            let alike = Problem { readings: &few_readings, between: None, ..whole(fit) };
+            let alike = of_few(fit);
             let laid = laid_on(&prior.ranges, relative_rad, &fit.optimum.state.theta_rad);
             let there = alike.solve_to(shape_given_angles(&alike, thinning.of(&laid))?, ROUGHLY_SETTLED)?;
             if same(&there.state, &few(&fit.optimum.state)) {
@@ -351,8 +352,7 @@ impl<'a> Prepared<'a> {
         let start = start.or_else(|| whole_state(arrangements.first()?))?;
         if let Some(Found { fit, .. }) = explained {
             // What a few readings contradict is not held against all of them.
-            let alike = Problem { readings: &few_readings, between: None, ..whole(fit) };
-            let there = alike.solve_to(few(&start), ROUGHLY_SETTLED)?;
+            let there = of_few(fit).solve_to(few(&start), ROUGHLY_SETTLED)?;
             if self.chi2_per_dof(fit.noise, &there).0 > EXPLAINED_CHI2 {
                 return None;
             }
