@@ -94,15 +94,14 @@ fn fit_above(mut problem: Problem, start: State, stated: Stated, least: f64) -> 
         let change = |new: f64, old: f64| (new / old).ln().abs();
         let settled = change(noise.r_m, problem.noise.r_m).max(change(noise.d_m, problem.noise.d_m)) < SETTLED
             && change(spread_m, problem.spread_m) < 0.1;
+        if settled {
+            break;
+        }
         problem.noise = noise;
         problem.spread_m = spread_m;
         if let (Some((between, sd_rad)), Some((factor, _))) = (problem.between, &optimum.linear.joined) {
             let sd_rad = between.scale_rad(&optimum.state.theta_rad, sd_rad, &factor.inverse_in_band());
             problem.between = Some((between, sd_rad));
-        }
-        if settled || round == ROUNDS {
-            optimum = problem.solve(optimum.state)?;
-            break;
         }
         optimum = problem.solve_to(optimum.state, ROUGHLY_SETTLED)?;
     }
