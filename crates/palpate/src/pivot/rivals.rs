@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 use crate::math::angle::wrapped;
 use crate::pivot::association::Known;
 use crate::pivot::calibration::Reading;
-use crate::pivot::evidence::{Fit, log_evidence};
+use crate::pivot::evidence::{Fit, ROUGHLY_SETTLED, log_evidence};
 use crate::pivot::joint_rotations::turned_together;
 use crate::pivot::motion_prior::MotionPrior;
 use crate::pivot::search::{same, search_noise};
@@ -66,7 +66,7 @@ impl Rivals<'_> {
         // Compared with few samples first: what is clearly worse by these is so by all.
         let thinned = |state: &State| {
             let theta_rad = self.thinning.of(&state.theta_rad);
-            let optimum = search.solve(State { theta_rad, ..state.clone() })?;
+            let optimum = search.solve_to(State { theta_rad, ..state.clone() }, ROUGHLY_SETTLED)?;
             let evidence = log_evidence(&search, &optimum)?;
             Some((optimum.state, evidence))
         };
@@ -79,7 +79,7 @@ impl Rivals<'_> {
         let mut seen: Vec<State> = vec![present.clone()];
         let mut starts: Vec<State> = others.collect();
         for start in moved {
-            let Some(optimum) = search.solve(start) else { continue };
+            let Some(optimum) = search.solve_to(start, ROUGHLY_SETTLED) else { continue };
             let Some(own) = log_evidence(&search, &optimum) else { continue };
             if own < evidence - RIVAL_NATS || seen.iter().any(|seen| same(seen, &optimum.state)) {
                 continue;
@@ -212,7 +212,8 @@ impl Rivals<'_> {
         let (taken, taken_rad): (Vec<Reading>, Vec<f64>) =
             group.iter().map(|&place| (search.readings[place], state.theta_rad[place])).unzip();
         let problem = Problem { readings: &kept, ..search.clone() };
-        let Some(optimum) = problem.solve(State { theta_rad: kept_rad, ..state.clone() }) else { return Vec::new() };
+        let kept_state = State { theta_rad: kept_rad, ..state.clone() };
+        let Some(optimum) = problem.solve_to(kept_state, ROUGHLY_SETTLED) else { return Vec::new() };
         let Some(factor) = optimum.linear.factorised(&optimum.state.coefficients, 0.0) else { return Vec::new() };
         let known = Known::new(&problem, &optimum.state, &factor);
         let placements = known.placements(&taken, &taken_rad);

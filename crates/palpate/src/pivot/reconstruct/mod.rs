@@ -102,7 +102,7 @@ pub fn reconstruct_with_posterior(
     let cautious = Prepared::new(log, options, Cuts::AtLongSteps).ok();
     let starts = cautious.map_or_else(Vec::new, |cautious| {
         let rest = likeliest_first(cautious.search(Vec::new()));
-        rest.iter().filter_map(|rest| prepared.completed(&cautious, &rest.fit)).collect()
+        rest.into_iter().filter_map(|rest| Some((prepared.completed(&cautious, &rest.led_to)?, rest.led_to))).collect()
     });
     let mut found = likeliest_first(prepared.search(starts)).into_iter();
     let Found { mut reconstruction, posterior, log_evidence, .. } =
@@ -130,7 +130,7 @@ struct Found {
     /// Noise, shape and contact angles of the readings that are used.
     fit: Fit,
     /// Where its start led, before rivals were looked for.
-    led_to: State,
+    led_to: Fit,
 }
 
 impl Found {
@@ -243,8 +243,8 @@ impl<'a> Prepared<'a> {
         }
     }
 
-    /// Results from these starts, or from the closed forms where they do not explain the log.
-    fn search(&self, starts: Vec<State>) -> Vec<Found> {
+    /// Results from these starts, each completed from a fit of some readings, or from the closed forms where they do not explain the log.
+    fn search(&self, starts: Vec<(State, Fit)>) -> Vec<Found> {
         let pair = |width: f64, may_roll: bool| [may_roll, !may_roll].map(|may_roll| self.relative(width, may_roll));
         let mut found: Vec<Found> = Vec::new();
         if !starts.is_empty() {
@@ -278,7 +278,7 @@ impl<'a> Prepared<'a> {
     fn solved(
         &self,
         [relative_rad, other_rad]: &[Vec<f64>; 2],
-        start: Option<State>,
+        start: Option<(State, Fit)>,
         earlier: &[Found],
     ) -> Option<Found> {
         let explained = earlier.iter().find(|found| found.is_explained());
@@ -305,9 +305,10 @@ impl<'a> Prepared<'a> {
         let problem = Problem { readings: &readings, noise, between: believed, ..search.clone() };
         // What is believed of the motion decides on which side of d = 0 readings are, and which of several starts is likelier. Noise, spread and number of
         // harmonics are what the readings alone ask for: where an object slides or tips over, that belief is wrong and would pay for it with them.
-        let choose = |order: usize, start: State| {
-            let order = self.options.harmonics.unwrap_or(order);
-            let decided = evidence::fit(Problem { order, ..problem.clone() }, start, self.stated())?;
+        let choose = |start: State, like: Option<&Fit>| {
+            let begun = like.map_or_else(|| problem.clone(), |fit| fit.like(problem.clone()));
+            let order = self.options.harmonics.unwrap_or(SEARCH_ORDER);
+            let decided = evidence::fit(Problem { order, ..begun }, start, self.stated())?;
             if self.cuts == Cuts::AtLongSteps {
                 let log_evidence = decided.log_evidence - prior.cost(&decided.optimum.state.theta_rad);
                 return Some(Fit { log_evidence, ..decided });
@@ -349,7 +350,10 @@ impl<'a> Prepared<'a> {
             let state = segments.in_order(arrangement)?;
             Some(State { theta_rad: thinning.spread(relative_rad, &state.theta_rad), ..state })
         };
-        let start = start.or_else(|| whole_state(arrangements.first()?))?;
+        let (start, like) = match start {
+            Some((start, like)) => (start, Some(like)),
+            None => (whole_state(arrangements.first()?)?, None),
+        };
         if let Some(Found { fit, .. }) = explained {
             // What a few readings contradict is not held against all of them.
             let there = of_few(fit).solve_to(few(&start), ROUGHLY_SETTLED)?;
@@ -361,7 +365,7 @@ impl<'a> Prepared<'a> {
                 return None;
             }
         }
-        let mut fit = choose(SEARCH_ORDER, start)?;
+        let mut fit = choose(start, like.as_ref())?;
         for _ in 0..MOST_DECODINGS {
             let state = &fit.optimum.state;
             let continuous = prior.without_leaps(&state.theta_rad);
@@ -380,17 +384,17 @@ impl<'a> Prepared<'a> {
             // From few harmonics, which do not follow what is wrong. Where a start leads with the noise that is expected tells what it is worth.
             let mut begun: Vec<(f64, State)> = starts.into_iter().filter_map(begin).collect();
             begun.sort_by(|a, b| b.0.total_cmp(&a.0));
-            let tried = begun.into_iter().take(MOST_TRIED).filter_map(|(_, start)| choose(SEARCH_ORDER, start));
+            let tried = begun.into_iter().take(MOST_TRIED).filter_map(|(_, start)| choose(start, None));
             let Some(next) = tried.max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence)) else { break };
             if next.log_evidence <= fit.log_evidence + 1.0 {
                 break;
             }
             fit = next;
         }
-        if earlier.iter().any(|found| same(&found.led_to, &fit.optimum.state)) {
+        if earlier.iter().any(|found| same(&found.led_to.optimum.state, &fit.optimum.state)) {
             return None;
         }
-        let led_to = fit.optimum.state.clone();
+        let led_to = fit.clone();
         let rivals = Rivals { search: &search, readings: &readings, thinning: &thinning, prior: &prior };
         // Rivals that turn out better take its place, and are examined in their turn.
         let mut alternatives = Vec::new();
@@ -401,7 +405,7 @@ impl<'a> Prepared<'a> {
             let beam = arrangements.iter().skip(1).filter_map(whole_state);
             let found = rivals.of(&Whole { problem: &whole(&fit), fit: &fit }, beam);
             let better = found.first().filter(|rival| rival.log_evidence > fit.log_evidence);
-            let next = better.map(|better| choose(SEARCH_ORDER, better.optimum.state.clone()));
+            let next = better.map(|better| choose(better.optimum.state.clone(), Some(better)));
             alternatives = found;
             let Some(next) = next else { break };
             let next = next?;
