@@ -122,23 +122,33 @@ fn fit_above(mut problem: Problem, start: State, stated: Stated, least: f64) -> 
 pub(super) fn at_likeliest_scale(problem: Problem, fit: Fit) -> Option<Fit> {
     let mut problem = fit.like(problem);
     let mut optimum = problem.solve_to(fit.optimum.state, ROUGHLY_SETTLED)?;
-    let (mut stretch, mut last_step) = (1.0, 0.0);
     for _ in 0..SCALE_ROUNDS {
-        let (Some((between, sd_rad)), Some((factor, _))) = (problem.between, &optimum.linear.joined) else { break };
-        let likeliest_rad = between.scale_rad(&optimum.state.theta_rad, sd_rad, &factor.inverse_in_band());
-        let step = (likeliest_rad / sd_rad).ln();
+        let Some(state) = rescale(&mut problem, &optimum) else { break };
+        optimum = problem.solve_to(state, ROUGHLY_SETTLED)?;
+    }
+    let optimum = problem.solve(optimum.state)?;
+    let log_evidence = log_evidence(&problem, &optimum)?;
+    Some(Fit { optimum, log_evidence, between_rad: problem.between.map(|(_, sd_rad)| sd_rad), ..fit })
+}
+
+/// The likeliest scale where shape and constants stay, and the state whose angles follow it; `None` where it is that of the problem already.
+fn rescale(problem: &mut Problem, optimum: &Optimum) -> Option<State> {
+    let mut state = optimum.state.clone();
+    let mut inverse = optimum.linear.joined.as_ref()?.0.inverse_in_band();
+    let (mut stretch, mut last_step) = (1.0, 0.0);
+    for round in 0..SCALE_ROUNDS {
+        let (between, sd_rad) = problem.between?;
+        let step = (between.scale_rad(&state.theta_rad, sd_rad, &inverse) / sd_rad).ln();
         if step.abs() < SETTLED_SCALE {
-            break;
+            return (round > 0).then_some(state);
         }
         // Angles that readings hardly tell follow the scale, which comes to its place slowly then.
         stretch = if step * last_step > 0.0 { f64::min(2.0 * stretch, MOST_STRETCH) } else { 1.0 };
         last_step = step;
         problem.between = Some((between, (sd_rad * (stretch * step).exp()).max(LEAST_SD_RAD)));
-        optimum = problem.solve_to(optimum.state, ROUGHLY_SETTLED)?;
+        inverse = problem.settle(&mut state).1?.inverse_in_band();
     }
-    let optimum = problem.solve(optimum.state)?;
-    let log_evidence = log_evidence(&problem, &optimum)?;
-    Some(Fit { optimum, log_evidence, between_rad: problem.between.map(|(_, sd_rad)| sd_rad), ..fit })
+    Some(state)
 }
 
 /// The optimum with as many harmonics as the evidence likes best, and one step more, so that the error bars include harmonics that were not resolved:

@@ -357,7 +357,7 @@ impl Problem<'_> {
     pub fn solve_to(&self, start: State, settled: f64) -> Option<Optimum> {
         let mut state = start;
         coefficients_to_order(&mut state.coefficients, self.order);
-        let mut of_angles = self.settle(&mut state);
+        let (mut of_angles, _) = self.settle(&mut state);
         let contacts = curve(&state.coefficients, &state.theta_rad);
         let mut cost = self.cost(&state, &contacts);
         if !cost.is_finite() {
@@ -419,18 +419,18 @@ impl Problem<'_> {
 
     /// Newton steps of every θ, until one lowers the cost by no more than `settled`; what the last one lowers it by.
     fn settle_to(&self, state: &mut State, settled: f64) -> f64 {
-        let mut gain = self.settle(state);
+        let (mut gain, _) = self.settle(state);
         for _ in 1..ANGLE_STEPS {
             if gain <= settled {
                 break;
             }
-            gain = self.settle(state);
+            (gain, _) = self.settle(state);
         }
         gain
     }
 
-    /// One Newton step of every θ; how much it lowers the cost by, half a χ², were that a parabola.
-    fn settle(&self, state: &mut State) -> f64 {
+    /// One Newton step of every θ; how much it lowers the cost by, half a χ², were that a parabola, and the information on angles that depend on each other.
+    pub fn settle(&self, state: &mut State) -> (f64, Option<BandedCholesky<SPAN>>) {
         let errors = self.stated.with_told(state.told);
         let contacts = curve(&state.coefficients, &state.theta_rad);
         let measured = contacts.into_iter().zip(errors.measured(self.readings));
@@ -443,7 +443,7 @@ impl Problem<'_> {
                 factor.solve_upper(&mut steps, 1);
                 let limited = steps.iter().map(|step| (-step).clamp(-LONGEST_TURN_RAD, LONGEST_TURN_RAD));
                 state.theta_rad.iter_mut().zip(limited).for_each(|(theta, step)| *theta += step);
-                gain
+                (gain, Some(factor))
             }
             None => {
                 let mut gain = 0.0;
@@ -451,7 +451,7 @@ impl Problem<'_> {
                     *theta += turn(*residual, *slope);
                     gain += 0.5 * dot(*slope, *residual).powi(2) / own_information(*slope);
                 }
-                gain
+                (gain, None)
             }
         }
     }
