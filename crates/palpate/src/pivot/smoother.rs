@@ -35,8 +35,11 @@ const FIRST_DAMPING: f64 = 1e-4;
 /// The damping falls by no more than this at once.
 const LEAST_SHRINKAGE: f64 = 0.05;
 
-/// Newton steps of a single angle to its minimum.
+/// Newton steps of a single angle to its minimum, at most, …
 const SETTLING_STEPS: usize = 10;
+
+/// … and the shortest that another is worth, radians: far less than any reading tells.
+const LEAST_TURN_RAD: f64 = 1e-6;
 
 /// Holds an angle that its own reading does not tell, per radian squared: far less than any reading does.
 pub(super) const HELD_INFORMATION: f64 = 1e-3;
@@ -412,7 +415,11 @@ impl Problem<'_> {
         for _ in 0..SETTLING_STEPS {
             let (residual, slope) = self.missed(support(&state.coefficients, theta), &measured);
             square = residual[0] * residual[0] + residual[1] * residual[1];
-            theta += turn(residual, slope);
+            let step = turn(residual, slope);
+            theta += step;
+            if step.abs() < LEAST_TURN_RAD {
+                break;
+            }
         }
         (0.5 * square, theta)
     }

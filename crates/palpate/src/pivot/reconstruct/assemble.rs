@@ -15,6 +15,7 @@ use crate::pivot::evidence::{Fit, MOST_HARMONICS};
 use crate::pivot::motion_prior::MotionPrior;
 use crate::pivot::posterior::PivotPosterior;
 use crate::pivot::result::{PivotPose, PivotReconstruction};
+use crate::pivot::segments::Cuts;
 use crate::pivot::smoother::{Problem, across};
 use crate::pivot::verdict::Findings;
 use crate::reconstruct::OutlinePoint;
@@ -57,7 +58,11 @@ impl Prepared<'_> {
         let first_rad = *state.theta_rad.first()?;
         // ψ = 0 at the first contact.
         let turn_rad = tilt_rad - FRAC_PI_2 - first_rad;
-        let mut open = self.open_samples(problem, prior, fit)?;
+        // What others start from has them decoded once more.
+        let mut open = match self.cuts {
+            Cuts::AtLeaps => self.open_samples(problem, prior, fit)?,
+            Cuts::AtLongSteps => vec![false; problem.readings.len()],
+        };
         elsewhere.iter().for_each(|&place| open[place] = true);
         let shape = SupportFunction::from_coefficients(&state.coefficients).rotated(turn_rad);
         if shape.has_nonfinite() {
