@@ -102,7 +102,11 @@ pub fn reconstruct_with_posterior(
     let cautious = Prepared::new(log, options, Cuts::AtLongSteps).ok();
     let starts = cautious.map_or_else(Vec::new, |cautious| {
         let rest = likeliest_first(cautious.search(Vec::new()));
-        rest.into_iter().filter_map(|rest| Some((prepared.completed(&cautious, &rest.led_to)?, rest.led_to))).collect()
+        let completed = |rest: Found| {
+            let state = prepared.completed(&cautious, &rest.led_to)?;
+            Some(Start { state, explains_rest: rest.is_explained(), like: rest.led_to })
+        };
+        rest.into_iter().filter_map(completed).collect()
     });
     let mut found = likeliest_first(prepared.search(starts)).into_iter();
     let Found { mut reconstruction, posterior, log_evidence, .. } =
@@ -148,6 +152,14 @@ impl Found {
             )
         })
     }
+}
+
+/// A start for all readings, from a fit of some.
+struct Start {
+    state: State,
+    like: Fit,
+    /// Whether the fit explains those.
+    explains_rest: bool,
 }
 
 /// Of those that explain the log the likeliest, or else of all.
@@ -243,19 +255,22 @@ impl<'a> Prepared<'a> {
         }
     }
 
-    /// Results from these starts, each completed from a fit of some readings, or from the closed forms where they do not explain the log.
-    fn search(&self, starts: Vec<(State, Fit)>) -> Vec<Found> {
+    /// Results from these starts, and from the closed forms where they do not explain the log, or the fits that they come from did not explain theirs: what
+    /// explains the log then may not be the likeliest.
+    fn search(&self, starts: Vec<Start>) -> Vec<Found> {
         let pair = |width: f64, may_roll: bool| [may_roll, !may_roll].map(|may_roll| self.relative(width, may_roll));
         let mut found: Vec<Found> = Vec::new();
+        let is_trusted = starts.is_empty() || starts.iter().any(|start| start.explains_rest);
         if !starts.is_empty() {
             let [(width, may_roll), ..] = CROSSINGS;
             let first = pair(width, may_roll);
             for start in starts {
-                let other = self.solved(&first, Some(start), &found);
+                let explained = found.iter().find(|found| found.is_explained());
+                let other = self.solved(&first, Some(start), (&found, explained));
                 found.extend(other);
             }
         }
-        if found.iter().any(Found::is_explained) {
+        if is_trusted && found.iter().any(Found::is_explained) {
             return found;
         }
         let mut tried: Vec<Vec<f64>> = Vec::new();
@@ -263,7 +278,8 @@ impl<'a> Prepared<'a> {
             // Without a crossing all closed forms are one.
             let pair = pair(width, may_roll);
             if !tried.contains(&pair[0]) {
-                let other = self.solved(&pair, None, &found);
+                let explained = if is_trusted { found.iter().find(|found| found.is_explained()) } else { None };
+                let other = self.solved(&pair, None, (&found, explained));
                 found.extend(other);
                 let [relative_rad, _] = pair;
                 tried.push(relative_rad);
@@ -273,15 +289,14 @@ impl<'a> Prepared<'a> {
     }
 
     /// The best result from one closed form, the other of the same crossings beside it. It is left where it leads to the same as an earlier start; and
-    /// where one of these explains the log, if its segments, laid on that, lead back to it, or if what they are arranged to leads there, or explains the
+    /// where one of these is said to explain the log, if its segments, laid on that, lead back to it, or if what they are arranged to leads there, or explains the
     /// log with as many harmonics so little that no decoding makes a rival of it.
     fn solved(
         &self,
         [relative_rad, other_rad]: &[Vec<f64>; 2],
-        start: Option<(State, Fit)>,
-        earlier: &[Found],
+        start: Option<Start>,
+        (earlier, explained): (&[Found], Option<&Found>),
     ) -> Option<Found> {
-        let explained = earlier.iter().find(|found| found.is_explained());
         let noise = self.reference();
         let search = Problem { noise: search_noise(noise, self.size_m), ..self.problem(&[]) };
         let used = self.used();
@@ -351,7 +366,7 @@ impl<'a> Prepared<'a> {
             Some(State { theta_rad: thinning.spread(relative_rad, &state.theta_rad), ..state })
         };
         let (start, like) = match start {
-            Some((start, like)) => (start, Some(like)),
+            Some(Start { state, like, .. }) => (state, Some(like)),
             None => (whole_state(arrangements.first()?)?, None),
         };
         if let Some(Found { fit, .. }) = explained {
@@ -423,7 +438,10 @@ impl<'a> Prepared<'a> {
             elsewhere.extend(few.iter().flatten());
             few.is_none()
         });
-        let fit = loosened(&whole(&fit), fit);
+        let fit = match self.cuts {
+            Cuts::AtLeaps => loosened(&whole(&fit), fit),
+            Cuts::AtLongSteps => fit,
+        };
         let (mut reconstruction, posterior) =
             self.assembled(&problem, &fit, &prior, &elsewhere, 1 + alternatives.len())?;
         let others = alternatives
@@ -574,7 +592,7 @@ mod tests {
         let options = PivotOptions::default();
         let prepared = Prepared::new(&log, &options, Cuts::AtLeaps).expect("a log");
         let relative_rad = [true, false].map(|may_roll| prepared.relative(1.0, may_roll));
-        let Found { fit, reconstruction, .. } = prepared.solved(&relative_rad, None, &[]).expect("a result");
+        let Found { fit, reconstruction, .. } = prepared.solved(&relative_rad, None, (&[], None)).expect("a result");
         let readings: Vec<Reading> = prepared.used().iter().map(|&index| prepared.readings[index]).collect();
         let problem = Problem {
             readings: &readings,
