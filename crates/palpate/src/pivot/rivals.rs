@@ -60,6 +60,8 @@ impl Rivals<'_> {
         let search = Problem {
             readings: &some,
             noise: search_noise(self.search.noise, self.search.size_m),
+            // Fewer harmonics would tell what they leave out from what is elsewhere.
+            order: whole.fit.order,
             spread_m: whole.fit.spread_m,
             ..self.search.clone()
         };
@@ -136,8 +138,12 @@ impl Rivals<'_> {
             .iter()
             .map(|part| {
                 let mut felt = vec![false; ARCS];
-                for &index in part {
-                    felt[((theta[index].rem_euclid(TAU) / TAU * ARCS as f64) as usize).min(ARCS - 1)] = true;
+                // The contact rolls from one to the next, over what is between as well.
+                for two in part.windows(2) {
+                    let [from, to] = [theta[two[0]], theta[two[1]]].map(|theta| (theta / TAU * ARCS as f64).floor());
+                    for arc in (from.min(to) as i64..=from.max(to) as i64).take(ARCS) {
+                        felt[arc.rem_euclid(ARCS as i64) as usize] = true;
+                    }
                 }
                 felt
             })
