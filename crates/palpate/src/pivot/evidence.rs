@@ -13,9 +13,6 @@ pub(super) const MOST_HARMONICS: usize = ORDERS[ORDERS.len() - 1];
 /// Numbers tried beyond the best one.
 const BEYOND: usize = 1;
 
-/// Steps from the best number to the one that is taken, so that error bars include harmonics that were not resolved.
-const RICHER: usize = 2;
-
 /// A number of harmonics is left when its evidence would be less by so many nats were the noise as its residuals are: rounds of variance
 /// components change the optimum too, and the spread of the harmonics.
 const OUT_OF_REACH_NATS: f64 = 40.0;
@@ -34,7 +31,7 @@ pub(super) const ROUGHLY_SETTLED: f64 = 0.02;
 const SCALE_ROUNDS: usize = 20;
 
 /// ... which has settled when it would change by less than this share: the evidence is within a few nats of its best there.
-const SETTLED_SCALE: f64 = 0.05;
+const SETTLED_SCALE: f64 = 0.02;
 
 /// Steps of the scale in one direction are stretched, twice as much each, up to this.
 const MOST_STRETCH: f64 = 4.0;
@@ -149,6 +146,7 @@ fn rescale(problem: &mut Problem, optimum: &Optimum) -> Option<State> {
         stretch = if step * last_step > 0.0 { f64::min(2.0 * stretch, MOST_STRETCH) } else { 1.0 };
         last_step = step;
         problem.between = Some((between, (sd_rad * (stretch * step).exp()).max(LEAST_SD_RAD)));
+        problem.settle(&mut state);
         inverse = problem.settle(&mut state).1?.inverse_in_band();
     }
     Some(state)
@@ -163,27 +161,35 @@ pub(super) fn choose_order(problem: &Problem, start: State, stated: Stated) -> O
     let is_checked = |order: &usize| 2 * (2 * order + 1) <= problem.readings.len();
     let up: Vec<usize> = ORDERS[first + 1..].to_vec();
     let down: Vec<usize> = ORDERS[..first].iter().rev().copied().collect();
+    // The optimum of one step more than the best, where it is known.
+    let mut richer = None;
     for orders in [up, down] {
         let mut worse = 0;
         for order in orders.into_iter().take_while(is_checked) {
             let tried = Problem { order, ..best.like(problem.clone()) };
             match fit_above(tried, best.optimum.state.clone(), stated, best.log_evidence) {
                 Some(fit) if fit.log_evidence > best.log_evidence => {
-                    best = fit;
+                    // What it is better than has more harmonics, on the way down.
+                    let before = std::mem::replace(&mut best, fit);
+                    richer = (before.order > best.order).then_some(before);
                     worse = 0;
                 }
-                _ => worse += 1,
+                fit => {
+                    richer = richer.or(fit.filter(|fit| fit.order > best.order));
+                    worse += 1;
+                }
             }
             if worse >= BEYOND {
                 break;
             }
         }
     }
-    let Some(order) = ORDERS.into_iter().filter(|order| *order > best.order).take(RICHER).take_while(is_checked).last()
-    else {
-        return Some(best);
+    let next = ORDERS.into_iter().find(|order| *order > best.order).filter(is_checked);
+    let fitted = |order| {
+        let tried = Problem { order, ..best.like(problem.clone()) };
+        fit(tried, best.optimum.state.clone(), stated)
     };
-    fit(Problem { order, ..best.like(problem.clone()) }, best.optimum.state.clone(), stated).or(Some(best))
+    richer.or_else(|| next.and_then(fitted)).or(Some(best))
 }
 
 /// Squares of the residuals of r and of d over their noise, and how many of each are redundant.

@@ -26,7 +26,7 @@ const LONGEST_TURN_RAD: f64 = 0.3;
 /// Newton steps of the contact angles after each step of the shape, at most, …
 const ANGLE_STEPS: usize = 2;
 
-/// … and where the shape has settled, or has not moved yet: a step of all costs as much as four of the angles.
+/// … and where the shape has settled: a step of all costs as much as four of the angles.
 const MOST_ANGLE_STEPS: usize = 8;
 
 /// A step that lowers the cost by less, in units of half a χ², ends the search: a fiftieth of a standard deviation.
@@ -363,7 +363,8 @@ impl Problem<'_> {
     pub fn solve_to(&self, start: State, settled: f64) -> Option<Optimum> {
         let mut state = start;
         coefficients_to_order(&mut state.coefficients, self.order);
-        let mut of_angles = self.settle_to(&mut state, settled, MOST_ANGLE_STEPS);
+        // At a shape that is wrong angles go astray.
+        let (mut of_angles, _) = self.settle(&mut state);
         let contacts = curve(&state.coefficients, &state.theta_rad);
         let mut cost = self.cost(&state, &contacts);
         if !cost.is_finite() {
