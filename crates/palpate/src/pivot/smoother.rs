@@ -23,11 +23,8 @@ const MOST_STEPS: usize = 60;
 /// The largest change of a contact angle in one step, radians.
 const LONGEST_TURN_RAD: f64 = 0.3;
 
-/// Newton steps of the contact angles after each step of the shape, at most, …
+/// Newton steps of the contact angles after each step of the shape, at most.
 const ANGLE_STEPS: usize = 2;
-
-/// … and where the shape has settled: a step of all costs as much as four of the angles.
-const MOST_ANGLE_STEPS: usize = 8;
 
 /// A step that lowers the cost by less, in units of half a χ², ends the search: a fiftieth of a standard deviation.
 const SETTLED: f64 = 2e-4;
@@ -342,14 +339,14 @@ impl Problem<'_> {
     }
 
     /// The state after a step of the unknowns, each θ at its best for it; and the gain of the last step of these.
-    fn stepped(&self, state: &State, step: &DVector<f64>, settled: f64, angle_steps: usize) -> (State, f64) {
+    fn stepped(&self, state: &State, step: &DVector<f64>, settled: f64) -> (State, f64) {
         let order = self.order;
         let mut next = state.clone();
         next.coefficients.iter_mut().zip(step.iter()).for_each(|(value, step)| *value += step);
         for (place, &(constant, _)) in self.open.iter().enumerate() {
             next.told[constant] += step[2 * order + 1 + place];
         }
-        let turned = self.settle_to(&mut next, settled, angle_steps);
+        let turned = self.settle_to(&mut next, settled);
         (next, turned)
     }
 
@@ -363,7 +360,6 @@ impl Problem<'_> {
     pub fn solve_to(&self, start: State, settled: f64) -> Option<Optimum> {
         let mut state = start;
         coefficients_to_order(&mut state.coefficients, self.order);
-        // At a shape that is wrong angles go astray.
         let (mut of_angles, _) = self.settle(&mut state);
         let contacts = curve(&state.coefficients, &state.theta_rad);
         let mut cost = self.cost(&state, &contacts);
@@ -387,8 +383,7 @@ impl Problem<'_> {
             if predicted + of_angles <= settled {
                 break;
             }
-            let angle_steps = if predicted <= settled { MOST_ANGLE_STEPS } else { ANGLE_STEPS };
-            let (next, turned) = self.stepped(&state, &step, settled, angle_steps);
+            let (next, turned) = self.stepped(&state, &step, settled);
             let contacts = curve(&next.coefficients, &next.theta_rad);
             let lower = self.cost(&next, &contacts);
             let gain = cost - lower;
@@ -429,10 +424,10 @@ impl Problem<'_> {
         (0.5 * square, theta)
     }
 
-    /// So many Newton steps of every θ, or until one lowers the cost by no more than `settled`; what the last one lowers it by.
-    fn settle_to(&self, state: &mut State, settled: f64, steps: usize) -> f64 {
+    /// Newton steps of every θ, until one lowers the cost by no more than `settled`; what the last one lowers it by.
+    fn settle_to(&self, state: &mut State, settled: f64) -> f64 {
         let (mut gain, _) = self.settle(state);
-        for _ in 1..steps {
+        for _ in 1..ANGLE_STEPS {
             if gain <= settled {
                 break;
             }

@@ -388,6 +388,8 @@ mod tests {
             (7_962, "one sample on the wrong side of a tip-over"),
             (10_449, "a third closed form"),
             (11_147, "harmonics that followed what was wrong"),
+            (11_619, "a first stage that explains nothing"),
+            (12_241, "strokes of one kind that lie elsewhere together"),
         ];
         for (seed, cause) in causes {
             let drawn = drawn(seed, false, FRICTION).expect("an object");
