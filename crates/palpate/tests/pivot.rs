@@ -91,12 +91,16 @@ fn noisy_strokes_over_a_tilted_pad_give_the_shape_within_its_error_bars() {
         .iter()
         .map(|sample| rig.pad.along_and_above(sample.pivot_x_m, sample.pivot_y_m)[0])
         .collect();
+    let bound_of = |shape: &SupportFunction| {
+        let told = observability(shape, &simulation.theta_rad, &along, &rig, [1e-4, 2e-5]).expect("in range");
+        told.bound.expect("it is determined").rms_r_sd_m()
+    };
+    let known = bound_of(&pebble());
+    assert!(error.rms_r_m < 2.0 * known, "{error:?} {known}");
     // The bound where it is not known that there are four harmonics only.
     let mut harmonics_m = pebble().harmonics_m().to_vec();
     harmonics_m.resize(found.shape.harmonics_m().len(), [0.0; 2]);
-    let of_more = SupportFunction::new(pebble().mean_radius_m(), harmonics_m);
-    let told = observability(&of_more, &simulation.theta_rad, &along, &rig, [1e-4, 2e-5]).expect("in range");
-    let bound = told.bound.expect("it is determined").rms_r_sd_m();
+    let bound = bound_of(&SupportFunction::new(pebble().mean_radius_m(), harmonics_m));
     let of_seed = |seed: u64| {
         let options = PivotSimulateOptions { seed, ..options(rig, 1.0) };
         let simulation = simulate_strokes(&pebble(), &strokes(), &options).expect("it runs");

@@ -162,6 +162,11 @@ struct Start {
     explains_rest: bool,
 }
 
+/// The first that explains the log.
+fn explained(found: &[Found]) -> Option<&Found> {
+    found.iter().find(|found| found.is_explained())
+}
+
 /// Of those that explain the log the likeliest, or else of all.
 fn likeliest_first(mut found: Vec<Found>) -> Vec<Found> {
     let rank = |found: &Found| (found.is_explained(), found.log_evidence);
@@ -265,12 +270,11 @@ impl<'a> Prepared<'a> {
             let [(width, may_roll), ..] = CROSSINGS;
             let first = pair(width, may_roll);
             for start in starts {
-                let explained = found.iter().find(|found| found.is_explained());
-                let other = self.solved(&first, Some(start), (&found, explained));
+                let other = self.solved(&first, Some(start), (&found, explained(&found)));
                 found.extend(other);
             }
         }
-        if is_trusted && found.iter().any(Found::is_explained) {
+        if is_trusted && explained(&found).is_some() {
             return found;
         }
         let mut tried: Vec<Vec<f64>> = Vec::new();
@@ -278,8 +282,7 @@ impl<'a> Prepared<'a> {
             // Without a crossing all closed forms are one.
             let pair = pair(width, may_roll);
             if !tried.contains(&pair[0]) {
-                let explained = if is_trusted { found.iter().find(|found| found.is_explained()) } else { None };
-                let other = self.solved(&pair, None, (&found, explained));
+                let other = self.solved(&pair, None, (&found, explained(&found).filter(|_| is_trusted)));
                 found.extend(other);
                 let [relative_rad, _] = pair;
                 tried.push(relative_rad);
@@ -289,8 +292,8 @@ impl<'a> Prepared<'a> {
     }
 
     /// The best result from one closed form, the other of the same crossings beside it. It is left where it leads to the same as an earlier start; and
-    /// where one of these is said to explain the log, if its segments, laid on that, lead back to it, or if what they are arranged to leads there, or explains the
-    /// log with as many harmonics so little that no decoding makes a rival of it.
+    /// where one of these is said to explain the log, if its segments, laid on that, lead back to it, or if what they are arranged to leads there, or
+    /// explains the log with as many harmonics so little that no decoding makes a rival of it.
     fn solved(
         &self,
         [relative_rad, other_rad]: &[Vec<f64>; 2],
