@@ -256,6 +256,7 @@ impl WithSimd for Comparing<'_> {
 mod tests {
     use super::*;
     use crate::estimate::model::contact::support;
+    use crate::pivot::harmonic_prior::HarmonicPrior;
     use crate::pivot::smoother::{across, curve_row};
     use crate::shape::ContactSupport;
     use nalgebra::DVector;
@@ -274,7 +275,7 @@ mod tests {
             noise: Noise { r_m: 2e-5, d_m: 1e-4 },
             order: 3,
             size_m: 0.03,
-            spread_m: 0.01,
+            harmonics: HarmonicPrior::of_scale(0.01),
             stated: PivotCalibration::default(),
             open,
             between: None,

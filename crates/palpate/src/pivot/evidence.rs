@@ -1,8 +1,9 @@
 //! Noise, spread of the harmonics and their number by the evidence: variance components (noise by what the residuals leave over their
 //! redundancy, after Förstner, *Zur Schätzung von Varianzkomponenten*, 1979) and Laplace's approximation.
 
+use crate::pivot::harmonic_prior::HarmonicPrior;
 use crate::pivot::motion_between::LEAST_SD_RAD;
-use crate::pivot::smoother::{Noise, Optimum, Problem, State, across, prior_sds};
+use crate::pivot::smoother::{Noise, Optimum, Problem, State, across};
 
 /// Numbers of harmonics that are tried, in this order.
 const ORDERS: [usize; 12] = [4, 6, 8, 10, 12, 14, 16, 20, 24, 32, 40, 48];
@@ -16,6 +17,9 @@ const BEYOND: usize = 1;
 /// A number of harmonics is left when its evidence would be less by so many nats were the noise as its residuals are: rounds of variance
 /// components change the optimum too, and the spread of the harmonics.
 const OUT_OF_REACH_NATS: f64 = 40.0;
+
+/// So many numbers beyond those that the evidence asks for: of a rounded polygon that shows its corners, the next multiple of them.
+const UNRESOLVED: usize = 2;
 
 /// Rounds of variance components at most.
 const ROUNDS: usize = 6;
@@ -39,16 +43,13 @@ const MOST_STRETCH: f64 = 4.0;
 /// No reading is more exact than this share of the object's size: rounding of what is measured.
 pub(super) const LEAST_NOISE: f64 = 1e-9;
 
-/// Limits of the spread of the harmonics, as shares of the size.
-const SPREAD: [f64; 2] = [0.02, 2.0];
-
 /// An optimum with the noise and the prior that go with it.
 #[derive(Clone, Debug)]
 pub(super) struct Fit {
     pub optimum: Optimum,
     pub noise: Noise,
     pub order: usize,
-    pub spread_m: f64,
+    pub harmonics: HarmonicPrior,
     /// Scale of the motion between the readings, radians, where it is believed to be smooth.
     pub between_rad: Option<f64>,
     pub log_evidence: f64,
@@ -58,7 +59,7 @@ impl Fit {
     /// A problem with the noise, number of harmonics, spread and scale of this fit.
     pub fn like<'a>(&self, problem: Problem<'a>) -> Problem<'a> {
         let between = problem.between.zip(self.between_rad).map(|((between, _), sd_rad)| (between, sd_rad));
-        Problem { noise: self.noise, order: self.order, spread_m: self.spread_m, between, ..problem }
+        Problem { noise: self.noise, order: self.order, harmonics: self.harmonics, between, ..problem }
     }
 }
 
@@ -90,15 +91,16 @@ fn fit_above(mut problem: Problem, start: State, stated: Stated, least: f64) -> 
             return None;
         }
         let noise = components(&problem, told, stated);
-        let spread_m = spread(&problem, &optimum)?;
+        let covariance = optimum.linear.factorised(&optimum.state.coefficients, 0.0)?.inverse();
+        let harmonics = problem.harmonics.rescaled(&optimum.state.coefficients, &covariance, problem.size_m);
         let change = |new: f64, old: f64| (new / old).ln().abs();
         let settled = change(noise.r_m, problem.noise.r_m).max(change(noise.d_m, problem.noise.d_m)) < SETTLED
-            && change(spread_m, problem.spread_m) < 0.1;
+            && change(harmonics.scale_m, problem.harmonics.scale_m) < 0.1;
         if settled {
             break;
         }
         problem.noise = noise;
-        problem.spread_m = spread_m;
+        problem.harmonics = harmonics;
         if let (Some((between, sd_rad)), Some((factor, _))) = (problem.between, &optimum.linear.joined) {
             let sd_rad = between.scale_rad(&optimum.state.theta_rad, sd_rad, &factor.inverse_in_band());
             problem.between = Some((between, sd_rad));
@@ -110,7 +112,7 @@ fn fit_above(mut problem: Problem, start: State, stated: Stated, least: f64) -> 
     Some(Fit {
         noise: problem.noise,
         order: problem.order,
-        spread_m: problem.spread_m,
+        harmonics: problem.harmonics,
         between_rad,
         optimum,
         log_evidence,
@@ -157,8 +159,7 @@ fn rescale(problem: &mut Problem, optimum: &Optimum) -> Option<State> {
 pub(super) fn choose_order(problem: &Problem, start: State, stated: Stated) -> Option<Fit> {
     let first = ORDERS.iter().position(|order| *order >= problem.order).unwrap_or(ORDERS.len() - 1);
     let mut best = fit(Problem { order: ORDERS[first], ..problem.clone() }, start, stated)?;
-    // Half as many unknowns as readings leave little to check them by.
-    let is_checked = |order: &usize| 2 * (2 * order + 1) <= problem.readings.len();
+    let is_checked = |order: &usize| problem.checks(*order);
     let up: Vec<usize> = ORDERS[first + 1..].to_vec();
     let down: Vec<usize> = ORDERS[..first].iter().rev().copied().collect();
     // The optimum of one step more than the best, where it is known.
@@ -190,6 +191,15 @@ pub(super) fn choose_order(problem: &Problem, start: State, stated: Stated) -> O
         fit(tried, best.optimum.state.clone(), stated)
     };
     richer.or_else(|| next.and_then(fitted)).or(Some(best))
+}
+
+/// The problem with harmonics that no reading resolves as well, which fall as those do that are told near this state: the error bars include them.
+pub(super) fn with_unresolved<'a>(problem: &Problem<'a>, state: &State) -> Option<Problem<'a>> {
+    let more = ORDERS.into_iter().filter(|order| *order > problem.order).take_while(|order| problem.checks(*order));
+    let order = more.take(UNRESOLVED).last().unwrap_or(problem.order);
+    let wide = Problem { order, between: None, ..problem.clone() };
+    let harmonics = HarmonicPrior::likeliest(&wide.told_of_unknowns(state), order, problem.size_m)?;
+    Some(Problem { order, harmonics, ..problem.clone() })
 }
 
 /// Squares of the residuals of r and of d over their noise, and how many of each are redundant.
@@ -244,24 +254,6 @@ fn components(problem: &Problem, [squares, redundancies]: [[f64; 2]; 2], stated:
     Noise { r_m: new(0, problem.noise.r_m, stated.r_m), d_m: new(1, problem.noise.d_m, stated.d_m) }
 }
 
-/// The spread of the harmonics from the second on: their mean square times k⁴, with what is not known of them.
-fn spread(problem: &Problem, optimum: &Optimum) -> Option<f64> {
-    let order = problem.order;
-    let [low, high] = SPREAD.map(|share| share * problem.size_m);
-    if order < 2 {
-        return Some(problem.spread_m);
-    }
-    let covariance = optimum.linear.factorised(&optimum.state.coefficients, 0.0)?.inverse();
-    let sum: f64 = (2..=order)
-        .flat_map(|k| [(k, k), (k, order + k)])
-        .map(|(k, index)| {
-            let value = optimum.state.coefficients[index];
-            (k as f64).powi(4) * (value * value + covariance[(index, index)])
-        })
-        .sum();
-    Some((sum / (2 * (order - 1)) as f64).sqrt().clamp(low, high))
-}
-
 /// The logarithm of the evidence after Laplace, every θ and the unknowns marginalised, up to a constant of the readings.
 pub(super) fn log_evidence(problem: &Problem, optimum: &Optimum) -> Option<f64> {
     let linear = &optimum.linear;
@@ -269,7 +261,7 @@ pub(super) fn log_evidence(problem: &Problem, optimum: &Optimum) -> Option<f64> 
     // The rotation is held by the largest stiffness, which is no information.
     let held = linear.information.diagonal().max().ln();
     let log_determinant = 2.0 * factor.l_dirty().diagonal().iter().map(|value| value.ln()).sum::<f64>() - held;
-    let prior: f64 = prior_sds(problem.order, problem.size_m, problem.spread_m).iter().map(|sd| sd.ln()).sum();
+    let prior: f64 = problem.harmonics.sds(problem.order, problem.size_m).iter().map(|sd| sd.ln()).sum();
     let angles = linear.half_ln_angles();
     let readings = problem.readings.len() as f64 * (problem.noise.r_m.ln() + problem.noise.d_m.ln());
     let value = -optimum.cost - 0.5 * log_determinant - prior - angles - readings;
@@ -302,7 +294,7 @@ mod tests {
             noise: Noise { r_m: 2e-6, d_m: 1e-5 },
             order: 3,
             size_m: 0.03,
-            spread_m: 0.03,
+            harmonics: HarmonicPrior::of_scale(0.03),
             stated: PivotCalibration::default(),
             open: Vec::new(),
             between: Some((&between, sd_rad)),
@@ -314,7 +306,7 @@ mod tests {
                 optimum,
                 noise: problem(from_rad).noise,
                 order: 3,
-                spread_m: 0.03,
+                harmonics: HarmonicPrior::of_scale(0.03),
                 between_rad: Some(from_rad),
                 log_evidence: f64::NEG_INFINITY,
             };

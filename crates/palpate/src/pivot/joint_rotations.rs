@@ -1,5 +1,5 @@
-//! Rotations of two groups of readings at once against the rest: groups that share no boundary are held together by the form of the whole shape alone,
-//! and where two of them are wrong, moving one of them may make nothing better.
+//! Rotations of a group of readings, or of two at once, against the rest: groups that share no boundary are held together by the form of the whole shape
+//! alone, and where two of them are wrong, moving one of them may make nothing better.
 //!
 //! What a group tells, every θ eliminated, is a quadratic form in the coefficients of the shape, ½ xᵀHx + bᵀx. It turns with the group: its harmonics
 //! turn by k times the rotation. So all pairs of rotations on a grid are compared by the evidence of a linear model, bᵀA⁻¹b − ln det A of the sums.
@@ -41,6 +41,11 @@ impl Form {
         let problem = Problem { readings: &readings, ..problem.clone() };
         let own = problem.solve(State { theta_rad, ..state.clone() })?.state;
         Some((Self::at(&problem, &own), own.theta_rad))
+    }
+
+    /// Of no reading.
+    fn nothing(unknowns: usize) -> Self {
+        Self { information: DMatrix::zeros(unknowns, unknowns), linear: DVector::zeros(unknowns) }
     }
 
     /// The same of readings whose contact angles are larger by `angle`.
@@ -115,9 +120,11 @@ impl WithSimd for Comparing<'_> {
     }
 }
 
-/// States in which two groups are turned, each at a maximum of the evidence over both rotations, the best first, with how much less than the best they
+/// States in which a group is turned, or two, each at a maximum of the evidence over all rotations, the best first, with how much less than the best they
 /// have, nats. The rotations of the state itself are not among them.
-pub(super) fn turned_together(problem: &Problem, state: &State, groups: [&[usize]; 2]) -> Vec<(f64, State)> {
+pub(super) fn turned(problem: &Problem, state: &State, group: &[usize], other: Option<&[usize]>) -> Vec<(f64, State)> {
+    // The second group turns fastest, eight rotations in step; without another the first does not turn.
+    let groups: Vec<&[usize]> = other.into_iter().chain([group]).collect();
     let mut inside = vec![false; problem.readings.len()];
     groups.iter().flat_map(|group| group.iter()).for_each(|&place| inside[place] = true);
     let rest: Vec<usize> = (0..inside.len()).filter(|&place| !inside[place]).collect();
@@ -125,13 +132,19 @@ pub(super) fn turned_together(problem: &Problem, state: &State, groups: [&[usize
     let stated = problem.stated.with_told(state.told);
     let fixed = Problem { open: Vec::new(), between: None, stated, ..problem.clone() };
     let own = |group: &[usize]| Form::of(&fixed, state, group);
-    let (Some((mut rest, _)), [Some(first), Some(second)]) = (own(&rest), groups.map(own)) else { return Vec::new() };
+    let forms: Option<Vec<(Form, Vec<f64>)>> = groups.iter().map(|group| own(group)).collect();
+    let (Some((mut rest, _)), Some(forms)) = (own(&rest), forms) else { return Vec::new() };
     for (index, sd) in fixed.prior_sds().into_iter().enumerate() {
         rest.information[(index, index)] += 1.0 / (sd * sd);
     }
     let angle = |turn: usize| TAU * turn as f64 / ROTATIONS as f64;
-    let turned = |form: &Form| (0..ROTATIONS).map(|turn| form.turned(angle(turn))).collect::<Vec<Form>>();
-    let (angles, [first, second]) = ([&first.1, &second.1], [turned(&first.0), turned(&second.0)]);
+    let (forms, angles): (Vec<Form>, Vec<Vec<f64>>) = forms.into_iter().unzip();
+    let mut turned: Vec<Vec<Form>> =
+        forms.iter().map(|form| (0..ROTATIONS).map(|turn| form.turned(angle(turn))).collect()).collect();
+    if other.is_none() {
+        turned.insert(0, vec![Form::nothing(fixed.unknowns())]);
+    }
+    let [first, second] = [&turned[0], &turned[1]];
     let solved = |a: usize, b: usize| {
         let information = &rest.information + &first[a].information + &second[b].information;
         let linear = &rest.linear + &first[a].linear + &second[b].linear;
@@ -141,20 +154,21 @@ pub(super) fn turned_together(problem: &Problem, state: &State, groups: [&[usize
         let cost = 0.5 * linear.dot(&coefficients) + log_determinant;
         cost.is_finite().then_some((cost, coefficients))
     };
-    let costs = Arch::new().dispatch(Comparing { rest: &rest, first: &first, second: &second });
-    let at = |a: usize, b: usize| costs[(a % ROTATIONS) * ROTATIONS + b % ROTATIONS];
+    let costs = Arch::new().dispatch(Comparing { rest: &rest, first, second });
+    let at = |a: usize, b: usize| costs[(a % first.len()) * ROTATIONS + b % ROTATIONS];
     let is_least = |a: usize, b: usize| {
-        let around = (0..9).map(|place| at(a + ROTATIONS + place / 3 - 1, b + ROTATIONS + place % 3 - 1));
+        let around = (0..9).map(|place| at(a + first.len() + place / 3 - 1, b + ROTATIONS + place % 3 - 1));
         at(a, b).is_finite() && around.into_iter().all(|other| at(a, b) <= other)
     };
-    let minima = (0..ROTATIONS * ROTATIONS)
+    let minima = (0..costs.len())
         .map(|index| (index / ROTATIONS, index % ROTATIONS))
         .filter(|&(a, b)| (a, b) != (0, 0) && is_least(a, b));
     let mut found: Vec<(f64, State)> = minima
         .filter_map(|(a, b)| {
             let (cost, coefficients) = solved(a, b)?;
             let mut turned = State { coefficients: coefficients.as_slice().to_vec(), ..state.clone() };
-            for ((group, own_rad), turn) in groups.iter().zip(angles).zip([a, b]) {
+            let turns = [a, b].into_iter().skip(2 - groups.len());
+            for ((group, own_rad), turn) in groups.iter().zip(&angles).zip(turns) {
                 group.iter().zip(own_rad).for_each(|(&place, own)| turned.theta_rad[place] = own + angle(turn));
             }
             Some((cost, turned))
@@ -171,6 +185,7 @@ mod tests {
     use super::*;
     use crate::estimate::model::contact::support;
     use crate::pivot::calibration::PivotCalibration;
+    use crate::pivot::harmonic_prior::HarmonicPrior;
     use crate::pivot::smoother::Noise;
     use crate::shape::ContactSupport;
 
@@ -193,7 +208,7 @@ mod tests {
             noise: Noise { r_m: 2e-5, d_m: 1e-4 },
             order: 3,
             size_m: 0.03,
-            spread_m: 0.01,
+            harmonics: HarmonicPrior::of_scale(0.01),
             stated: PivotCalibration::default(),
             open: Vec::new(),
             between: None,
@@ -209,7 +224,20 @@ mod tests {
         for (group, by) in groups.iter().zip([1.0, -2.1]) {
             group.iter().for_each(|&place| wrong.theta_rad[place] += by);
         }
-        let found = turned_together(&problem, &wrong, [&groups[0], &groups[1]]);
+        let found = turned(&problem, &wrong, &groups[0], Some(&groups[1]));
+        let best = problem.solve(found[0].1.clone()).expect("an optimum");
+        let own = problem.solve(wrong).expect("an optimum").cost;
+        assert!(best.cost < 2.0 && own > 100.0, "{own} {}", best.cost);
+    }
+
+    #[test]
+    fn a_group_that_was_turned_alone_is_turned_back() {
+        let (readings, right) = arcs();
+        let problem = problem(&readings);
+        let group: Vec<usize> = (20..40).collect();
+        let mut wrong = right;
+        group.iter().for_each(|&place| wrong.theta_rad[place] += 1.0);
+        let found = turned(&problem, &wrong, &group, None);
         let best = problem.solve(found[0].1.clone()).expect("an optimum");
         let own = problem.solve(wrong).expect("an optimum").cost;
         assert!(best.cost < 2.0 && own > 100.0, "{own} {}", best.cost);

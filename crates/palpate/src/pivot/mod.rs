@@ -55,6 +55,7 @@ mod decode;
 mod error;
 mod error_bars;
 mod evidence;
+mod harmonic_prior;
 mod held;
 mod joint_rotations;
 mod live;

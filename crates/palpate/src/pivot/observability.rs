@@ -14,6 +14,7 @@ use crate::estimate::coverage::{LONGEST_SLIDE, NODES, touches};
 use crate::information::{Information, InformationError};
 use crate::pivot::calibration::{Reading, TOLD};
 use crate::pivot::error_bars::ErrorBars;
+use crate::pivot::harmonic_prior::HarmonicPrior;
 use crate::pivot::rig::PivotRig;
 use crate::pivot::rows::sums_of_outer_products;
 use crate::pivot::smoother::{Noise, Problem, State};
@@ -84,7 +85,7 @@ pub fn observability(
         noise: Noise { r_m: arm_sd_m, d_m: pad_sd_m.hypot(arm_sd_m) },
         order: shape.harmonics_m().len(),
         size_m: shape.mean_radius_m(),
-        spread_m: shape.mean_radius_m(),
+        harmonics: HarmonicPrior::of_scale(shape.mean_radius_m()),
         stated: rig.calibration.with_told([0.0; TOLD]),
         open: told.into_iter().enumerate().filter(|(_, sd)| *sd > 0.0).collect(),
         between: None,

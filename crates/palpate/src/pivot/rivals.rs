@@ -7,7 +7,7 @@ use crate::math::angle::wrapped;
 use crate::pivot::association::Known;
 use crate::pivot::calibration::Reading;
 use crate::pivot::evidence::{Fit, ROUGHLY_SETTLED, log_evidence};
-use crate::pivot::joint_rotations::turned_together;
+use crate::pivot::joint_rotations::turned;
 use crate::pivot::motion_prior::MotionPrior;
 use crate::pivot::search::{same, search_noise};
 use crate::pivot::smoother::{Problem, State};
@@ -62,7 +62,7 @@ impl Rivals<'_> {
             noise: search_noise(self.search.noise, self.search.size_m),
             // Fewer harmonics would tell what they leave out from what is elsewhere.
             order: whole.fit.order,
-            spread_m: whole.fit.spread_m,
+            harmonics: whole.fit.harmonics,
             ..self.search.clone()
         };
         // Compared with few samples first: what is clearly worse by these is so by all.
@@ -76,7 +76,7 @@ impl Rivals<'_> {
         let (parts, shared) = self.parts(whole);
         let mut moved: Vec<State> =
             Self::groups(&parts, &shared).iter().flat_map(|group| self.moved(&search, &present, group)).collect();
-        moved.extend(Self::moved_together(&parts, &shared, &search, &present));
+        moved.extend(Self::turned_apart(&parts, &shared, &search, &present));
         let mut found: Vec<Fit> = Vec::new();
         let mut seen: Vec<State> = vec![present.clone()];
         let mut starts: Vec<State> = others.collect();
@@ -172,8 +172,8 @@ impl Rivals<'_> {
         groups.into_iter().map(|group| places(parts, &group)).collect()
     }
 
-    /// States of the thinned problem with two groups turned that share nothing with each other or the rest.
-    fn moved_together(
+    /// States of the thinned problem with a group turned, or two, that share nothing with each other or the rest.
+    fn turned_apart(
         parts: &[Vec<usize>],
         shared: impl Fn(usize, usize) -> f64,
         search: &Problem,
@@ -183,15 +183,15 @@ impl Rivals<'_> {
         let mut groups: Vec<Vec<usize>> = groups.iter().map(|group| places(parts, group)).collect();
         groups.sort_by_key(|group| std::cmp::Reverse(group.len()));
         groups.truncate(MOST_TOGETHER);
-        if groups.len() < 3 {
-            return Vec::new();
-        }
-        // Of three the first may stay where it is.
-        let first = usize::from(groups.len() == 3);
-        let pairs = (first..groups.len()).flat_map(|a| (a + 1..groups.len()).map(move |b| [a, b]));
-        pairs
-            .flat_map(|[a, b]| {
-                let turned = turned_together(search, state, [&groups[a], &groups[b]]);
+        let count = groups.len();
+        // Of two or three the first may stay where it is.
+        let alone = (1..count).map(|group| (group, None));
+        let first = usize::from(count == 3);
+        let pairs = (first..count).flat_map(|a| (a + 1..count).map(move |b| (a, Some(b)))).filter(|_| count > 2);
+        alone
+            .chain(pairs)
+            .flat_map(|(group, other)| {
+                let turned = turned(search, state, &groups[group], other.map(|other| &groups[other][..]));
                 turned
                     .into_iter()
                     .take_while(|(worse, _)| *worse < FOLLOWED_NATS)

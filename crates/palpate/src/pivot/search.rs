@@ -243,7 +243,7 @@ pub(super) fn shape_given_angles(problem: &Problem, theta_rad: Vec<f64>) -> Opti
         values[2 * index + 1] = measured.d_m / d_sd;
     }
     let mut normal = &columns * columns.transpose();
-    let sds = crate::pivot::smoother::prior_sds(order, problem.size_m, problem.spread_m);
+    let sds = problem.harmonics.sds(order, problem.size_m);
     for (index, sd) in sds.iter().enumerate() {
         normal[(index, index)] += 1.0 / (sd * sd);
     }

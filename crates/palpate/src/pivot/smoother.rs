@@ -13,6 +13,7 @@ use crate::estimate::model::layout::{Layout, coefficients_to_order};
 use crate::math::banded::BandedCholesky;
 use crate::pivot::calibration::{Measured, PivotCalibration, Reading, TOLD};
 use crate::pivot::curve::curve;
+use crate::pivot::harmonic_prior::{self, HarmonicPrior};
 use crate::pivot::motion_between::{MotionBetween, SPAN};
 use crate::pivot::rows::{fill_curve_rows, sums_of_outer_products, whitened_squares};
 use crate::shape::ContactSupport;
@@ -65,8 +66,7 @@ pub(super) struct Problem<'a> {
     pub order: usize,
     /// Rough size of the object, metres.
     pub size_m: f64,
-    /// Harmonic k ≥ 2 has the prior standard deviation `spread_m`/k².
-    pub spread_m: f64,
+    pub harmonics: HarmonicPrior,
     /// Stated constants of the rig.
     pub stated: PivotCalibration,
     /// Which of the told constants are open, and their prior standard deviations.
@@ -191,12 +191,30 @@ impl Problem<'_> {
         2 * self.order + 1 + self.open.len()
     }
 
+    /// Whether there are readings to check so many harmonics by: half as many unknowns as readings leave little.
+    pub fn checks(&self, order: usize) -> bool {
+        2 * (2 * order + 1) <= self.readings.len()
+    }
+
+    /// What the readings tell of coefficients and open constants near a state, as far as they are from where the prior has them; without the prior of the
+    /// harmonics.
+    pub fn told_of_unknowns(&self, state: &State) -> harmonic_prior::Told {
+        let mut state = state.clone();
+        coefficients_to_order(&mut state.coefficients, self.order);
+        let linear = self.linearised(&state);
+        let off = DVector::from_vec(self.off_prior(&state));
+        let (mut information, mut gradient) = (linear.held(&state.coefficients), linear.gradient);
+        for (index, sd) in self.harmonics.sds(self.order, self.size_m).into_iter().enumerate() {
+            information[(index, index)] -= 1.0 / (sd * sd);
+            gradient[index] -= off[index] / (sd * sd);
+        }
+        gradient -= &information * off;
+        harmonic_prior::Told { information, gradient }
+    }
+
     /// Prior standard deviations of all unknowns.
     pub fn prior_sds(&self) -> Vec<f64> {
-        prior_sds(self.order, self.size_m, self.spread_m)
-            .into_iter()
-            .chain(self.open.iter().map(|(_, sd)| *sd))
-            .collect()
+        self.harmonics.sds(self.order, self.size_m).into_iter().chain(self.open.iter().map(|(_, sd)| *sd)).collect()
     }
 
     /// How far unknowns are from where the prior has them.
@@ -464,15 +482,6 @@ impl Problem<'_> {
     }
 }
 
-/// Prior standard deviations of (a₀, a₁ … a_K, b₁ … b_K): ten sizes, a size for the first harmonic (where the pivot is), `spread`/k².
-pub(super) fn prior_sds(order: usize, size_m: f64, spread_m: f64) -> Vec<f64> {
-    let of = |k: usize| if k == 1 { size_m } else { spread_m / (k * k) as f64 };
-    let mut sds = vec![10.0 * size_m];
-    sds.extend((1..=order).map(of));
-    sds.extend((1..=order).map(of));
-    sds
-}
-
 /// Derivative of r(θ) times one share plus d(θ) times another by the coefficients.
 pub(super) fn curve_row(theta: f64, order: usize, [r_share, d_share]: [f64; 2]) -> DVector<f64> {
     let mut row = DVector::zeros(2 * order + 1);
@@ -537,7 +546,7 @@ mod tests {
             noise: Noise { r_m: 2e-5, d_m: 1e-4 },
             order: 3,
             size_m: 0.03,
-            spread_m: 0.03,
+            harmonics: HarmonicPrior::of_scale(0.03),
             stated: PivotCalibration::default(),
             open: vec![(0, 5e-4), (1, 0.01), (2, 0.01)],
             between: None,

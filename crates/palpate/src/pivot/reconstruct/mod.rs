@@ -14,6 +14,7 @@ use crate::pivot::error::PivotReconstructError;
 use crate::pivot::evidence::{
     self, Fit, MOST_HARMONICS, ROUGHLY_SETTLED, Stated, choose_order, squares_and_redundancies,
 };
+use crate::pivot::harmonic_prior::HarmonicPrior;
 use crate::pivot::log::{PivotLog, PivotSample};
 use crate::pivot::motion_between::{FIRST_SD_RAD, MotionBetween};
 use crate::pivot::motion_prior::{MotionPrior, lifted, tips_over};
@@ -48,6 +49,10 @@ const LOOSE_SD_RAD: f64 = 0.05;
 
 /// Rivals that turn out better are examined in their turn, so many times.
 const MOST_BETTER_RIVALS: usize = 3;
+
+/// A result that asks for more harmonics may have them follow what is elsewhere: it is held against all closed forms. One in fifty
+/// logs that were right does.
+const TRUSTED_ORDER: usize = 10;
 
 /// Smallest change of height or offset over all samples that is a motion, as a share of the size.
 const LEAST_MOTION: f64 = 1e-3;
@@ -111,11 +116,12 @@ pub fn reconstruct_with_posterior(
     let mut found = likeliest_first(prepared.search(starts)).into_iter();
     let Found { mut reconstruction, posterior, log_evidence, .. } =
         found.next().ok_or(PivotReconstructError::NotSolvable)?;
-    let rivals = found.filter(|rival| {
-        rival.is_explained()
-            && rival.log_evidence > log_evidence - RIVAL_NATS
-            && reconstruction.turns_otherwise(&rival.reconstruction)
-    });
+    // One that explains the log less well is a rival where it is likelier all the same.
+    let is_rival = |rival: &Found| {
+        let least = if rival.is_explained() { log_evidence - RIVAL_NATS } else { log_evidence };
+        rival.log_evidence > least && reconstruction.turns_otherwise(&rival.reconstruction)
+    };
+    let rivals = found.filter(is_rival);
     let rivals: Vec<PivotReconstruction> = rivals.map(|rival| rival.reconstruction).collect();
     if !rivals.is_empty() {
         reconstruction.alternatives += rivals.len();
@@ -135,6 +141,8 @@ struct Found {
     fit: Fit,
     /// Where its start led, before rivals were looked for.
     led_to: Fit,
+    /// Harmonics that the readings ask for.
+    order: usize,
 }
 
 impl Found {
@@ -253,19 +261,19 @@ impl<'a> Prepared<'a> {
             noise: self.reference(),
             order: SEARCH_ORDER,
             size_m: self.size_m,
-            spread_m: 0.5 * self.size_m,
+            harmonics: HarmonicPrior::of_scale(0.5 * self.size_m),
             stated: self.options.rig.calibration,
             open: told.into_iter().enumerate().filter(|(_, sd)| *sd > 0.0).collect(),
             between: None,
         }
     }
 
-    /// Results from these starts, and from the closed forms where they do not explain the log, or the fits that they come from did not explain theirs: what
-    /// explains the log then may not be the likeliest.
+    /// Results from these starts, and from the closed forms where they do not explain the log, or do with many harmonics, or the fits that they come from did
+    /// not explain theirs: what explains the log then may not be the likeliest.
     fn search(&self, starts: Vec<Start>) -> Vec<Found> {
         let pair = |width: f64, may_roll: bool| [may_roll, !may_roll].map(|may_roll| self.relative(width, may_roll));
         let mut found: Vec<Found> = Vec::new();
-        let is_trusted = starts.is_empty() || starts.iter().any(|start| start.explains_rest);
+        let mut is_trusted = starts.is_empty() || starts.iter().any(|start| start.explains_rest);
         if !starts.is_empty() {
             let [(width, may_roll), ..] = CROSSINGS;
             let first = pair(width, may_roll);
@@ -273,6 +281,7 @@ impl<'a> Prepared<'a> {
                 let other = self.solved(&first, Some(start), (&found, explained(&found)));
                 found.extend(other);
             }
+            is_trusted &= explained(&found).is_none_or(|found| found.order <= TRUSTED_ORDER);
         }
         if is_trusted && explained(&found).is_some() {
             return found;
@@ -441,8 +450,9 @@ impl<'a> Prepared<'a> {
             elsewhere.extend(few.iter().flatten());
             few.is_none()
         });
+        let order = fit.order;
         let fit = match self.cuts {
-            Cuts::AtLeaps => loosened(&whole(&fit), fit),
+            Cuts::AtLeaps => completed(&whole(&fit), fit, self.options.harmonics),
             Cuts::AtLongSteps => fit,
         };
         let (mut reconstruction, posterior) =
@@ -452,7 +462,7 @@ impl<'a> Prepared<'a> {
             .take(4)
             .filter_map(|other| self.assembled(&problem, other, &prior, &elsewhere, 1 + alternatives.len()));
         reconstruction.others = others.map(|(other, _)| other).collect();
-        Some(Found { reconstruction, posterior, log_evidence: fit.log_evidence, fit, led_to })
+        Some(Found { reconstruction, posterior, log_evidence: fit.log_evidence, fit, led_to, order })
     }
 
     /// What a fit leaves over what the noise explains, per degree of freedom; and these.
@@ -516,14 +526,16 @@ impl<'a> Prepared<'a> {
     }
 }
 
-/// What a fit comes to: the motion between readings is believed loosely only, in its final shape too. Believed as it was fitted it would bend the shape
-/// where the object slides or tips over; without it, angles that are hardly told would.
-fn loosened(problem: &Problem, fit: Fit) -> Fit {
-    let Some((between, sd_rad)) = problem.between else { return fit };
-    let loose_rad = sd_rad.max(LOOSE_SD_RAD);
-    let loose = Problem { between: Some((between, loose_rad)), ..problem.clone() };
-    let Some(optimum) = loose.solve(fit.optimum.state.clone()) else { return fit };
-    Fit { optimum, between_rad: Some(loose_rad), ..fit }
+/// What a fit comes to: with harmonics that no reading resolves, unless their number is given, and with the motion between readings believed loosely only.
+/// Believed as it was fitted it would bend the shape where the object slides or tips over; without it, angles that are hardly told would.
+fn completed(problem: &Problem, fit: Fit, harmonics: Option<usize>) -> Fit {
+    let state = &fit.optimum.state;
+    let wide = if harmonics.is_none() { evidence::with_unresolved(problem, state) } else { None };
+    let wide = wide.unwrap_or_else(|| problem.clone());
+    let loose = wide.between.map(|(between, sd_rad)| (between, sd_rad.max(LOOSE_SD_RAD)));
+    let wide = Problem { between: loose, ..wide };
+    let Some(optimum) = wide.solve(state.clone()) else { return fit };
+    Fit { optimum, order: wide.order, harmonics: wide.harmonics, between_rad: loose.map(|(_, sd_rad)| sd_rad), ..fit }
 }
 
 /// The noise of a signal by its third differences, which hardly know of a smooth motion: those of independent errors spread by √20.
@@ -602,7 +614,7 @@ mod tests {
             noise: fit.noise,
             order: fit.order,
             size_m: prepared.size_m,
-            spread_m: prepared.size_m,
+            harmonics: HarmonicPrior::of_scale(prepared.size_m),
             stated: options.rig.calibration,
             open: Vec::new(),
             between: None,
