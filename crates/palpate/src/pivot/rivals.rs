@@ -9,7 +9,7 @@ use crate::pivot::calibration::Reading;
 use crate::pivot::evidence::{Fit, ROUGHLY_SETTLED, log_evidence};
 use crate::pivot::joint_rotations::turned;
 use crate::pivot::motion_prior::MotionPrior;
-use crate::pivot::search::{same, search_noise};
+use crate::pivot::search::{SEARCH_ORDER, TRUSTED_ORDER, same, search_noise};
 use crate::pivot::smoother::{Problem, State};
 use crate::pivot::thinning::Thinning;
 use crate::pivot::verdict::RIVAL_NATS;
@@ -55,43 +55,13 @@ pub(super) struct Whole<'a> {
 impl Rivals<'_> {
     /// Rivals that are not clearly worse, the best first.
     pub fn of(&self, whole: &Whole, others: impl Iterator<Item = State>) -> Vec<Fit> {
-        let state = &whole.fit.optimum.state;
-        let some = self.thinning.of(self.readings);
-        let search = Problem {
-            readings: &some,
-            noise: search_noise(self.search.noise, self.search.size_m),
-            // Fewer harmonics would tell what they leave out from what is elsewhere.
-            order: whole.fit.order,
-            harmonics: whole.fit.harmonics,
-            ..self.search.clone()
-        };
-        // Compared with few samples first: what is clearly worse by these is so by all.
-        let thinned = |state: &State| {
-            let theta_rad = self.thinning.of(&state.theta_rad);
-            let optimum = search.solve_to(State { theta_rad, ..state.clone() }, ROUGHLY_SETTLED)?;
-            let evidence = log_evidence(&search, &optimum)?;
-            Some((optimum.state, evidence))
-        };
-        let Some((present, evidence)) = thinned(state) else { return Vec::new() };
-        let (parts, shared) = self.parts(whole);
-        let mut moved: Vec<State> =
-            Self::groups(&parts, &shared).iter().flat_map(|group| self.moved(&search, &present, group)).collect();
-        moved.extend(Self::turned_apart(&parts, &shared, &search, &present));
-        let mut found: Vec<Fit> = Vec::new();
-        let mut seen: Vec<State> = vec![present.clone()];
+        let orders = Self::orders(whole.fit);
         let mut starts: Vec<State> = others.collect();
-        for start in moved {
-            let Some(optimum) = search.solve_to(start, ROUGHLY_SETTLED) else { continue };
-            let Some(own) = log_evidence(&search, &optimum) else { continue };
-            if own < evidence - RIVAL_NATS || seen.iter().any(|seen| same(seen, &optimum.state)) {
-                continue;
-            }
-            let theta_rad = self.thinning.spread(&state.theta_rad, &optimum.state.theta_rad);
-            starts.push(State { theta_rad, ..optimum.state.clone() });
-            seen.push(optimum.state);
-        }
+        starts.extend(orders.iter().flat_map(|order| self.elsewhere(whole, *order)));
+        let mut found: Vec<Fit> = Vec::new();
         for start in starts {
-            let Some(rival) = self.solved(whole, start) else { continue };
+            let of_orders = orders.iter().filter_map(|order| self.solved(whole, *order, start.clone()));
+            let Some(rival) = of_orders.max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence)) else { continue };
             let clearly_worse = rival.log_evidence < whole.fit.log_evidence - RIVAL_NATS;
             let known =
                 std::iter::once(whole.fit).chain(&found).any(|fit| same(&fit.optimum.state, &rival.optimum.state));
@@ -103,11 +73,54 @@ impl Rivals<'_> {
         found
     }
 
-    /// The optimum from a start, under the noise and prior of the arrangement that is questioned.
-    fn solved(&self, whole: &Whole, start: State) -> Option<Fit> {
-        let optimum = whole.problem.solve(start)?;
-        let log_evidence = log_evidence(whole.problem, &optimum)? - self.prior.cost(&optimum.state.theta_rad);
-        Some(Fit { optimum, log_evidence, ..whole.fit.clone() })
+    /// Numbers of harmonics with which rivals are looked for: those of the fit, since fewer would tell what they leave out from what is elsewhere; and where
+    /// these are many, which may follow what is wrong with it, those of the search as well.
+    fn orders(fit: &Fit) -> Vec<usize> {
+        let few = (fit.order > TRUSTED_ORDER).then_some(SEARCH_ORDER);
+        std::iter::once(fit.order).chain(few).collect()
+    }
+
+    /// Starts for rivals with so many harmonics.
+    fn elsewhere(&self, whole: &Whole, order: usize) -> Vec<State> {
+        let state = &whole.fit.optimum.state;
+        let some = self.thinning.of(self.readings);
+        let search = Problem {
+            readings: &some,
+            noise: search_noise(self.search.noise, self.search.size_m),
+            order,
+            harmonics: whole.fit.harmonics,
+            ..self.search.clone()
+        };
+        // Compared with few samples first: what is clearly worse by these is so by all.
+        let present = State { theta_rad: self.thinning.of(&state.theta_rad), ..state.clone() };
+        let Some(present) = search.solve_to(present, ROUGHLY_SETTLED) else { return Vec::new() };
+        let Some(evidence) = log_evidence(&search, &present) else { return Vec::new() };
+        let present = present.state;
+        let (parts, shared) = self.parts(whole);
+        let mut moved: Vec<State> =
+            Self::groups(&parts, &shared).iter().flat_map(|group| self.moved(&search, &present, group)).collect();
+        moved.extend(Self::turned_apart(&parts, &shared, &search, &present));
+        let mut starts = Vec::new();
+        let mut seen: Vec<State> = vec![present];
+        for start in moved {
+            let Some(optimum) = search.solve_to(start, ROUGHLY_SETTLED) else { continue };
+            let Some(own) = log_evidence(&search, &optimum) else { continue };
+            if own < evidence - RIVAL_NATS || seen.iter().any(|seen| same(seen, &optimum.state)) {
+                continue;
+            }
+            let theta_rad = self.thinning.spread(&state.theta_rad, &optimum.state.theta_rad);
+            starts.push(State { theta_rad, ..optimum.state.clone() });
+            seen.push(optimum.state);
+        }
+        starts
+    }
+
+    /// The optimum with so many harmonics from a start, under the noise and prior of the arrangement that is questioned.
+    fn solved(&self, whole: &Whole, order: usize, start: State) -> Option<Fit> {
+        let problem = Problem { order, ..whole.problem.clone() };
+        let optimum = problem.solve(start)?;
+        let log_evidence = log_evidence(&problem, &optimum)? - self.prior.cost(&optimum.state.theta_rad);
+        Some(Fit { optimum, order, log_evidence, ..whole.fit.clone() })
     }
 
     /// Segments, cut at weak links, as the places of their readings among the thinned ones; and what boundary two of them share, radians: all of it where

@@ -18,6 +18,10 @@ use crate::pivot::smoother::{Noise, Problem, State};
 /// Harmonics during the search: enough to lay segments on each other.
 pub(super) const SEARCH_ORDER: usize = 8;
 
+/// More harmonics than these may follow what is elsewhere: a result that asks for them is held against all closed forms, and against rivals with few. One in
+/// fifty logs that are right does.
+pub(super) const TRUSTED_ORDER: usize = 10;
+
 /// Noise during the search is at least this share of the size, so that shapes of few harmonics are told apart by their form.
 pub(super) const LEAST_SEARCH_NOISE: f64 = 5e-4;
 

@@ -22,7 +22,9 @@ use crate::pivot::posterior::PivotPosterior;
 use crate::pivot::result::PivotReconstruction;
 use crate::pivot::rig::PivotRig;
 use crate::pivot::rivals::{Rivals, Whole};
-use crate::pivot::search::{Arrangement, SEARCH_ORDER, Segments, same, same_but_for, search_noise, shape_given_angles};
+use crate::pivot::search::{
+    Arrangement, SEARCH_ORDER, Segments, TRUSTED_ORDER, same, same_but_for, search_noise, shape_given_angles,
+};
 use crate::pivot::segments::{Cuts, LIFTED_SAMPLES, segments};
 use crate::pivot::smoother::{Noise, Optimum, Problem, State};
 use crate::pivot::thinning::Thinning;
@@ -49,10 +51,6 @@ const LOOSE_SD_RAD: f64 = 0.05;
 
 /// Rivals that turn out better are examined in their turn, so many times.
 const MOST_BETTER_RIVALS: usize = 3;
-
-/// A result that asks for more harmonics may have them follow what is elsewhere: it is held against all closed forms. One in fifty
-/// logs that were right does.
-const TRUSTED_ORDER: usize = 10;
 
 /// Smallest change of height or offset over all samples that is a motion, as a share of the size.
 const LEAST_MOTION: f64 = 1e-3;
