@@ -2,8 +2,13 @@
 
 use std::ops::Range;
 
+use crate::math::angle::wrapped;
+
 /// Samples of a segment that the search uses, at most.
 const PER_SEGMENT: usize = 40;
+
+/// Two samples part where one is moved by so much more than the other, radians: a leap lies between them.
+const PARTS_RAD: f64 = 0.5;
 
 /// Some of the samples of each segment.
 pub(super) struct Thinning {
@@ -32,20 +37,33 @@ impl Thinning {
         self.kept.iter().map(|&index| values[index]).collect()
     }
 
-    /// Values of all samples of the segments, moved by what those that stay were moved by, in between linearly.
-    pub fn spread(&self, values: &[f64], moved: &[f64]) -> Vec<f64> {
-        let mut all = values.to_vec();
+    /// Angles of all samples of the segments, moved by what those that stay were moved by: in between linearly, or where two of these part, up to the longest
+    /// step between them as the first, and beyond as the second.
+    pub fn spread(&self, theta_rad: &[f64], moved_rad: &[f64]) -> Vec<f64> {
+        let mut all = theta_rad.to_vec();
         for range in &self.ranges {
-            let change: Vec<f64> = range.clone().map(|place| moved[place] - values[self.kept[place]]).collect();
-            for (place, pair) in change.windows(2).enumerate() {
-                let (from, to) = (self.kept[range.start + place], self.kept[range.start + place + 1]);
-                for index in from..=to {
-                    let share = (index - from) as f64 / (to - from).max(1) as f64;
-                    all[index] = values[index] + pair[0] + share * (pair[1] - pair[0]);
+            let mut last = None;
+            for place in range.clone() {
+                let index = self.kept[place];
+                let by = moved_rad[place] - theta_rad[index];
+                let Some((from, before)) = last else {
+                    all[index] += by;
+                    last = Some((index, by));
+                    continue;
+                };
+                // Whole turns are none.
+                let parts = wrapped(by - before);
+                let step = |index: usize| (theta_rad[index] - theta_rad[index - 1]).abs();
+                let longest = (from + 1..=index).max_by(|a, b| step(*a).total_cmp(&step(*b))).unwrap_or(index);
+                for between in from + 1..=index {
+                    let share = if parts.abs() < PARTS_RAD {
+                        (between - from) as f64 / (index - from) as f64
+                    } else {
+                        f64::from(u8::from(between >= longest))
+                    };
+                    all[between] = theta_rad[between] + before + share * parts;
                 }
-            }
-            if let [only] = change[..] {
-                all[self.kept[range.start]] += only;
+                last = Some((index, before + parts));
             }
         }
         all
@@ -54,6 +72,8 @@ impl Thinning {
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::TAU;
+
     use super::*;
 
     #[test]
@@ -61,9 +81,27 @@ mod tests {
         let thinning = Thinning::new(&[0..100, 100..110]);
         assert_eq!(thinning.ranges, [0..PER_SEGMENT, PER_SEGMENT..PER_SEGMENT + 10]);
         assert!([0, 99, 100, 109].iter().all(|index| thinning.kept.contains(index)));
-        let values: Vec<f64> = (0..110).map(f64::from).collect();
+        let values: Vec<f64> = (0..110).map(|index| 0.1 * f64::from(index)).collect();
         let moved: Vec<f64> = thinning.of(&values).iter().map(|value| 2.0 * value + 1.0).collect();
         let all = thinning.spread(&values, &moved);
         assert!(all.iter().zip(&values).all(|(all, value)| (all - 2.0 * value - 1.0).abs() < 1e-9));
+    }
+
+    /// What lies beyond a leap between two samples that stay is turned with the second, a whole turn aside.
+    #[test]
+    fn what_parts_does_so_at_the_leap() {
+        let thinning = Thinning::new(&[0..118]);
+        let leap = thinning.kept[20] + 2;
+        assert!(leap < thinning.kept[21]);
+        let theta: Vec<f64> =
+            (0..118).map(|index| 0.01 * index as f64 + if index < leap { 0.0 } else { 1.3 }).collect();
+        for turns in [0.0, 1.0] {
+            let by = |index: usize| if index < leap { 0.2 } else { -1.6 + turns * TAU };
+            let moved: Vec<f64> = thinning.kept.iter().map(|&index| theta[index] + by(index)).collect();
+            for (index, all) in thinning.spread(&theta, &moved).into_iter().enumerate() {
+                let expected = theta[index] + if index < leap { 0.2 } else { -1.6 };
+                assert!((all - expected).abs() < 1e-9, "{index}");
+            }
+        }
     }
 }
