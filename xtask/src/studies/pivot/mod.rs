@@ -387,7 +387,6 @@ mod tests {
             (8_719, "closed forms that go wrong in some segments"),
             (7_962, "one sample on the wrong side of a tip-over"),
             (10_449, "a third closed form"),
-            (11_147, "harmonics that followed what was wrong"),
             (11_619, "a first stage that explains nothing"),
             (12_241, "strokes of one kind that lie elsewhere together"),
             (13_131, "two kinds of strokes that share no boundary"),
@@ -400,12 +399,15 @@ mod tests {
         }
     }
 
-    /// The right arrangement of this ellipse is not found; others are likelier than the one that alone seems to explain the log, with many harmonics.
+    /// The right arrangement of these is not found: of a triangle with rounded corners and of an ellipse, of which one wrong one alone seems to explain the
+    /// log, with many harmonics.
     #[test]
     fn what_only_many_harmonics_explain_is_not_certified() {
-        let drawn = drawn(12_632, false, FRICTION).expect("an object");
-        let simulation = simulate_strokes(&drawn.shape, &drawn.strokes, &drawn.options).expect("possible");
-        let trial = trial(drawn, &simulation);
-        assert!(trial.is_right() || !trial.is_certified());
+        for seed in [11_147, 12_632] {
+            let drawn = drawn(seed, false, FRICTION).expect("an object");
+            let simulation = simulate_strokes(&drawn.shape, &drawn.strokes, &drawn.options).expect("possible");
+            let trial = trial(drawn, &simulation);
+            assert!(trial.is_right() || !trial.is_certified(), "{seed}");
+        }
     }
 }
