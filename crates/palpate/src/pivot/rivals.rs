@@ -3,6 +3,8 @@
 
 use std::f64::consts::TAU;
 
+use rayon::prelude::*;
+
 use crate::math::angle::wrapped;
 use crate::pivot::association::Known;
 use crate::pivot::calibration::Reading;
@@ -97,14 +99,16 @@ impl Rivals<'_> {
         let Some(evidence) = log_evidence(&search, &present) else { return Vec::new() };
         let present = present.state;
         let (parts, shared) = self.parts(whole);
-        let mut moved: Vec<State> =
-            Self::groups(&parts, &shared).iter().flat_map(|group| self.moved(&search, &present, group)).collect();
+        let groups = Self::groups(&parts, &shared);
+        let mut moved: Vec<State> = groups.par_iter().flat_map(|group| self.moved(&search, &present, group)).collect();
         moved.extend(Self::turned_apart(&parts, &shared, &search, &present));
         let mut starts = Vec::new();
         let mut seen: Vec<State> = vec![present];
-        for start in moved {
-            let Some(optimum) = search.solve_to(start, ROUGHLY_SETTLED) else { continue };
-            let Some(own) = log_evidence(&search, &optimum) else { continue };
+        let solved = |start: State| {
+            let optimum = search.solve_to(start, ROUGHLY_SETTLED)?;
+            Some((log_evidence(&search, &optimum)?, optimum))
+        };
+        for (own, optimum) in moved.into_par_iter().filter_map(solved).collect::<Vec<_>>() {
             if own < evidence - RIVAL_NATS || seen.iter().any(|seen| same(seen, &optimum.state)) {
                 continue;
             }

@@ -4,6 +4,7 @@
 use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 
 use crate::math::angle::{mean_direction, wrapped};
 use crate::math::statistics::root_mean_square;
@@ -106,9 +107,11 @@ impl Segments<'_> {
         for _ in 1..self.ranges.len() {
             let known: Vec<Known> = beam.iter().map_while(|arrangement| self.known(problem, arrangement)).collect();
             let Some(next) = known.first().and_then(|known| self.next(known, &beam[0])) else { break };
-            let of_beam = beam.iter().zip(&known);
-            let mut grown: Vec<Arrangement> =
-                of_beam.flat_map(|(arrangement, known)| self.grown(problem, arrangement, known, next)).collect();
+            let of_beam: Vec<(&Arrangement, &Known)> = beam.iter().zip(&known).collect();
+            let mut grown: Vec<Arrangement> = of_beam
+                .into_par_iter()
+                .flat_map(|(arrangement, known)| self.grown(problem, arrangement, known, next))
+                .collect();
             if grown.is_empty() {
                 break;
             }
@@ -183,7 +186,7 @@ impl Segments<'_> {
             let log_evidence = log_evidence(&problem, &optimum)? - prior.cost(&optimum.state.theta_rad);
             Some(Arrangement { placed: placed.clone(), state: optimum.state, log_evidence })
         };
-        followed.into_iter().filter_map(grow).collect()
+        followed.into_par_iter().filter_map(grow).collect()
     }
 
     /// The rotation at which a stroke begins where the first of those that are placed does.

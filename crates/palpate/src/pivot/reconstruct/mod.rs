@@ -6,6 +6,8 @@ mod placed_anew;
 use std::f64::consts::FRAC_PI_2;
 use std::ops::Range;
 
+use rayon::prelude::*;
+
 use self::placed_anew::laid_on;
 use crate::math::statistics::{median, typical_sd};
 use crate::pivot::calibration::Reading;
@@ -407,10 +409,11 @@ impl<'a> Prepared<'a> {
                 starts.extend(laid.filter_map(|theta_rad| shape_given_angles(&problem, theta_rad)));
             }
             // From few harmonics, which do not follow what is wrong. Where a start leads with the noise that is expected tells what it is worth.
-            let mut begun: Vec<(f64, State)> = starts.into_iter().filter_map(begin).collect();
+            let mut begun: Vec<(f64, State)> = starts.into_par_iter().filter_map(begin).collect();
             begun.sort_by(|a, b| b.0.total_cmp(&a.0));
-            let tried = begun.into_iter().take(MOST_TRIED).filter_map(|(_, start)| choose(start, None));
-            let Some(next) = tried.max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence)) else { break };
+            begun.truncate(MOST_TRIED);
+            let tried: Vec<Fit> = begun.into_par_iter().filter_map(|(_, start)| choose(start, None)).collect();
+            let Some(next) = tried.into_iter().max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence)) else { break };
             if next.log_evidence <= fit.log_evidence + 1.0 {
                 break;
             }
