@@ -90,7 +90,8 @@ mod tests {
     /// What lies beyond a leap between two samples that stay is turned with the second, a whole turn aside.
     #[test]
     fn what_parts_does_so_at_the_leap() {
-        let thinning = Thinning::new(&[0..118]);
+        let segment = 0..118;
+        let thinning = Thinning::new(std::slice::from_ref(&segment));
         let leap = thinning.kept[20] + 2;
         assert!(leap < thinning.kept[21]);
         let theta: Vec<f64> =
