@@ -21,8 +21,8 @@
 //!
 //! *Certified* ([`PivotReconstruction::is_certified`]) promises that the result is consistent with the noise of the log, unique and convex. Of 500 logs of random objects and
 //! strokes (`docs/monte-carlo.md`, the pivoting grasp) 99 % were reconstructed to within 0.5 % of the radius and 2 degrees, and certified, and none was certified wrongly; what
-//! is refused was mostly felt on one side only. The 95 % bands of certified results hold 95 to 96 % of the felt boundary (93 % in the strokes of a physics engine, of which three in
-//! four were right and certified, and one of thirty wrongly: the form of the whole shape alone told how its pieces lie to each other). Up to 900 contacts take 50 ms (median); of twenty
+//! is refused was mostly felt on one side only. The 95 % bands of certified results hold 95 to 96 % of the felt boundary (93.5 % in the strokes of a physics engine, of which three in
+//! four were certified, and all of thirty right). Up to 900 contacts take 50 ms (median); of twenty
 //! logs one takes a second or more.
 //!
 //! The object is convex, smooth and rigid, turns about a pivot that stays in it, and touches the pad in one point. Its size all around is known no better than the height
