@@ -198,8 +198,8 @@ pub(super) fn with_unresolved<'a>(problem: &Problem<'a>, state: &State) -> Optio
     let more = ORDERS.into_iter().filter(|order| *order > problem.order).take_while(|order| problem.checks(*order));
     let order = more.take(UNRESOLVED).last().unwrap_or(problem.order);
     let wide = Problem { order, between: None, ..problem.clone() };
-    let harmonics = HarmonicPrior::likeliest(&wide.told_of_unknowns(state), order, problem.size_m)?;
-    Some(Problem { order, harmonics, ..problem.clone() })
+    let harmonics = HarmonicPrior::likeliest(&wide.normal_equations(state), order, problem.size_m)?;
+    Some(Problem { harmonics, between: problem.between, ..wide })
 }
 
 /// Squares of the residuals of r and of d over their noise, and how many of each are redundant.

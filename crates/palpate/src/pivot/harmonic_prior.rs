@@ -25,10 +25,10 @@ pub(super) struct HarmonicPrior {
     pub decay: f64,
 }
 
-/// What readings tell of coefficients and open constants near a state: information without the prior of the coefficients, a rotation held, and the
-/// gradient at zero.
+/// Normal equations of coefficients and open constants near a state: information without the prior of the coefficients, a rotation held, and the gradient
+/// where all unknowns are where their prior has them.
 #[derive(Clone, Debug)]
-pub(super) struct Told {
+pub(super) struct NormalEquations {
     pub information: DMatrix<f64>,
     pub gradient: DVector<f64>,
 }
@@ -42,10 +42,8 @@ impl HarmonicPrior {
     /// Prior standard deviations of (a₀, a₁ … a_K, b₁ … b_K): ten sizes, a size for the first harmonic (where the pivot is), scale/k^decay.
     pub fn sds(self, order: usize, size_m: f64) -> Vec<f64> {
         let of = |k: usize| if k == 1 { size_m } else { self.scale_m / self.falls(k) };
-        let mut sds = vec![10.0 * size_m];
-        sds.extend((1..=order).map(of));
-        sds.extend((1..=order).map(of));
-        sds
+        let of_one: Vec<f64> = (1..=order).map(of).collect();
+        [&[10.0 * size_m], &of_one[..], &of_one[..]].concat()
     }
 
     /// The same decay with the likeliest scale: the mean square of the harmonics from the second on over what they fall by, with what is not known of them.
@@ -61,15 +59,15 @@ impl HarmonicPrior {
         Self { scale_m: (sum / (2 * (order - 1)) as f64).sqrt().clamp(low, high), ..self }
     }
 
-    /// The likeliest decay and scale by what readings tell of so many harmonics.
-    pub fn likeliest(told: &Told, order: usize, size_m: f64) -> Option<Self> {
+    /// The likeliest decay and scale by what readings tell of so many harmonics, with these normal equations.
+    pub fn likeliest(equations: &NormalEquations, order: usize, size_m: f64) -> Option<Self> {
         let mut best: Option<(f64, Self)> = None;
         let mut prior = Self::of_scale(size_m);
         for decay in DECAYS {
             // The scale at which the third harmonic stays what it was.
             prior = Self { scale_m: prior.scale_m * 3f64.powf(decay - prior.decay), decay };
             for _ in 0..ROUNDS {
-                let (coefficients, covariance, _) = prior.posterior(told, order, size_m)?;
+                let (coefficients, covariance, _) = prior.posterior(equations, order, size_m)?;
                 let next = prior.rescaled(&coefficients, &covariance, size_m);
                 let change = (next.scale_m / prior.scale_m).ln().abs();
                 prior = next;
@@ -77,7 +75,7 @@ impl HarmonicPrior {
                     break;
                 }
             }
-            let (_, _, log_evidence) = prior.posterior(told, order, size_m)?;
+            let (_, _, log_evidence) = prior.posterior(equations, order, size_m)?;
             if best.is_none_or(|(most, _)| log_evidence > most) {
                 best = Some((log_evidence, prior));
             }
@@ -86,17 +84,22 @@ impl HarmonicPrior {
     }
 
     /// Coefficients, covariance of all unknowns, and ln of the evidence up to a constant of the readings.
-    fn posterior(self, told: &Told, order: usize, size_m: f64) -> Option<(Vec<f64>, DMatrix<f64>, f64)> {
+    fn posterior(
+        self,
+        equations: &NormalEquations,
+        order: usize,
+        size_m: f64,
+    ) -> Option<(Vec<f64>, DMatrix<f64>, f64)> {
         let sds = self.sds(order, size_m);
-        let mut information = told.information.clone();
+        let mut information = equations.information.clone();
         for (index, sd) in sds.iter().enumerate() {
             information[(index, index)] += 1.0 / (sd * sd);
         }
         let factor = information.cholesky()?;
-        let mean = -factor.solve(&told.gradient);
+        let mean = -factor.solve(&equations.gradient);
         let half_ln_determinant: f64 = factor.l_dirty().diagonal().iter().map(|value| value.ln()).sum();
         let prior: f64 = sds.iter().map(|sd| sd.ln()).sum();
-        let log_evidence = -0.5 * told.gradient.dot(&mean) - half_ln_determinant - prior;
+        let log_evidence = -0.5 * equations.gradient.dot(&mean) - half_ln_determinant - prior;
         let coefficients = mean.as_slice()[..sds.len()].to_vec();
         log_evidence.is_finite().then(|| (coefficients, factor.inverse(), log_evidence))
     }
@@ -116,12 +119,12 @@ mod tests {
     use super::*;
 
     /// Coefficients of so many harmonics drawn from a prior, each told with this standard deviation.
-    fn told(prior: HarmonicPrior, order: usize, sd_m: f64, seed: u64) -> Told {
+    fn told(prior: HarmonicPrior, order: usize, sd_m: f64, seed: u64) -> NormalEquations {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let mut normal = |sd: f64| sd * rng.sample::<f64, _>(StandardNormal);
         let values: Vec<f64> = prior.sds(order, 0.03).iter().map(|sd| normal(*sd) + normal(sd_m)).collect();
         let information = DMatrix::from_diagonal_element(values.len(), values.len(), 1.0 / (sd_m * sd_m));
-        Told { gradient: -&information * DVector::from_vec(values), information }
+        NormalEquations { gradient: -&information * DVector::from_vec(values), information }
     }
 
     #[test]
@@ -138,7 +141,7 @@ mod tests {
     /// Without readings the evidence is the same whatever the prior, and a scale stays within its limits.
     #[test]
     fn what_no_reading_tells_has_no_scale() {
-        let nothing = Told { information: DMatrix::zeros(9, 9), gradient: DVector::zeros(9) };
+        let nothing = NormalEquations { information: DMatrix::zeros(9, 9), gradient: DVector::zeros(9) };
         let found = HarmonicPrior::likeliest(&nothing, 4, 0.03).expect("one");
         assert!((0.02 * 0.03..=2.0 * 0.03).contains(&found.scale_m) && found.decay == SLOWEST_DECAY, "{found:?}");
     }

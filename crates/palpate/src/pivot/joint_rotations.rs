@@ -215,6 +215,13 @@ mod tests {
         }
     }
 
+    /// What comes first explains the readings, and what was wrong does not.
+    fn assert_mended(problem: &Problem, wrong: State, found: &[(f64, State)]) {
+        let best = problem.solve(found[0].1.clone()).expect("an optimum");
+        let own = problem.solve(wrong).expect("an optimum").cost;
+        assert!(best.cost < 2.0 && own > 100.0, "{own} {}", best.cost);
+    }
+
     #[test]
     fn two_groups_that_were_turned_are_turned_back() {
         let (readings, right) = arcs();
@@ -225,9 +232,7 @@ mod tests {
             group.iter().for_each(|&place| wrong.theta_rad[place] += by);
         }
         let found = turned(&problem, &wrong, &groups[0], Some(&groups[1]));
-        let best = problem.solve(found[0].1.clone()).expect("an optimum");
-        let own = problem.solve(wrong).expect("an optimum").cost;
-        assert!(best.cost < 2.0 && own > 100.0, "{own} {}", best.cost);
+        assert_mended(&problem, wrong, &found);
     }
 
     #[test]
@@ -238,9 +243,7 @@ mod tests {
         let mut wrong = right;
         group.iter().for_each(|&place| wrong.theta_rad[place] += 1.0);
         let found = turned(&problem, &wrong, &group, None);
-        let best = problem.solve(found[0].1.clone()).expect("an optimum");
-        let own = problem.solve(wrong).expect("an optimum").cost;
-        assert!(best.cost < 2.0 && own > 100.0, "{own} {}", best.cost);
+        assert_mended(&problem, wrong, &found);
     }
 
     /// As one pair after the other has it.

@@ -13,7 +13,7 @@ use crate::estimate::model::layout::{Layout, coefficients_to_order};
 use crate::math::banded::BandedCholesky;
 use crate::pivot::calibration::{Measured, PivotCalibration, Reading, TOLD};
 use crate::pivot::curve::curve;
-use crate::pivot::harmonic_prior::{self, HarmonicPrior};
+use crate::pivot::harmonic_prior::{HarmonicPrior, NormalEquations};
 use crate::pivot::motion_between::{MotionBetween, SPAN};
 use crate::pivot::rows::{fill_curve_rows, sums_of_outer_products, whitened_squares};
 use crate::shape::ContactSupport;
@@ -66,6 +66,7 @@ pub(super) struct Problem<'a> {
     pub order: usize,
     /// Rough size of the object, metres.
     pub size_m: f64,
+    /// What is believed of the harmonics.
     pub harmonics: HarmonicPrior,
     /// Stated constants of the rig.
     pub stated: PivotCalibration,
@@ -196,9 +197,8 @@ impl Problem<'_> {
         2 * (2 * order + 1) <= self.readings.len()
     }
 
-    /// What the readings tell of coefficients and open constants near a state, as far as they are from where the prior has them; without the prior of the
-    /// harmonics.
-    pub fn told_of_unknowns(&self, state: &State) -> harmonic_prior::Told {
+    /// The normal equations near a state, without the prior of the harmonics.
+    pub fn normal_equations(&self, state: &State) -> NormalEquations {
         let mut state = state.clone();
         coefficients_to_order(&mut state.coefficients, self.order);
         let linear = self.linearised(&state);
@@ -209,7 +209,7 @@ impl Problem<'_> {
             gradient[index] -= off[index] / (sd * sd);
         }
         gradient -= &information * off;
-        harmonic_prior::Told { information, gradient }
+        NormalEquations { information, gradient }
     }
 
     /// Prior standard deviations of all unknowns.
