@@ -194,10 +194,11 @@ fn windows(measurements: &Measurements, lag: usize) -> Vec<Window<'_>> {
 
 /// Those of them in which the palms move least.
 fn stillest_windows(measurements: &Measurements, lag: usize) -> Vec<Window<'_>> {
-    let mut windows = windows(measurements, lag);
-    windows.sort_by(|a, b| path_rad(a).total_cmp(&path_rad(b)));
+    let mut windows: Vec<(f64, Window)> =
+        windows(measurements, lag).into_iter().map(|window| (path_rad(&window), window)).collect();
+    windows.sort_by(|(a, _), (b, _)| a.total_cmp(b));
     windows.truncate((windows.len() / STILLEST).max(FEWEST_WINDOWS));
-    windows
+    windows.into_iter().map(|(_, window)| window).collect()
 }
 
 /// How far both palms turn within four instants, radians.
