@@ -8,6 +8,7 @@ use super::search::schedule::Found;
 use crate::estimate::evidence::motion_prior::CERTAIN;
 use crate::estimate::measurements::Measurements;
 use crate::estimate::model::balance_tolerance::{INEXACT_BALANCE, balance_is_missed};
+use crate::estimate::model::evidence::Evidence;
 use crate::estimate::model::noise::Noise;
 use crate::estimate::motion::{moved, same_motion};
 use crate::estimate::solver::gauss_newton::{Estimate, Fit, Smoother, StoppingCriteria};
@@ -115,10 +116,22 @@ impl Candidate {
 
 impl Job<'_> {
     /// The result of a refined arrangement.
-    pub fn assemble(&self, Solved { job, refined, .. }: Solved) -> Result<Candidate, ReconstructError> {
+    pub fn assemble(&self, solved: Solved) -> Result<Candidate, ReconstructError> {
+        self.assemble_if(solved, |_| true)?.ok_or(ReconstructError::NotSolvable)
+    }
+
+    /// The same; `None` where it is not wanted by its evidence: error bars take longer than that.
+    fn assemble_if(
+        &self,
+        Solved { job, refined, .. }: Solved,
+        is_wanted: impl Fn(&Evidence) -> bool,
+    ) -> Result<Option<Candidate>, ReconstructError> {
         let job = job.as_ref().unwrap_or(self);
         let at_rest = AtRest::new(job, &refined);
         let first = at_rest.result()?;
+        if !is_wanted(&first.posterior) {
+            return Ok(None);
+        }
         let hidden = is_certified_but_for_poses(&first.result).then(|| job.with_hidden_jumps(&refined)).flatten();
         let (refined, candidate) = match &hidden {
             // Samples that are set aside count where it is held against others.
@@ -129,7 +142,7 @@ impl Job<'_> {
             }
             None => (&refined, at_rest.widened(first)),
         };
-        Ok(job.with_inertia(refined, &candidate).unwrap_or(candidate))
+        Ok(Some(job.with_inertia(refined, &candidate).unwrap_or(candidate)))
     }
 
     /// Where the log does not check what it tells, the likelier of a result and of that to which the same arrangement leads with a balance that leaves
@@ -140,8 +153,8 @@ impl Job<'_> {
         }
         let job = self.with_sharp_balance();
         let solved = job.solve(found, arrangement, &Explored::default()).ok().flatten();
-        let sharper = solved.and_then(|solved| job.assemble(solved).ok());
-        sharper.filter(|sharper| sharper.posterior.log_ratio(&candidate.posterior) > 0.0).unwrap_or(candidate)
+        let is_likelier = |evidence: &Evidence| evidence.log_ratio(&candidate.posterior) > 0.0;
+        solved.and_then(|solved| job.assemble_if(solved, is_likelier).ok().flatten()).unwrap_or(candidate)
     }
 
     /// The result of an arrangement, which is then explored; `None` where it leads to none, or to a motion that is known.

@@ -3,7 +3,7 @@
 //! optima with about the same evidence and other motions, and what one of them leaves open is less than what is unknown.
 
 use crate::estimate::evidence::order::orders;
-use crate::estimate::evidence::profile::{Profile, profile};
+use crate::estimate::evidence::profile::{Center, Profile};
 use crate::estimate::measurements::Measurements;
 use crate::estimate::model::prior::Prior;
 use crate::estimate::solver::gauss_newton::{Estimate, Fit, Smoother, StoppingCriteria};
@@ -21,6 +21,14 @@ const STOPPING: StoppingCriteria = StoppingCriteria { iterations: 60, tolerance:
 
 /// Least probability that counts: with less, a model a whole turn away adds less than a degree.
 const LEAST_WEIGHT: f64 = 1e-5;
+
+/// Nats below the likeliest model from which on a model, or a place along its profile, has none of that: the weight above, and what a place gains by the
+/// width that it stands for.
+const NEGLIGIBLE: f64 = 14.0;
+
+/// Nats by which the evidence may rise along the profile of the answer where it falls on the whole. Where it rises by more, that of a model says little about
+/// that of the places along its profile, and all are looked at.
+const RISE: f64 = 1.0;
 
 /// What else explains a log.
 pub(crate) struct OtherModels {
@@ -41,15 +49,27 @@ pub(crate) fn other_models(measurements: &Measurements, answer: &Fit) -> Option<
         .flat_map(|order| SCALES.map(|scale| (*order, scale * answer.prior.scale_m)))
         .filter(|model| *model != (answer.order, answer.prior.scale_m))
         .collect();
-    let along = |(order, scale_m): (usize, f64)| {
+    let at = |(order, scale_m): (usize, f64)| {
         let prior = Prior { scale_m, ..answer.prior };
         let smoother = Smoother::new(measurements, order, answer.noise, prior).strictly_convex();
         let Estimate { coefficients, psi, .. } = answer.estimate.clone();
         let estimate = smoother.run(coefficients, psi, STOPPING);
-        estimate.cost.is_finite().then(|| profile(measurements, &Fit { estimate, order, prior, ..answer.clone() }))?
+        estimate
+            .cost
+            .is_finite()
+            .then(|| Center::new(measurements, Fit { estimate, order, prior, ..answer.clone() }))?
     };
-    let Profile { places, linear } = profile(measurements, answer)?;
-    let others: Vec<Profile> = models.into_par_iter().filter_map(along).collect();
+    let center = Center::new(measurements, answer.clone())?;
+    let others: Vec<Center> = models.into_par_iter().filter_map(at).collect();
+    let likeliest_log = others.iter().map(Center::log_evidence).fold(center.log_evidence(), f64::max);
+    let Profile { places, linear } = center.profile(f64::NEG_INFINITY);
+    let rises = places.iter().any(|(_, place)| place.evidence.log() > center.log_evidence() + RISE);
+    let least_log = if rises { f64::NEG_INFINITY } else { likeliest_log - NEGLIGIBLE };
+    let others: Vec<Profile> = others
+        .into_par_iter()
+        .filter(|other| other.log_evidence() > least_log)
+        .map(|other| other.profile(least_log))
+        .collect();
     let all = || places.iter().chain(others.iter().flat_map(|profile| &profile.places));
     let most = all().map(|(log, _)| *log).fold(f64::NEG_INFINITY, f64::max);
     let sum: f64 = all().map(|(log, _)| (log - most).exp()).sum();

@@ -33,36 +33,60 @@ pub(crate) struct Profile {
     pub linear: Estimate,
 }
 
-/// The profile at an optimum; `None` where it cannot be determined.
-pub(crate) fn profile(measurements: &Measurements, answer: &Fit) -> Option<Profile> {
-    let Fit { order, noise, prior, .. } = *answer;
-    let free = Smoother::new(measurements, order, noise, prior).strictly_convex();
-    let direction = Direction::weakest(&free, &answer.estimate)?;
-    let held = |place: f64, start: Estimate| -> Option<Fit> {
-        let belief = direction.holding(&free, &answer.estimate.coefficients, place)?;
-        let smoother = Smoother::with_belief(measurements, order, noise, prior, &belief).strictly_convex();
+/// An optimum and the direction along which its profile goes.
+pub(crate) struct Center<'a> {
+    measurements: &'a Measurements,
+    answer: Fit,
+    free: Smoother<'a>,
+    direction: Direction,
+    held: Fit,
+}
+
+impl<'a> Center<'a> {
+    /// `None` where it cannot be determined.
+    pub fn new(measurements: &'a Measurements, answer: Fit) -> Option<Self> {
+        let free = Smoother::new(measurements, answer.order, answer.noise, answer.prior).strictly_convex();
+        let direction = Direction::weakest(&free, &answer.estimate)?;
+        let mut center = Self { measurements, held: answer.clone(), answer, free, direction };
+        center.held = center.held_at(0.0, center.answer.estimate.clone())?;
+        Some(center)
+    }
+
+    /// ln of the evidence of the answer alone, up to what all models have in common.
+    pub fn log_evidence(&self) -> f64 {
+        self.held.evidence.log()
+    }
+
+    fn held_at(&self, place: f64, start: Estimate) -> Option<Fit> {
+        let Fit { order, noise, prior, .. } = self.answer;
+        let belief = self.direction.holding(&self.free, &self.answer.estimate.coefficients, place)?;
+        let smoother = Smoother::with_belief(self.measurements, order, noise, prior, &belief).strictly_convex();
         let Estimate { coefficients, mut psi, .. } = smoother.run(start.coefficients, start.psi, STOPPING);
-        let cost = free.project_orientations(&coefficients, &mut psi, PROJECTIONS);
+        let cost = self.free.project_orientations(&coefficients, &mut psi, PROJECTIONS);
         let estimate = Estimate { coefficients, psi, cost };
         let (evidence, _) = evidence_at(&smoother, &estimate)?;
-        evidence.log().is_finite().then_some(Fit { estimate, evidence, ..answer.clone() })
-    };
-    let center = held(0.0, answer.estimate.clone())?;
-    let mut places = vec![(center.evidence.log() + width(0).ln(), center.clone())];
-    for side in [-1.0, 1.0] {
-        let (mut at, mut here) = (center.estimate.clone(), 0.0);
-        for (index, place) in PLACES_SD.into_iter().enumerate() {
-            let start = free.moved(&at, &(&direction.step * (side * (place - here))));
-            let Some(fit) = held(side * place, start) else { break };
-            let fell = center.evidence.log() - fit.evidence.log();
-            (at, here) = (fit.estimate.clone(), place);
-            places.push((fit.evidence.log() + width(index + 1).ln(), fit));
-            if fell > ENDS_BELOW {
-                break;
+        evidence.log().is_finite().then(|| Fit { estimate, evidence, ..self.answer.clone() })
+    }
+
+    /// The profile, as far as ln of its evidence is above `least_log`.
+    pub fn profile(&self, least_log: f64) -> Profile {
+        let ends_log = least_log.max(self.log_evidence() - ENDS_BELOW);
+        let mut places = vec![(self.log_evidence() + width(0).ln(), self.held.clone())];
+        for side in [-1.0, 1.0] {
+            let (mut at, mut here) = (self.held.estimate.clone(), 0.0);
+            for (index, place) in PLACES_SD.into_iter().enumerate() {
+                let start = self.free.moved(&at, &(&self.direction.step * (side * (place - here))));
+                let Some(fit) = self.held_at(side * place, start) else { break };
+                let log_evidence = fit.evidence.log();
+                (at, here) = (fit.estimate.clone(), place);
+                places.push((log_evidence + width(index + 1).ln(), fit));
+                if log_evidence < ends_log {
+                    break;
+                }
             }
         }
+        Profile { places, linear: self.free.moved(&self.answer.estimate, &self.direction.step) }
     }
-    Some(Profile { places, linear: free.moved(&answer.estimate, &direction.step) })
 }
 
 /// Width that a place stands for, in standard deviations; that of the answer is the first.
@@ -129,7 +153,8 @@ mod tests {
 
     /// Variance of the motion along the profile, over what the curvature says.
     fn wider_by(measurements: &Measurements, fit: &Fit) -> f64 {
-        let Profile { places, linear } = profile(measurements, fit).expect("determined");
+        let center = Center::new(measurements, fit.clone()).expect("determined");
+        let Profile { places, linear } = center.profile(f64::NEG_INFINITY);
         let most = places.iter().map(|(log, _)| *log).fold(f64::NEG_INFINITY, f64::max);
         let weights: Vec<f64> = places.iter().map(|(log, _)| (log - most).exp()).collect();
         let squares = places.iter().map(|(_, place)| turned(&fit.estimate, &place.estimate));
@@ -150,6 +175,15 @@ mod tests {
         let (measurements, fit) = optimum(5_973_073, 100, 1);
         let wider = wider_by(&measurements, &fit);
         assert!(wider > 4.0, "{wider}");
+    }
+
+    #[test]
+    fn the_profile_ends_where_it_falls_below_what_counts() {
+        let (measurements, fit) = optimum(5, 600, 10);
+        let center = Center::new(&measurements, fit).expect("determined");
+        let places = |below: f64| center.profile(center.log_evidence() - below).places.len();
+        // The first place on each side is looked at in any case; so far the evidence falls by half the square of the place.
+        assert_eq!([0.1, 1.0, 3.0, ENDS_BELOW, f64::INFINITY].map(places), [3, 5, 7, 10, 10]);
     }
 
     #[test]
