@@ -35,6 +35,10 @@ const BRIEFLY: f64 = 0.05;
 /// second.
 const JUDGED_BRIEFLY: usize = 2;
 
+/// Arrangements that are judged before other forces or mistakes are asked for, where the best misses a few readings by much: these would miss most of them,
+/// and a wrong arrangement misses those of the samples that it has elsewhere.
+const PATIENCE: usize = 2;
+
 /// Times that a search begins anew without the stray readings that an explanation showed: the next one, no longer bent to these, may show a few more.
 const MOST_CLEARINGS: usize = 3;
 
@@ -326,7 +330,9 @@ impl<'a> Reconstructor<'a> {
                 let explained = best.as_ref().is_some_and(|candidate| candidate.result.verdict.is_explained());
                 explained_one.set(explained);
                 let misses_readings = || best.as_ref().is_some_and(Candidate::misses_readings);
-                if judged == 1 && !explained && !brief && misses_readings() && !goes_on(Stage::FirstArrangement) {
+                let patience = if best.as_ref().is_some_and(Candidate::misses_few_readings) { PATIENCE } else { 1 };
+                let is_wrong = judged >= patience && !explained && !brief && misses_readings();
+                if is_wrong && !goes_on(Stage::FirstArrangement) {
                     return true;
                 }
                 (brief && judged >= JUDGED_BRIEFLY)

@@ -65,6 +65,11 @@ impl Candidate {
         *balance_sd_m > INEXACT_BALANCE * sensor_sd_m || verdict.doubts.iter().any(is_of_readings)
     }
 
+    /// Whether that is a few readings, by much.
+    pub fn misses_few_readings(&self) -> bool {
+        self.result.verdict.doubts.iter().any(|doubt| matches!(doubt, Doubt::StrayReadings { .. }))
+    }
+
     /// Compares by the posterior where nothing contradicts either result; else prefers the one without contradictions; else
     /// compares by unphysical jumps, then by χ².
     pub fn is_likelier_than(&self, other: &Self) -> bool {

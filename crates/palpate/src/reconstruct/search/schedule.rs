@@ -146,8 +146,11 @@ pub(crate) fn search(
             }
         };
         let few = |share: f64| tell(FEW_HARMONICS_DONE * share);
-        let Some(begun) = with_few_harmonics(&problem, &calibrate, &few, &mut consider) else { return };
-        if brief || (number == 0 && !goes_on(Stage::FirstWay)) {
+        let Some(mut begun) = with_few_harmonics(&problem, &calibrate, &few, &mut consider) else { return };
+        if brief || begun.with_more_harmonics(&problem, &calibrate, &mut consider) {
+            return;
+        }
+        if number == 0 && !goes_on(Stage::FirstWay) {
             return;
         }
         if number == 0
@@ -157,7 +160,7 @@ pub(crate) fn search(
             return;
         }
         let more = |share: f64| tell(FEW_HARMONICS_DONE + (1.0 - FEW_HARMONICS_DONE) * share);
-        if with_more_harmonics(&problem, begun, &calibrate, &more, &mut consider) {
+        if begun.with_all(&problem, &calibrate, &more, &mut consider) {
             return;
         }
         // The shape of a part may tell where the object is in all others, though no window beside it was explained.
@@ -211,12 +214,21 @@ enum Arrangement {
     Partial(usize, Found),
 }
 
-/// Seeds with the few harmonics of most objects, those of them that grew well that far and no further, and what is left of the work of growing them.
+/// Seeds, and those of them that grew so far and no further with few harmonics and with more, with what is left of the work of growing them.
 struct Begun<'a> {
     seeds: Vec<Seed>,
     deferred: Vec<BeamSearch<'a>>,
     budget: Budget,
     grown: usize,
+    richer: Vec<BeamSearch<'a>>,
+    budget_of_richer: Budget,
+}
+
+impl Default for Begun<'_> {
+    fn default() -> Self {
+        let (seeds, deferred, richer) = (Vec::new(), Vec::new(), Vec::new());
+        Self { seeds, deferred, budget: Budget::default(), grown: 0, richer, budget_of_richer: Budget::default() }
+    }
 }
 
 /// Passes what a search has grown to `consider`.
@@ -236,14 +248,14 @@ fn submit(problem: &Problem, beam_search: BeamSearch, consider: &mut dyn FnMut(A
 }
 
 /// Passes arrangements with few harmonics, over every span, to `consider` until that returns true, which gives `None`: many can explain a short span with
-/// a jump in it. And first the seeds whose misfit is that of the noise, for as long as it is: above it, even few harmonics may hide a jump.
+/// a jump in it. Seeds whose misfit is that of the noise, for as long as it is: above it, even few harmonics may hide a jump.
 fn with_few_harmonics<'a>(
     problem: &Problem<'a>,
     calibrate: &Calibrate,
     tell: &dyn Fn(f64),
     consider: &mut dyn FnMut(Arrangement) -> bool,
 ) -> Option<Begun<'a>> {
-    let mut begun = Begun { seeds: Vec::new(), deferred: Vec::new(), budget: Budget::default(), grown: 0 };
+    let mut begun = Begun::default();
     for (number, span) in spans(&problem.windows).into_iter().take(SPANS).enumerate() {
         if problem.measurements.work.is_spent() {
             break;
@@ -268,32 +280,65 @@ fn with_few_harmonics<'a>(
     Some(begun)
 }
 
-/// The same of those that were deferred, then of more harmonics, for objects that take them, and only then of seeds whose misfit no noise explains.
-fn with_more_harmonics<'a>(
-    problem: &Problem<'a>,
-    Begun { mut seeds, mut deferred, mut budget, grown }: Begun<'a>,
-    calibrate: &Calibrate,
-    tell: &dyn Fn(f64),
-    consider: &mut dyn FnMut(Arrangement) -> bool,
-) -> bool {
-    let mut submit = |beam_search: BeamSearch<'a>| submit(problem, beam_search, consider);
-    if grow_in_turn(&mut deferred, &MISFIT_LIMITS[1..2], &mut budget, SEEDS - grown, &|_| (), &mut submit) {
-        return true;
+impl<'a> Begun<'a> {
+    /// The same with more harmonics, for objects that take them; true when an arrangement is enough.
+    fn with_more_harmonics(
+        &mut self,
+        problem: &Problem<'a>,
+        calibrate: &Calibrate,
+        consider: &mut dyn FnMut(Arrangement) -> bool,
+    ) -> bool {
+        let mut grown = 0;
+        for seed in &mut self.seeds {
+            if grown >= SEEDS || self.budget_of_richer.is_spent() || problem.measurements.work.is_spent() {
+                break;
+            }
+            if !seed.add_harmonics(problem) {
+                continue;
+            }
+            let mut beam_search = seed.beam_search(problem, calibrate);
+            if !beam_search.grow(&mut self.budget_of_richer, MISFIT_LIMITS[0]) {
+                self.richer.push(beam_search);
+                continue;
+            }
+            grown += 1;
+            if submit(problem, beam_search, consider) {
+                return true;
+            }
+        }
+        false
     }
-    let richer = seeds.iter_mut().enumerate().filter_map(|(number, seed)| {
-        let explained = !problem.measurements.work.is_spent() && seed.add_harmonics(problem, number < BEGUN_ANEW);
-        explained.then(|| seed.beam_search(problem, calibrate))
-    });
-    deferred.extend(richer.take(SEEDS));
-    tell(SEEDS_DONE);
-    let tell = |share: f64| tell(SEEDS_DONE + (1.0 - SEEDS_DONE) * share);
-    if grow_in_turn(&mut deferred, &MISFIT_LIMITS, &mut Budget::default(), SEEDS, &tell, &mut submit) {
-        return true;
+
+    /// And then those that were deferred, seeds that are begun anew, and only then those whose misfit no noise explains.
+    fn with_all(
+        mut self,
+        problem: &Problem<'a>,
+        calibrate: &Calibrate,
+        tell: &dyn Fn(f64),
+        consider: &mut dyn FnMut(Arrangement) -> bool,
+    ) -> bool {
+        let mut submit = |beam_search: BeamSearch<'a>| submit(problem, beam_search, consider);
+        let (left, limit) = (SEEDS - self.grown, &MISFIT_LIMITS[1..2]);
+        if grow_in_turn(&mut self.deferred, limit, &mut self.budget, left, &|_| (), &mut submit) {
+            return true;
+        }
+        let anew = self.seeds.iter_mut().take(BEGUN_ANEW).filter_map(|seed| {
+            let is_new = !problem.measurements.work.is_spent() && seed.begin_anew(problem);
+            is_new.then(|| seed.beam_search(problem, calibrate))
+        });
+        self.richer.extend(anew);
+        self.deferred.append(&mut self.richer);
+        tell(SEEDS_DONE);
+        let tell = |share: f64| tell(SEEDS_DONE + (1.0 - SEEDS_DONE) * share);
+        let budget = &mut self.budget_of_richer;
+        if grow_in_turn(&mut self.deferred, &MISFIT_LIMITS, budget, SEEDS, &tell, &mut submit) {
+            return true;
+        }
+        self.seeds.into_iter().for_each(|seed| {
+            consider(seed.found(problem).partial(problem.tolerance));
+        });
+        false
     }
-    seeds.into_iter().for_each(|seed| {
-        consider(seed.found(problem).partial(problem.tolerance));
-    });
-    false
 }
 
 impl Found {

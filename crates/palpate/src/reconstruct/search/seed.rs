@@ -78,39 +78,54 @@ impl Seed {
         Found { calibration, tolerance_m: tolerance.scatter_m, thin, ranges, estimates: self.candidates.clone() }
     }
 
-    /// Tries more harmonics where few leave more than the noise (nearly flat sides, corners); whether that explained the run. Where the candidates with few
-    /// harmonics are to be left, begins anew.
-    pub fn add_harmonics(&mut self, problem: &Problem, anew: bool) -> bool {
-        let Problem { ref measurements, ref windows, tolerance, prior, .. } = *problem;
-        let thin = joined(measurements, &windows[self.span.clone()]);
+    /// Tries more harmonics where few leave more than the noise (nearly flat sides, corners); whether that explained the run.
+    pub fn add_harmonics(&mut self, problem: &Problem) -> bool {
+        self.refine(problem, self.candidates.clone(), self.misfit, &ORDERS[1..]);
+        self.is_explained_by_more()
+    }
+
+    /// Begins anew, where the candidates with few harmonics are to be left; whether that explained the run.
+    pub fn begin_anew(&mut self, problem: &Problem) -> bool {
+        let Problem { tolerance, prior, .. } = *problem;
+        if !(EXPLAINED..NEARLY_RIGHT).contains(&self.misfit) {
+            return false;
+        }
+        let thin = self.thin(problem);
+        let mut candidates = from_initial_heights(&thin, tolerance.loose(), prior, ANEW);
+        candidates.truncate(CANDIDATES);
+        if let Some((misfit, candidates)) = refined(&thin, &candidates, ANEW, tolerance, prior) {
+            let more: Vec<usize> = ORDERS.into_iter().filter(|order| *order > ANEW).collect();
+            self.refine(problem, candidates, misfit, &more);
+        }
+        self.is_explained_by_more()
+    }
+
+    fn is_explained_by_more(&self) -> bool {
+        self.order > ORDERS[0] && self.misfit < EXPLAINED
+    }
+
+    fn thin(&self, Problem { measurements, windows, .. }: &Problem) -> Measurements {
+        joined(measurements, &windows[self.span.clone()])
+    }
+
+    /// Candidates, the best of which leaves such a misfit, with more and more harmonics; keeps what is better.
+    fn refine(&mut self, problem: &Problem, mut candidates: Vec<Estimate>, mut last: f64, orders: &[usize]) {
+        let Problem { ref windows, tolerance, prior, .. } = *problem;
+        let thin = self.thin(problem);
         let samples = windows[self.span.clone()].iter().map(|window| window.range.len()).sum();
         let noise_misfit = tolerance.noise_misfit(thin.len(), samples);
-        let few = self.order;
-        // Only what is nearly right with few harmonics can be right with more.
-        let is_to_be_refined = |misfit: f64| (noise_misfit..NEARLY_RIGHT).contains(&misfit);
-        let refine = |seed: &mut Self, mut candidates: Vec<Estimate>, mut last: f64, orders: &[usize]| {
-            for &order in orders {
-                if !is_to_be_refined(last) {
-                    break;
-                }
-                candidates.truncate(REFINED);
-                let Some((misfit, better)) = refined(&thin, &candidates, order, tolerance, prior) else { break };
-                if misfit < seed.misfit {
-                    (seed.misfit, seed.order, seed.candidates) = (misfit, order, better.clone());
-                }
-                (last, candidates) = (misfit, better);
+        for &order in orders {
+            // Only what is nearly right with few harmonics can be right with more.
+            if !(noise_misfit..NEARLY_RIGHT).contains(&last) {
+                break;
             }
-        };
-        refine(self, self.candidates.clone(), self.misfit, &ORDERS[1..]);
-        if anew && (EXPLAINED..NEARLY_RIGHT).contains(&self.misfit) {
-            let mut candidates = from_initial_heights(&thin, tolerance.loose(), prior, ANEW);
-            candidates.truncate(CANDIDATES);
-            if let Some((misfit, candidates)) = refined(&thin, &candidates, ANEW, tolerance, prior) {
-                let more: Vec<usize> = ORDERS.into_iter().filter(|order| *order > ANEW).collect();
-                refine(self, candidates, misfit, &more);
+            candidates.truncate(REFINED);
+            let Some((misfit, better)) = refined(&thin, &candidates, order, tolerance, prior) else { break };
+            if misfit < self.misfit {
+                (self.misfit, self.order, self.candidates) = (misfit, order, better.clone());
             }
+            (last, candidates) = (misfit, better);
         }
-        self.order > few && self.misfit < EXPLAINED
     }
 }
 
