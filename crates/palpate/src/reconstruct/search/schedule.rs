@@ -215,6 +215,7 @@ enum Arrangement {
 }
 
 /// Seeds, and those of them that grew so far and no further with few harmonics and with more, with what is left of the work of growing them.
+#[derive(Default)]
 struct Begun<'a> {
     seeds: Vec<Seed>,
     deferred: Vec<BeamSearch<'a>>,
@@ -222,13 +223,6 @@ struct Begun<'a> {
     grown: usize,
     richer: Vec<BeamSearch<'a>>,
     budget_of_richer: Budget,
-}
-
-impl Default for Begun<'_> {
-    fn default() -> Self {
-        let (seeds, deferred, richer) = (Vec::new(), Vec::new(), Vec::new());
-        Self { seeds, deferred, budget: Budget::default(), grown: 0, richer, budget_of_richer: Budget::default() }
-    }
 }
 
 /// Passes what a search has grown to `consider`.
