@@ -18,7 +18,7 @@ use crate::reconstruct::verdict::assemble::Candidate;
 use nalgebra::{Matrix2, Vector2};
 use std::f64::consts::PI;
 
-/// What a search by contact alone is worth, as a share of what all others are: asked of every log that few harmonics do not explain, where a twentieth of
+/// What a search by contact alone is worth, as a share of what all others are: asked of every log that neither few harmonics nor more explain, where a twentieth of
 /// that finds inertia or friction that is the matter. Two and a half times as much, after all else, found nothing more.
 const WORTH: f64 = 0.13;
 

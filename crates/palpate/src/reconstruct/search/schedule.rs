@@ -71,14 +71,14 @@ pub(crate) struct Readings<'a> {
     pub brief: bool,
     /// Asked when one of these has led nowhere: whether others are tried.
     pub goes_on: &'a dyn Fn(Stage) -> bool,
-    /// Asked for an arrangement from elsewhere, which is tried before more harmonics are.
+    /// Asked for an arrangement from elsewhere, which is tried before seeds are begun anew.
     pub from_elsewhere: &'a dyn Fn() -> Option<Found>,
 }
 
 /// What has led nowhere when a search is asked whether it goes on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Stage {
-    /// The first way, that of most logs: few harmonics, and an equal trust in balance and contacts.
+    /// The first way, that of most logs: few harmonics, or more within the noise, and an equal trust in balance and contacts.
     FirstWay,
     /// The first arrangement that was judged, under balance without friction, and that misses contacts or balance.
     FirstArrangement,
