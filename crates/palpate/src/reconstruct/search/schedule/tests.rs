@@ -141,3 +141,33 @@ fn stretches_over_nearly_flat_sides_are_explained_by_seeds_that_are_begun_anew()
     };
     assert_eq!((explained(false), explained(true)), (0, 2));
 }
+
+/// A hexagon with sides so flat that few harmonics explain a stretch of it here and there, and never the whole log.
+#[test]
+fn more_harmonics_are_tried_before_anything_else_is_asked() {
+    let shape = crate::shape::rounded_polygon(6, 0.1, 0.1).expect("a shape").scaled(0.03).translated(0.002, 0.001);
+    let touchpad = Touchpad { noise_sd_m: 1e-4, ..Touchpad::ideal() };
+    let simulated = |seed: u64| {
+        let motion = PalmMotion::random(seed, 40.0, 0.6).and_then(|motion| motion.sample(10.0)).ok()?;
+        Some(simulate(&shape, &motion, &SimulateOptions { touchpad, ..SimulateOptions::default() }).ok()?.log)
+    };
+    let options = ReconstructOptions::default();
+    let few_and_more = |log| {
+        let job = Job::new(&log, &options);
+        let whole = |arranged: Arrangement| matches!(arranged, Arrangement::Whole(_));
+        let few = with_few_harmonics(&problem(&job), &|_| None, &|_| (), &mut { whole }).is_none();
+        let (more, asked) = (Cell::new(false), Cell::new(0));
+        let goes_on = |_: Stage| {
+            asked.set(asked.get() + 1);
+            false
+        };
+        let accept = &mut |_: Found| {
+            more.set(true);
+            true
+        };
+        search(&Readings { goes_on: &goes_on, ..job.readings() }, &|_, _| None, &|_| (), &mut || false, accept);
+        (few, more.get(), asked.get())
+    };
+    let mut found = (0..10).filter_map(simulated).map(few_and_more);
+    assert!(found.any(|found| found == (false, true, 0)));
+}
