@@ -146,7 +146,7 @@ impl Passage {
     /// Whether a step from one sample to the next, by so many radians, may be part of this: of the ringing about a jump, or of a slide along one
     /// branch, about which nothing rings, so that it is hardly longer than all of the slide: noise alone turns a pose that is not well known.
     fn contains(&self, step: f64) -> bool {
-        if self.jumped { self.jump.rings_with(step) } else { step < self.jump.turn().abs() + LONGEST_STEP }
+        if self.jumped { self.jump.rings_with(step) } else { step < wrapped(self.jump.turn()).abs() + LONGEST_STEP }
     }
 }
 

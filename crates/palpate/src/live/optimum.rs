@@ -144,7 +144,7 @@ impl Optimum {
 
 /// The estimation problem of all samples of a log.
 fn job<'a>(log: &'a Log, options: &'a ReconstructOptions, calibration: Calibration, balance_counts: bool) -> Job<'a> {
-    let job = Job::calibrated(log, options, calibration, Work::for_log(log.samples.len(), 1));
+    let job = Job::calibrated(log, options, calibration, Work::for_log(log.samples.len(), 1), Vec::new());
     if balance_counts { job } else { job.without_balance() }
 }
 

@@ -174,6 +174,9 @@ impl Job<'_> {
     /// the answer, else none is certified as unique.
     pub fn judge(&self, found: &Found, explored: &mut Explored) -> Result<Candidate, ReconstructError> {
         let mut first = self.solve(found, 0, &Explored::default())?.ok_or(ReconstructError::NotSolvable)?;
+        if let Some(job) = self.with_readings_in_motion(&first.refined) {
+            return job.judge(found, explored);
+        }
         let period = first.refined.fine.prior.symmetry.period_rad();
         let alternatives = alternatives(&found.thin, &found.estimates, &first.refined.coarse, period);
         let as_likely = std::mem::take(&mut first.as_likely);

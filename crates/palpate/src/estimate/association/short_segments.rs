@@ -75,20 +75,23 @@ pub(crate) fn reassociated(
 /// that lies on boundary of its own. So it is with a sample beside a jump whose contacts are read as well where another orientation puts them. The weights of
 /// `measurements` are those of the balance at the fit.
 pub(crate) fn open_out_of_balance(measurements: &Measurements, fit: &Fit, starts: &[usize], ambiguity: &mut Ambiguity) {
-    let is_out =
-        |instant: &Instant| instant.balance_weight > 0.0 && instant.balance_weight < balance_weight(OUT_OF_BALANCE_SDS);
     for segment in segments_between(starts, measurements.len()) {
-        if segment.len() >= SHORT_SEGMENT && measurements.instants[segment.clone()].iter().all(is_out) {
+        if segment.len() >= SHORT_SEGMENT && measurements.instants[segment.clone()].iter().all(is_out_of_balance) {
             ambiguity.open(segment);
         }
     }
     let mut beside: Vec<usize> = starts.iter().flat_map(|&start| [start.saturating_sub(1), start]).collect();
     beside.dedup();
-    for sample in beside.into_iter().filter(|&sample| is_out(&measurements.instants[sample])) {
+    for sample in beside.into_iter().filter(|&sample| is_out_of_balance(&measurements.instants[sample])) {
         if let Some(away_rad) = read_as_well_elsewhere(&measurements.instants[sample], fit, fit.estimate.psi[sample]) {
             ambiguity.open_to(sample, away_rad);
         }
     }
+}
+
+/// Whether an instant with the weight that its balance has at a fit misses that by far.
+pub(crate) fn is_out_of_balance(instant: &Instant) -> bool {
+    instant.balance_weight > 0.0 && instant.balance_weight < balance_weight(OUT_OF_BALANCE_SDS)
 }
 
 /// The distance of the furthest other orientation at which the contacts of a sample are read about as well, radians.

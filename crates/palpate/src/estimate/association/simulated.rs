@@ -37,6 +37,11 @@ pub(super) fn thrown_triangle(seed: u64) -> Option<(Measurements, Fit, Vec<usize
     thrown(&rounded_polygon(3, 0.4, 0.4).expect("possible").scaled(SIZE_M), seed)
 }
 
+/// The same of a square, whose sides are nearly flat.
+pub(super) fn thrown_square(seed: u64) -> Option<(Measurements, Fit, Vec<usize>)> {
+    thrown(&rounded_polygon(4, 0.15, 0.15).expect("possible").translated(0.1, 0.05).scaled(SIZE_M), seed)
+}
+
 /// The same of a rounded pentagon whose centre of mass is not in its middle, with the prior of a form that comes to itself.
 pub(super) fn thrown_pentagon(seed: u64) -> Option<(Measurements, Fit, Vec<usize>)> {
     let form = rounded_polygon(5, 0.3, 0.3).expect("possible").scaled(SIZE_M);

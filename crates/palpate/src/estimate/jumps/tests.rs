@@ -134,6 +134,9 @@ fn a_step_much_longer_than_the_jump_is_not_explained_as_its_ringing() {
 fn no_step_longer_than_a_slide_is_part_of_it() {
     let slide = Passage { jump: jump(100, 1.0, 1.1, true), jumped: false, physical: true };
     assert!(slide.contains(0.1 + 0.9 * LONGEST_STEP) && !slide.contains(0.1 + 1.1 * LONGEST_STEP));
+    let turned_over = std::f64::consts::TAU * 2.0 + 1.1;
+    let unwrapped = Passage { jump: jump(100, 1.0, turned_over, true), ..slide };
+    assert!(!unwrapped.contains(0.1 + 1.1 * LONGEST_STEP), "whole turns of an unwrapped motion are no slide");
     let ringing = Passage { jumped: true, ..slide };
     assert!(ringing.contains(0.1 + 1.1 * LONGEST_STEP), "about a jump it may swing");
 }

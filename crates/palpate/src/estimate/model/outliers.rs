@@ -31,14 +31,15 @@ const AT_REST: f64 = 0.05;
 /// An instant, by its index, and where a contact was then, metres.
 type Reading = (usize, f64);
 
-/// Sets the outliers of both contacts aside, and says how many there were.
-pub(crate) fn set_outliers_aside(measurements: &mut Measurements, scatter_m: f64) -> usize {
+/// Sets the outliers of both contacts aside but for those of the samples `kept`, and gives the samples of all that were set aside.
+pub(crate) fn set_outliers_aside(measurements: &mut Measurements, scatter_m: f64, kept: &[usize]) -> Vec<usize> {
     let limit_m = (NOISE_SDS * scatter_m).max(LEAST_SHARE * measurements.size_m());
     let first = readings(measurements, |instant| (instant.weight1 > 0.0).then_some(instant.s1));
     let second = readings(measurements, |instant| (instant.weight2 > 0.0).then_some(instant.s2));
     let at_rest = |index: usize| palms_rest(&measurements.instants, index);
-    let outlying1 = outlying(&first, &second, limit_m, &at_rest);
-    let outlying2 = outlying(&second, &first, limit_m, &at_rest);
+    let mut outlying1 = outlying(&first, &second, limit_m, &at_rest);
+    let mut outlying2 = outlying(&second, &first, limit_m, &at_rest);
+    [&mut outlying1, &mut outlying2].into_iter().for_each(|outlying| outlying.retain(|index| !kept.contains(index)));
     // Not seen, as far as anything that follows is concerned.
     outlying1
         .iter()
@@ -46,7 +47,8 @@ pub(crate) fn set_outliers_aside(measurements: &mut Measurements, scatter_m: f64
     outlying2
         .iter()
         .for_each(|&index| (measurements.instants[index].s2, measurements.instants[index].weight2) = (0.0, 0.0));
-    outlying1.len() + outlying2.len()
+    outlying1.append(&mut outlying2);
+    outlying1
 }
 
 /// The readings of one contact, with the indices of their instants.
@@ -134,7 +136,7 @@ mod tests {
 
     fn found(log: &Log) -> (usize, Measurements) {
         let mut measurements = Measurements::new(log, None);
-        (set_outliers_aside(&mut measurements, NOISE_M), measurements)
+        (set_outliers_aside(&mut measurements, NOISE_M, &[]).len(), measurements)
     }
 
     /// A log in which nothing moves.
@@ -151,6 +153,16 @@ mod tests {
         for seed in 0..20 {
             assert_eq!(found(&log(seed)).0, 0, "seed {seed}");
         }
+    }
+
+    #[test]
+    fn those_of_kept_samples_stay() {
+        let mut log = log(3);
+        for index in [40, 90] {
+            log.samples[index].s1_m = log.samples[index].s1_m.map(|s1_m| s1_m + 0.02);
+        }
+        let aside = |kept: &[usize]| set_outliers_aside(&mut Measurements::new(&log, None), NOISE_M, kept);
+        assert_eq!((aside(&[]), aside(&[40]), aside(&[90, 40])), (vec![40, 90], vec![90], vec![]));
     }
 
     #[test]

@@ -120,7 +120,8 @@ impl<'a> Job<'a> {
             return Ok(Some(Solved { as_likely, ..same_rig(refined) }));
         }
         let calibration = self.calibration_of(found, arrangement).ok_or(ReconstructError::NotSolvable)?;
-        let mut job = Self::calibrated(self.raw, self.options, calibration, self.measurements.work.clone());
+        let work = self.measurements.work.clone();
+        let mut job = Self::calibrated(self.raw, self.options, calibration, work, self.kept.clone());
         let Some(mut refined) = job.refine(found, arrangement, explored)? else { return Ok(None) };
         for _ in 0..REFINEMENTS {
             let as_likely = std::mem::take(&mut refined.as_likely);

@@ -13,7 +13,7 @@ use crate::estimate::association::landings::landings;
 use crate::estimate::association::predictive::PredictiveShape;
 use crate::estimate::association::relative_rotation::rival_rotations;
 use crate::estimate::association::rival_pieces::rival_motions;
-use crate::estimate::association::short_segments::{open_out_of_balance, reassociated};
+use crate::estimate::association::short_segments::{is_out_of_balance, open_out_of_balance, reassociated};
 use crate::estimate::evidence::fit::{Fitted, ROUNDS, fit};
 use crate::estimate::evidence::jump_prior::with_jumps;
 use crate::estimate::evidence::motion_prior::CERTAIN;
@@ -137,8 +137,9 @@ pub(crate) struct Job<'a> {
     pub calibration: Calibration,
     pub options: &'a ReconstructOptions,
     pub measurements: Measurements,
-    /// Readings of a contact that were set aside as gross outliers.
-    pub outliers: usize,
+    /// Samples with a reading that was set aside as a gross outlier, once for each, and those whose readings count whatever their neighbours say.
+    pub outliers: Vec<usize>,
+    pub kept: Vec<usize>,
     /// Standard deviation of a contact position that options or log state, metres.
     pub stated_m: Option<f64>,
     /// The same, estimated from the scatter of neighbouring samples.
@@ -221,15 +222,16 @@ impl Optimum {
 impl<'a> Job<'a> {
     pub(crate) fn new(log: &'a Log, options: &'a ReconstructOptions) -> Self {
         let work = Work::for_log(log.samples.len(), trusts(options));
-        Self::calibrated(log, options, options.rig.calibration, work)
+        Self::calibrated(log, options, options.rig.calibration, work, Vec::new())
     }
 
-    /// The same with another calibration than the rig's, after some work.
+    /// The same with another calibration than the rig's, after some work, and with all readings of the samples `kept`.
     pub(crate) fn calibrated(
         raw: &'a Log,
         options: &'a ReconstructOptions,
         calibration: Calibration,
         work: Work,
+        kept: Vec<usize>,
     ) -> Self {
         let exact = calibration == Calibration::default();
         let log = if exact { Cow::Borrowed(raw) } else { Cow::Owned(calibration.corrected(raw)) };
@@ -237,7 +239,7 @@ impl<'a> Job<'a> {
         let mut measurements = Measurements { work, ..Measurements::new(&log, stated_m) };
         let steps_m = steps_m(raw);
         let scatter_m = contact_scatter_m(&measurements, steps_m);
-        let outliers = set_outliers_aside(&mut measurements, scatter_m);
+        let outliers = set_outliers_aside(&mut measurements, scatter_m, &kept);
         let scatter_m = contact_scatter_m(&measurements, steps_m);
         let samples_per_error = samples_per_error(&measurements, raw, steps_m);
         let typical_m = weigh_by_angles(&mut measurements, stated_m.unwrap_or(scatter_m), stated_m.is_some());
@@ -251,6 +253,7 @@ impl<'a> Job<'a> {
             options,
             measurements,
             outliers,
+            kept,
             stated_m,
             scatter_m,
             samples_per_error,
@@ -273,6 +276,21 @@ impl<'a> Job<'a> {
         self
     }
 
+    /// The same with the readings of a refined arrangement that look like outliers where the object is in motion: balance, and the other contact alone, do
+    /// not tell its pose there, and the readings of a fast motion are far from those before and after. `None` where there are none.
+    pub(crate) fn with_readings_in_motion(&self, refined: &Refined) -> Option<Self> {
+        let of_sample = |sample: &usize| is_out_of_balance(&refined.measurements.instants[*sample]);
+        let kept: Vec<usize> = self.outliers.iter().copied().filter(of_sample).collect();
+        let work = self.measurements.work.clone();
+        let job = || {
+            let job =
+                Self::calibrated(self.raw, self.options, self.calibration, work, [&self.kept[..], &kept].concat());
+            let job = Self { least_balance_share: self.least_balance_share, ..job };
+            if self.balance_counts { job } else { job.without_balance() }
+        };
+        (!kept.is_empty()).then(job)
+    }
+
     /// The same for what is worth such a share of what the log is; nothing of that is done.
     pub(super) fn worth(&self, share: f64) -> Self {
         let mut job = self.clone();
@@ -285,14 +303,15 @@ impl<'a> Job<'a> {
     where
         'a: 'b,
     {
-        let job = Job::calibrated(raw, self.options, calibration, self.measurements.work.clone());
+        let work = self.measurements.work.clone();
+        let job = Job::calibrated(raw, self.options, calibration, work, self.kept.clone());
         if self.balance_counts { job } else { job.without_balance() }
     }
 
     /// What is known of the noise besides a fit.
     pub(crate) fn expected(&self) -> Expected {
-        let Self { stated_m, scatter_m, samples_per_error, outliers, .. } = *self;
-        Expected { stated_m, scatter_m, samples_per_error, outliers }
+        let Self { stated_m, scatter_m, samples_per_error, ref outliers, .. } = *self;
+        Expected { stated_m, scatter_m, samples_per_error, outliers: outliers.len() }
     }
 
     /// Takes one arrangement of the search to the optimum over all samples; `None` where that leads to a motion that is known.
@@ -369,7 +388,7 @@ impl<'a> Job<'a> {
             if self.is_worth_no_more(&best) {
                 break;
             }
-            let on_medium = self.fit_on_medium(medium, ranges, &best.fine);
+            let on_medium = self.fit_on_medium(medium, ranges, &best);
             let means_per_error = self.means_per_error(medium, best.posterior.samples_per_error);
             let mut rivals = rival_rotations(medium, &on_medium, means_per_error);
             // Parts of an object that nearly comes to itself have many rotations that contacts explain.
@@ -439,11 +458,16 @@ impl<'a> Job<'a> {
         Estimate { psi, ..of.clone() }
     }
 
-    /// A fit to all samples, on the thinned log.
-    fn fit_on_medium(&self, medium: &Measurements, ranges: &[Range<usize>], fine: &Fit) -> Fit {
+    /// A fit to all samples, on the thinned log. Where samples are nearly exact, what means along bent paths are off is larger than their noise.
+    fn fit_on_medium(&self, medium: &Measurements, ranges: &[Range<usize>], refined: &Refined) -> Fit {
+        let Refined { coarse, fine, .. } = refined;
         let estimate = self.on_medium(medium, ranges, &fine.estimate.coefficients, &fine.estimate.psi);
         let averaged = self.averaged(medium);
-        let noise = Noise { sensor_m: fine.noise.sensor_m / averaged, balance_m: fine.noise.balance_m / averaged };
+        let at_least = |of_fine: f64, of_coarse: f64| (of_fine / averaged).max(of_coarse);
+        let noise = Noise {
+            sensor_m: at_least(fine.noise.sensor_m, coarse.noise.sensor_m),
+            balance_m: at_least(fine.noise.balance_m, coarse.noise.balance_m),
+        };
         Fit { estimate, noise, ..fine.clone() }
     }
 
@@ -811,7 +835,26 @@ impl<'a> Job<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::estimate::evidence::variance_components::balance_weight;
     use crate::estimate::model::layout::coefficients_to_order;
+
+    /// An optimum with this shape and motion, as if it were one.
+    fn refined(job: &Job, shape: &SupportFunction, psi: &[f64], noise: Noise) -> Refined {
+        let estimate = Estimate { coefficients: shape.coefficients(), psi: psi.to_vec(), cost: 0.0 };
+        let order = shape.harmonics_m().len();
+        let fine = Fit { estimate, order, noise, prior: job.prior, evidence: Evidence::NONE };
+        Refined {
+            coarse: fine.clone(),
+            fine,
+            measurements: job.measurements.clone(),
+            ambiguity_rad: vec![0.0; psi.len()],
+            symmetry: FoundSymmetry::default(),
+            settled: true,
+            posterior: Evidence::NONE,
+            rivals: Vec::new(),
+            as_likely: Vec::new(),
+        }
+    }
 
     #[test]
     fn a_shape_that_misses_the_balance_does_not_make_it_loose() {
@@ -852,21 +895,9 @@ mod tests {
         let job = Job::new(&run.log, &options);
         let psi: Vec<f64> = run.truth.motion.iter().map(|pose| pose.psi_rad).collect();
         let is_worth_no_more = |spent: f64, sensor_sds: f64, ambiguity_share: f64| {
-            let estimate = Estimate { coefficients: shape.coefficients(), psi: psi.clone(), cost: 0.0 };
             let noise = Noise { sensor_m: sensor_sds * job.scatter_m, balance_m: 5e-5 };
-            let order = shape.harmonics_m().len();
-            let fit = Fit { estimate, order, noise, prior: job.prior, evidence: Evidence::NONE };
-            let refined = Refined {
-                coarse: fit.clone(),
-                fine: fit,
-                measurements: job.measurements.clone(),
-                ambiguity_rad: vec![ambiguity_share * options.limits.ambiguity_rad; psi.len()],
-                symmetry: FoundSymmetry::default(),
-                settled: true,
-                posterior: Evidence::NONE,
-                rivals: Vec::new(),
-                as_likely: Vec::new(),
-            };
+            let ambiguity_rad = vec![ambiguity_share * options.limits.ambiguity_rad; psi.len()];
+            let refined = Refined { ambiguity_rad, ..refined(&job, &shape, &psi, noise) };
             let mut job = job.clone();
             job.measurements.work = job.measurements.work.afresh(1.0);
             while !job.measurements.work.is_spent_by(spent) {
@@ -879,6 +910,67 @@ mod tests {
         assert!(!is_worth_no_more(0.99 * most, 1.0, 1.01), "its contacts are explained");
         assert!(is_worth_no_more(1.0, 1.01 * CONTRADICTED, 0.0) && !is_worth_no_more(1.0, 0.99 * CONTRADICTED, 1.01));
         assert!(!is_worth_no_more(0.99, 2.0 * CONTRADICTED, 2.0));
+    }
+
+    #[test]
+    fn a_reading_far_from_its_neighbours_counts_where_the_object_is_in_motion() {
+        use crate::palms::PalmMotion;
+        use crate::sensor::Touchpad;
+        use crate::shape::NamedShape;
+        use crate::simulate::{SimulateOptions, simulate};
+
+        let shape = NamedShape::Stone.shape(0.03).expect("a valid size");
+        let motion = PalmMotion::random(3, 20.0, 0.6).and_then(|motion| motion.sample(20.0)).expect("possible");
+        let touchpad = Touchpad { noise_sd_m: 5e-5, ..Touchpad::ideal() };
+        let mut run =
+            simulate(&shape, &motion, &SimulateOptions { touchpad, ..SimulateOptions::default() }).expect("possible");
+        let far = [120, 200];
+        for index in far {
+            run.log.samples[index].s1_m = run.log.samples[index].s1_m.map(|s1_m| s1_m + 0.02);
+        }
+        let options = ReconstructOptions::default();
+        let job = Job::new(&run.log, &options);
+        assert_eq!(job.outliers, far);
+        let psi: Vec<f64> = run.truth.motion.iter().map(|pose| pose.psi_rad).collect();
+        // The first of them falls, and balance does not hold there.
+        let kept_with = |missed_sds: f64| {
+            let mut refined = refined(&job, &shape, &psi, Noise { sensor_m: 5e-5, balance_m: 1e-5 });
+            refined.measurements.instants[far[0]].balance_weight = balance_weight(missed_sds);
+            job.with_readings_in_motion(&refined)
+        };
+        assert!(kept_with(5.0).is_none(), "an object at rest");
+        let job = kept_with(50.0).expect("one reading is kept");
+        let is_seen = far.map(|index| job.measurements.instants[index].weight1 > 0.0);
+        assert_eq!((&job.kept[..], &job.outliers[..], is_seen), (&far[..1], &far[1..], [true, false]));
+        let again = job.recalibrated(&run.log, job.calibration);
+        assert_eq!(again.kept, job.kept, "whatever the calibration");
+    }
+
+    #[test]
+    fn means_along_bent_paths_are_no_more_exact_than_the_fit_to_them() {
+        use crate::palms::PalmMotion;
+        use crate::shape::NamedShape;
+        use crate::simulate::{SimulateOptions, simulate};
+
+        let shape = NamedShape::Egg.shape(0.03).expect("a valid size");
+        let motion = PalmMotion::random(4, 20.0, 0.2).and_then(|motion| motion.sample(40.0)).expect("possible");
+        let run = simulate(&shape, &motion, &SimulateOptions::default()).expect("possible");
+        let options = ReconstructOptions::default();
+        let job = Job::new(&run.log, &options);
+        let psi: Vec<f64> = run.truth.motion.iter().map(|pose| pose.psi_rad).collect();
+        let ranges = [0..psi.len()];
+        let medium = thinned_in_ranges(&job.measurements, &ranges, job.scatter_m, ORDER_SAMPLES);
+        assert!(job.averaged(&medium) > 1.1);
+        let of_medium = |sensor_m: f64| {
+            let mut refined = refined(&job, &shape, &psi, Noise { sensor_m: 1e-5, balance_m: 1e-6 });
+            refined.fine.noise = Noise { sensor_m, balance_m: 0.1 * sensor_m };
+            let Noise { sensor_m, balance_m } = job.fit_on_medium(&medium, &ranges, &refined).noise;
+            [sensor_m, balance_m]
+        };
+        assert_eq!(of_medium(1e-8), [1e-5, 1e-6], "samples that are nearly exact");
+        let [sensor_m, balance_m] = of_medium(1e-3);
+        let of_mean = 1e-3 / job.averaged(&medium);
+        assert!((sensor_m / of_mean - 1.0).abs() < 1e-9 && (balance_m / of_mean - 0.1).abs() < 1e-9);
     }
 
     #[test]

@@ -13,7 +13,13 @@ use rayon::prelude::*;
 /// Trial heights of the centre of mass at the first sample: fine enough that the minimum next to the truth is among the trials.
 const HEIGHTS: usize = 160;
 
-/// Effort of the smoother at each trial height: trials are only ranked, and refined later.
+/// Effort of the smoother at each trial height, after which the least along the heights are followed: one step gives the shape, and another ranks the heights.
+const FIRST: StoppingCriteria = StoppingCriteria { iterations: 2, tolerance: 1e-3 };
+
+/// Trial heights that are followed.
+const MOST_FOLLOWED: usize = 24;
+
+/// Effort of the smoother for those: they are only ranked, and refined later.
 const TRIAL: StoppingCriteria = StoppingCriteria { iterations: 8, tolerance: 1e-3 };
 
 /// Candidates of an object that rolls on one palm all the time.
@@ -29,24 +35,23 @@ pub(crate) fn from_rolling(thin: &Measurements, noise: Noise, prior: Prior, orde
 pub(crate) fn from_initial_heights(thin: &Measurements, noise: Noise, prior: Prior, order: usize) -> Vec<Estimate> {
     let relative = relative_height(thin);
     let Some((low, high)) = feasible_heights(thin, &relative, prior.size_m) else { return Vec::new() };
-    let costs: Vec<Option<Estimate>> = (0..HEIGHTS)
+    let smoother = Smoother::new(thin, order, noise, prior);
+    let first: Vec<Option<Estimate>> = (0..HEIGHTS)
         .into_par_iter()
         .map(|index| {
             let h0 = low + (high - low) * (index as f64 + 0.5) / HEIGHTS as f64;
-            let smoother = Smoother::new(thin, order, noise, prior);
             let guess = integrate(thin, &relative, h0, noise.sensor_m, RATE_SD);
-            let estimate = smoother.run(vec![guess.mean_r_m], guess.psi, TRIAL);
+            let estimate = smoother.run(vec![guess.mean_r_m], guess.psi, FIRST);
             estimate.cost.is_finite().then_some(estimate)
         })
         .collect();
-    let cost = |index: usize| costs.get(index).and_then(|e| e.as_ref()).map_or(f64::INFINITY, |e| e.cost);
-    let mut minima: Vec<Estimate> = (0..HEIGHTS)
-        .filter(|&index| {
-            let here = cost(index);
-            here.is_finite() && here <= cost(index.wrapping_sub(1)) && here <= cost(index + 1)
-        })
-        .filter_map(|index| costs[index].clone())
-        .collect();
+    let cost = |index: usize| first.get(index).and_then(Option::as_ref).map_or(f64::INFINITY, |first| first.cost);
+    let is_least = |index: &usize| cost(*index) <= cost(index.wrapping_sub(1)) && cost(*index) <= cost(index + 1);
+    let mut least: Vec<&Estimate> = (0..HEIGHTS).filter(is_least).filter_map(|index| first[index].as_ref()).collect();
+    least.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    least.truncate(MOST_FOLLOWED);
+    let follow = |first: &Estimate| smoother.run(first.coefficients.clone(), first.psi.clone(), TRIAL);
+    let mut minima: Vec<Estimate> = least.into_par_iter().map(follow).collect();
     minima.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     minima
 }
