@@ -958,7 +958,8 @@ mod tests {
         let options = ReconstructOptions::default();
         let job = Job::new(&run.log, &options);
         let psi: Vec<f64> = run.truth.motion.iter().map(|pose| pose.psi_rad).collect();
-        let ranges = [0..psi.len()];
+        let whole = 0..psi.len();
+        let ranges = [whole];
         let medium = thinned_in_ranges(&job.measurements, &ranges, job.scatter_m, ORDER_SAMPLES);
         assert!(job.averaged(&medium) > 1.1);
         let of_medium = |sensor_m: f64| {
