@@ -150,17 +150,15 @@ pub(crate) fn turned_parts(
             sum += &rest;
             sum.minimum().map(|(cost, coefficients)| Trial { cost, part: part.clone(), omega, coefficients })
         };
-        let here = turned(0.0).map_or(f64::NEG_INFINITY, |trial| trial.cost);
-        let most = here + RIVAL_COST * count as f64;
         let of_turn = |turn: usize| turned(TAU * turn as f64 / TURNS as f64);
-        let around: Vec<Option<Trial>> = (0..TURNS).into_par_iter().map(of_turn).collect();
-        let cost = |turn: usize| around[turn % TURNS].as_ref().map_or(f64::INFINITY, |trial| trial.cost);
-        let is_least = |turn: usize| cost(turn) <= cost(turn + TURNS - 1) && cost(turn) <= cost(turn + 1);
-        let is_elsewhere = |trial: &Trial| !is_same_pose(0.0, trial.omega, prior.symmetry.period_rad());
-        let least: Vec<bool> = (0..TURNS).map(|turn| is_least(turn) && cost(turn) < most).collect();
-        let mut trials: Vec<Trial> =
-            around.into_iter().zip(least).filter_map(|(trial, least)| trial.filter(|_| least)).collect();
-        trials.retain(is_elsewhere);
+        let costs: Vec<f64> =
+            (0..TURNS).into_par_iter().map(|turn| of_turn(turn).map_or(f64::INFINITY, |trial| trial.cost)).collect();
+        let most = costs[0] + RIVAL_COST * count as f64;
+        let cost = |turn: usize| costs[turn % TURNS];
+        let is_least = |&turn: &usize| cost(turn) <= cost(turn + TURNS - 1) && cost(turn) <= cost(turn + 1);
+        let least = (0..TURNS).filter(|&turn| costs[0].is_finite() && cost(turn) < most).filter(is_least);
+        let mut trials: Vec<Trial> = least.filter_map(of_turn).collect();
+        trials.retain(|trial| !is_same_pose(0.0, trial.omega, prior.symmetry.period_rad()));
         trials.sort_by(|a, b| a.cost.total_cmp(&b.cost));
         trials.truncate(MOST_POLISHED);
         trials
@@ -221,7 +219,7 @@ mod tests {
     #[test]
     fn only_rotations_that_some_shape_explains_are_tried() {
         let mut any = 0;
-        for (measurements, fit, start) in with_a_jump().take(3) {
+        for (measurements, fit, start) in with_a_jump().take(6) {
             let sd_m = LOOSE * fit.prior.size_m;
             let loose = Noise { sensor_m: sd_m, balance_m: sd_m };
             let explained: Vec<usize> = (0..measurements.len())
@@ -242,8 +240,10 @@ mod tests {
                 [TURNS - 1, 1].into_iter().all(|beside| costs[*turn] <= costs[(turn + beside) % TURNS] + 1e-6)
             };
             let is_elsewhere = |turn: &usize| !is_same_pose(0.0, TAU * *turn as f64 / TURNS as f64, TAU);
-            let rivals = (0..TURNS).filter(|turn| costs[*turn] < most).filter(is_least).filter(is_elsewhere).count();
-            assert_eq!(of_jump.len(), rivals, "of {} explained", explained.len());
+            let open: Vec<usize> = (0..TURNS).filter(|turn| costs[*turn] < most).filter(is_elsewhere).collect();
+            assert!((1..TURNS / 2).contains(&open.len()), "{}", open.len());
+            let rivals = open.into_iter().filter(is_least).count();
+            assert_eq!(of_jump.len(), rivals.min(MOST_POLISHED), "of {} explained", explained.len());
             any += rivals;
             for trial in of_jump {
                 assert!((trial.cost - cost_at(trial.omega)).abs() < 1e-6 * trial.cost, "{}", trial.omega);

@@ -281,12 +281,10 @@ impl<'a> Job<'a> {
     pub(crate) fn with_readings_in_motion(&self, refined: &Refined) -> Option<Self> {
         let of_sample = |sample: &usize| is_out_of_balance(&refined.measurements.instants[*sample]);
         let kept: Vec<usize> = self.outliers.iter().copied().filter(of_sample).collect();
-        let work = self.measurements.work.clone();
         let job = || {
-            let job =
-                Self::calibrated(self.raw, self.options, self.calibration, work, [&self.kept[..], &kept].concat());
-            let job = Self { least_balance_share: self.least_balance_share, ..job };
-            if self.balance_counts { job } else { job.without_balance() }
+            let kept = [&self.kept[..], &kept].concat();
+            let job = Self { kept, ..self.clone() }.recalibrated(self.raw, self.calibration);
+            Self { least_balance_share: self.least_balance_share, ..job }
         };
         (!kept.is_empty()).then(job)
     }
@@ -837,6 +835,18 @@ mod tests {
     use super::*;
     use crate::estimate::evidence::variance_components::balance_weight;
     use crate::estimate::model::layout::coefficients_to_order;
+    use crate::palms::PalmMotion;
+    use crate::sensor::Touchpad;
+    use crate::shape::NamedShape;
+    use crate::simulate::{SimulateOptions, Simulation, simulate};
+
+    /// An object between palms that move at random for 20 s ([`PalmMotion::random`]), read at such a rate with such a noise.
+    fn felt(shape: &SupportFunction, seed: u64, amplitude: f64, rate_hz: f64, noise_sd_m: f64) -> Simulation {
+        let motion = PalmMotion::random(seed, 20.0, amplitude).and_then(|motion| motion.sample(rate_hz));
+        let touchpad = Touchpad { noise_sd_m, ..Touchpad::ideal() };
+        let options = SimulateOptions { touchpad, ..SimulateOptions::default() };
+        simulate(shape, &motion.expect("possible"), &options).expect("possible")
+    }
 
     /// An optimum with this shape and motion, as if it were one.
     fn refined(job: &Job, shape: &SupportFunction, psi: &[f64], noise: Noise) -> Refined {
@@ -858,16 +868,9 @@ mod tests {
 
     #[test]
     fn a_shape_that_misses_the_balance_does_not_make_it_loose() {
-        use crate::palms::PalmMotion;
-        use crate::sensor::Touchpad;
-        use crate::simulate::{SimulateOptions, simulate};
-
         // Nearly round: the centre of mass is what tells its orientation.
         let shape = SupportFunction::new(0.03, vec![[0.002, 0.001], [2e-4, 1e-4], [1e-4, -1e-4]]);
-        let motion = PalmMotion::random(4, 20.0, 0.6).and_then(|motion| motion.sample(20.0)).expect("possible");
-        let touchpad = Touchpad { noise_sd_m: 5e-5, ..Touchpad::ideal() };
-        let run =
-            simulate(&shape, &motion, &SimulateOptions { touchpad, ..SimulateOptions::default() }).expect("possible");
+        let run = felt(&shape, 4, 0.6, 20.0, 5e-5);
         let options = ReconstructOptions::default();
         let job = Job::new(&run.log, &options);
         let psi: Vec<f64> = run.truth.motion.iter().map(|pose| pose.psi_rad).collect();
@@ -881,16 +884,8 @@ mod tests {
 
     #[test]
     fn what_cannot_be_certified_is_worth_no_more_once_the_work_is_spent() {
-        use crate::palms::PalmMotion;
-        use crate::sensor::Touchpad;
-        use crate::shape::NamedShape;
-        use crate::simulate::{SimulateOptions, simulate};
-
         let shape = NamedShape::Egg.shape(0.03).expect("a valid size");
-        let motion = PalmMotion::random(4, 20.0, 0.2).and_then(|motion| motion.sample(10.0)).expect("possible");
-        let touchpad = Touchpad { noise_sd_m: 5e-5, ..Touchpad::ideal() };
-        let run =
-            simulate(&shape, &motion, &SimulateOptions { touchpad, ..SimulateOptions::default() }).expect("possible");
+        let run = felt(&shape, 4, 0.2, 10.0, 5e-5);
         let options = ReconstructOptions::default();
         let job = Job::new(&run.log, &options);
         let psi: Vec<f64> = run.truth.motion.iter().map(|pose| pose.psi_rad).collect();
@@ -914,16 +909,8 @@ mod tests {
 
     #[test]
     fn a_reading_far_from_its_neighbours_counts_where_the_object_is_in_motion() {
-        use crate::palms::PalmMotion;
-        use crate::sensor::Touchpad;
-        use crate::shape::NamedShape;
-        use crate::simulate::{SimulateOptions, simulate};
-
         let shape = NamedShape::Stone.shape(0.03).expect("a valid size");
-        let motion = PalmMotion::random(3, 20.0, 0.6).and_then(|motion| motion.sample(20.0)).expect("possible");
-        let touchpad = Touchpad { noise_sd_m: 5e-5, ..Touchpad::ideal() };
-        let mut run =
-            simulate(&shape, &motion, &SimulateOptions { touchpad, ..SimulateOptions::default() }).expect("possible");
+        let mut run = felt(&shape, 3, 0.6, 20.0, 5e-5);
         let far = [120, 200];
         for index in far {
             run.log.samples[index].s1_m = run.log.samples[index].s1_m.map(|s1_m| s1_m + 0.02);
@@ -948,13 +935,8 @@ mod tests {
 
     #[test]
     fn means_along_bent_paths_are_no_more_exact_than_the_fit_to_them() {
-        use crate::palms::PalmMotion;
-        use crate::shape::NamedShape;
-        use crate::simulate::{SimulateOptions, simulate};
-
         let shape = NamedShape::Egg.shape(0.03).expect("a valid size");
-        let motion = PalmMotion::random(4, 20.0, 0.2).and_then(|motion| motion.sample(40.0)).expect("possible");
-        let run = simulate(&shape, &motion, &SimulateOptions::default()).expect("possible");
+        let run = felt(&shape, 4, 0.2, 40.0, 0.0);
         let options = ReconstructOptions::default();
         let job = Job::new(&run.log, &options);
         let psi: Vec<f64> = run.truth.motion.iter().map(|pose| pose.psi_rad).collect();
@@ -978,16 +960,9 @@ mod tests {
     fn where_a_contact_is_missing_the_motion_is_decoded_and_not_drawn_as_a_straight_line() {
         use crate::math::angle::wrapped;
         use crate::math::statistics::root_mean_square;
-        use crate::palms::PalmMotion;
-        use crate::sensor::Touchpad;
-        use crate::shape::NamedShape;
-        use crate::simulate::{SimulateOptions, simulate};
 
         let shape = NamedShape::Pebble.shape(0.03).expect("a valid size");
-        let motion = PalmMotion::random(4, 20.0, 0.2).and_then(|motion| motion.sample(10.0)).expect("possible");
-        let touchpad = Touchpad { noise_sd_m: 5e-5, ..Touchpad::ideal() };
-        let mut run =
-            simulate(&shape, &motion, &SimulateOptions { touchpad, ..SimulateOptions::default() }).expect("possible");
+        let mut run = felt(&shape, 4, 0.2, 10.0, 5e-5);
         let truth: Vec<f64> = run.truth.motion.iter().map(|pose| pose.psi_rad).collect();
         let options = ReconstructOptions::default();
         let gap = 60..100;
@@ -1019,9 +994,7 @@ mod tests {
     #[test]
     fn a_first_fit_takes_more_harmonics_where_they_explain_contacts_that_fewer_contradict() {
         use crate::plan::{PalmLimits, plan_turn};
-        use crate::sensor::Touchpad;
         use crate::shape::rounded_polygon;
-        use crate::simulate::{SimulateOptions, simulate};
 
         let shape = rounded_polygon(4, 0.15, 0.16).expect("possible").scaled(0.03).translated(0.002, 0.001);
         let plan = plan_turn(&shape, &PalmLimits::default(), 40.0).expect("a motion without a jump");
@@ -1048,13 +1021,9 @@ mod tests {
     #[test]
     fn errors_with_a_memory_are_no_contradiction() {
         use crate::estimate::model::sensor_memory::with_memory;
-        use crate::palms::PalmMotion;
-        use crate::shape::NamedShape;
-        use crate::simulate::{SimulateOptions, simulate};
 
         let shape = NamedShape::Egg.shape(0.03).expect("a valid size");
-        let motion = PalmMotion::random(4, 20.0, 0.2).and_then(|motion| motion.sample(20.0)).expect("possible");
-        let run = simulate(&shape, &motion, &SimulateOptions::default()).expect("possible");
+        let run = felt(&shape, 4, 0.2, 20.0, 0.0);
         let psi: Vec<f64> = run.truth.motion.iter().map(|pose| pose.psi_rad).collect();
         let options = ReconstructOptions::default();
         let is_contradicted = |memory: f64| {
@@ -1070,15 +1039,8 @@ mod tests {
 
     #[test]
     fn the_number_of_harmonics_is_the_one_asked_for_or_else_what_the_evidence_prefers() {
-        use crate::palms::PalmMotion;
-        use crate::sensor::Touchpad;
-        use crate::simulate::{SimulateOptions, simulate};
-
         let shape = SupportFunction::new(0.03, vec![[2e-3, -1e-3], [1.8e-3, 6e-4], [-5e-4, 7e-4]]);
-        let motion = PalmMotion::random(4, 20.0, 0.2).and_then(|motion| motion.sample(20.0)).expect("possible");
-        let touchpad = Touchpad { noise_sd_m: 5e-5, ..Touchpad::ideal() };
-        let run =
-            simulate(&shape, &motion, &SimulateOptions { touchpad, ..SimulateOptions::default() }).expect("possible");
+        let run = felt(&shape, 4, 0.2, 20.0, 5e-5);
         let psi: Vec<f64> = run.truth.motion.iter().map(|pose| pose.psi_rad).collect();
         let order = |harmonics: Option<usize>, from: usize| {
             let options = ReconstructOptions { harmonics, ..ReconstructOptions::default() };
