@@ -1,9 +1,14 @@
 use super::*;
 use crate::estimate::model::evidence::Evidence;
 use crate::mechanics::Jump;
+use crate::palms::PalmMotion;
+use crate::reconstruct::ReconstructOptions;
 use crate::reconstruct::result::friction::FrictionEstimate;
 use crate::reconstruct::result::reconstruction::OutlinePoint;
-use crate::shape::SupportFunction;
+use crate::reconstruct::start::arrangement_of;
+use crate::sensor::Touchpad;
+use crate::shape::{NamedShape, SupportFunction};
+use crate::simulate::{SimulateOptions, simulate};
 
 const RADIUS_M: f64 = 0.03;
 
@@ -230,4 +235,29 @@ fn a_log_checks_what_it_tells_where_enough_was_felt_again() {
         super::is_checked(&Reconstruction { coverage, ..result })
     };
     assert!(is_checked(LITTLE_FELT, 2) && !is_checked(0.99 * LITTLE_FELT, 2) && !is_checked(1.0, 1));
+}
+
+#[test]
+fn a_reading_far_from_its_neighbours_is_judged_with_a_sample_that_is_out_of_balance() {
+    let shape = NamedShape::Stone.shape(RADIUS_M).expect("a valid size");
+    let motion = PalmMotion::random(3, 20.0, 0.6).and_then(|motion| motion.sample(10.0)).expect("possible");
+    let touchpad = Touchpad { noise_sd_m: 2e-6, ..Touchpad::ideal() };
+    let run = simulate(&shape, &motion, &SimulateOptions { touchpad, ..SimulateOptions::default() }).expect("possible");
+    let psi: Vec<f64> = run.truth.motion.iter().map(|pose| pose.psi_rad).collect();
+    let options = ReconstructOptions::default();
+    let far = 70;
+    // Contact 1 is far off, and contact 2 as far as an object goes that is not at rest and has hardly moved.
+    let left_out = |off2_m: f64| {
+        let mut log = run.log.clone();
+        log.samples[far].s1_m = log.samples[far].s1_m.map(|s1_m| s1_m + 0.02);
+        log.samples[far].s2_m = log.samples[far].s2_m.map(|s2_m| s2_m + off2_m);
+        let job = Job::new(&log, &options);
+        assert_eq!(job.outliers, [far]);
+        let found = arrangement_of(&job, job.measurements.clone(), &shape, psi.clone());
+        let Reconstruction { motion, findings, .. } =
+            job.judge(&found, &mut Explored::default()).expect("a result").result;
+        (motion[far].residual1_m.is_some(), findings.expect("findings").outliers)
+    };
+    assert_eq!(left_out(0.0), (false, 1));
+    assert_eq!(left_out(5e-4), (true, 0));
 }
