@@ -292,7 +292,10 @@ impl<'a> Reconstructor<'a> {
         };
         let goes_on = |stage: Stage| match extent {
             Extent::Brief => false,
-            Extent::While(_, goes_on) => !explained_by_forces() && goes_on(stage, explained_one.get()),
+            Extent::While(_, goes_on) => {
+                let goes_on = |stage: Stage| goes_on(stage, explained_one.get());
+                !(goes_on(Stage::Forces) && explained_by_forces()) && goes_on(stage)
+            }
         };
         let from_ordinary_rig = || match extent {
             Extent::While(ordinary, _) if !explained_one.get() && self.most_work.is_none() => {

@@ -100,10 +100,13 @@ impl Reconstructor<'_> {
         let ordinary = || ordinary.get_or_init(|| self.explained_by_ordinary_rig(log)).clone();
         let at_once = || at_once.get_or_init(|| self.recognised_at_once(log, &ordinary)).clone();
         let recognised = || at_once().or_else(|| later.get_or_init(|| self.recognised_later(log, None)).clone());
+        let has_fine_digits = || Mistake::coarse_digits(log).is_none();
         // What takes long, or is no reason to give up, comes last.
         let as_written = self.run_while(log, &ordinary, &|stage, is_explained| match stage {
+            // Through coarse digits, friction and inertia are not told from anything else.
+            Stage::Forces => has_fine_digits(),
             Stage::FirstWay => is_explained || at_once().is_none(),
-            Stage::FirstArrangement => at_once().is_none() && Mistake::coarse_digits(log).is_none(),
+            Stage::FirstArrangement => at_once().is_none() && has_fine_digits(),
             Stage::EqualTrust => is_explained || recognised().is_none(),
         });
         let recognised = match &as_written {

@@ -75,9 +75,11 @@ pub(crate) struct Readings<'a> {
     pub from_elsewhere: &'a dyn Fn() -> Option<Found>,
 }
 
-/// What has led nowhere when a search is asked whether it goes on.
+/// Where it is asked whether to go on: before something, or after what has led nowhere.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Stage {
+    /// Before it is asked whether forces besides balance explain the log.
+    Forces,
     /// The first way, that of most logs: few harmonics, or more within the noise, and an equal trust in balance and contacts.
     FirstWay,
     /// The first arrangement that was judged, under balance without friction, and that misses contacts or balance.
