@@ -75,7 +75,7 @@ const LOST: usize = 20;
 /// these, above which the log contradicts such a motion.
 const CONTRADICTED: f64 = 2.0;
 
-/// What a log is worth once an arrangement explains its contacts, over what it is worth by itself: to find the poses of all pieces takes as long as the
+/// What a log is worth once an arrangement explains its contacts, over what it is worth before: to find the poses of all pieces takes as long as the
 /// search did.
 const WORTH_OF_A_FIT: f64 = 2.0;
 
