@@ -106,6 +106,7 @@ impl Arrow {
 }
 
 /// Normal equations with the band eliminated.
+#[derive(Clone)]
 pub(crate) struct Eliminated {
     band: BandedCholesky,
     /// The cross terms times the inverse of the factor of the band.

@@ -440,7 +440,7 @@ impl<'a> Setting<'a> {
         let told = self.judged_by_steady_intervals(&settled).filter(Candidate::explains_forces);
         let mut candidate = match told {
             Some(candidate) => candidate,
-            None => self.judged(profile::profiled(self, settled))?,
+            None => self.judged(self.profiled(settled)?)?,
         };
         let result = &mut candidate.result;
         result.others = others.into_iter().filter_map(|other| Some(self.judged(other)?.result)).collect();
@@ -461,7 +461,18 @@ impl<'a> Setting<'a> {
         let setting = Setting { starts: &settled.starts, steady_only: true, ..*self };
         let Optimum { unknowns, noise, .. } = &settled.optimum;
         let steady = setting.settled((unknowns.clone(), settled.regimes.clone()), *noise, (ROUNDS, UPDATES))?;
-        setting.judged(profile::profiled(&setting, steady))
+        setting.judged(setting.profiled(steady)?)
+    }
+
+    /// An optimum with the information on friction that its profile leaves, where friction acts at all.
+    fn profiled(&self, settled: Settled) -> Option<Settled> {
+        // A profile only widens what the intervals confine.
+        let mut of = OfFriction { job: self.job, settled };
+        let of_equations = of.settled.optimum.eliminated.clone();
+        of.settled.confine();
+        let acts = of.acts(&of.estimate());
+        of.settled.optimum.eliminated = of_equations;
+        acts.then(|| profile::profiled(self, of.settled))
     }
 
     /// Whether it explains contacts, slip and forces.
