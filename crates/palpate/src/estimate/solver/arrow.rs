@@ -219,9 +219,8 @@ impl<const ROW: usize> JointCovariance<ROW> {
         let BandGivenDense { slopes, covariance } = &self.given;
         let of_dense = self.of_dense.dot(&residuals.dense);
         let of_both = -2.0 * self.carried.dot(&residuals.cross);
-        let of_band = residuals
-            .band
-            .trace_of_product(|i, j| covariance.at(i, j) + self.carried.column(i).dot(&slopes.column(j)));
+        let of_band =
+            residuals.band.trace_of_product(|i, j| covariance.at(i, j) + self.carried.column(i).dot(&slopes.column(j)));
         of_dense + of_both + of_band
     }
 }
