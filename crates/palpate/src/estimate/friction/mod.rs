@@ -7,12 +7,11 @@
 //! 1. [`rolling`]: how the object turns if it rolls on a palm, from the readings alone;
 //! 2. [`regimes`]: which contact sticks at each sample, from the motion against these;
 //! 3. [`strips`]: centre of mass and friction, from what the balance of forces then asks;
-//! 4. [`problem`], [`linearisation`] and [`smoother`]: all of it together, with what rolling tells of the motion and pads that measure forces ([`normal_forces`]);
+//! 4. [`problem`] and [`smoother`]: all of it together, with what rolling tells of the motion and pads that measure forces ([`normal_forces`]);
 //!    [`modes`]: which contact sticks, by mechanics;
 //! 5. [`falls`]: whether it may have fallen as it jumps.
 
 pub(crate) mod falls;
-pub(crate) mod linearisation;
 pub(crate) mod modes;
 pub(crate) mod normal_forces;
 pub(crate) mod posterior;

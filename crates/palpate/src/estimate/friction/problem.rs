@@ -3,7 +3,6 @@
 //! With σ_k the place of the contact on palm k, from its base point along t̄_k, the material of the object slips along t̄_k by the change of
 //! L_k = σ_k − ∫ v dθ: where it sticks, the contact moves as far over the palm as over the boundary. That holds over steps of any size.
 
-use super::linearisation::Linearisation;
 use super::normal_forces::NormalForces;
 use super::regimes::{Place, Regime, is_beside_a_change};
 use super::strips::{LEAST_FRICTION, ends, nearest_end, prior_of_friction};
@@ -12,11 +11,12 @@ use crate::estimate::measurements::{Instant, Measurements};
 use crate::estimate::model::boundary::Boundary;
 use crate::estimate::model::contact::contact_directions;
 use crate::estimate::model::prior::{Convexity, Prior};
-use crate::estimate::solver::arrow::{Arrow, BandRow};
+use crate::estimate::solver::arrow::{Arrow, ArrowBuilder, BandRow};
 use crate::estimate::work::Work;
 use crate::log::Log;
+use crate::math::spline::SUPPORT;
 use crate::math::statistics::correlation_time;
-use crate::mechanics::coulomb::{at_the_edges, moment, moment_row};
+use crate::mechanics::coulomb::{Ratios, at_the_edges, moment, moment_by_psi, moment_by_ratio, moment_row};
 use crate::sensor::{Calibration, Rig};
 use nalgebra::DVector;
 use std::borrow::Cow;
@@ -38,9 +38,9 @@ pub(crate) struct Unknowns {
 /// Places of the dense unknowns behind the coefficients of the shape: friction, logarithm of the weight, constants of the rig in units of their
 /// priors.
 pub(crate) const BESIDES_SHAPE: usize = 3 + CONSTANTS;
-pub(super) const FRICTION: usize = 0;
+const FRICTION: usize = 0;
 pub(crate) const WEIGHT: usize = 2;
-pub(super) const RIG: usize = 3;
+const RIG: usize = 3;
 
 /// A log, and which contact sticks when.
 pub(crate) struct Problem<'a> {
@@ -61,12 +61,12 @@ pub(crate) struct Problem<'a> {
     /// Whether what the forces of each sample miss counts.
     forces_count: Vec<bool>,
     /// Weight of the forces of each sample.
-    pub(super) force_weights: Vec<f64>,
+    force_weights: Vec<f64>,
     /// Weight of the normal force that each pad measured; 0 where it measured none.
-    pub(super) pad_weights: Vec<[f64; 2]>,
+    pad_weights: Vec<[f64; 2]>,
     /// Palms that are rolled on from a sample to the next, and the weights of these steps.
-    pub(super) rolls: Vec<(usize, usize)>,
-    pub(super) roll_weights: Vec<f64>,
+    rolls: Vec<(usize, usize)>,
+    roll_weights: Vec<f64>,
     /// Runs of samples that stick to palm 1 and to palm 2.
     runs: [usize; 2],
     /// Samples at which a jump has just ended.
@@ -84,12 +84,12 @@ pub(crate) struct Corrected {
 /// The residuals in metres: of every contact with its weight, of every step that rolls, and of every sample whose forces miss something; and those
 /// of measured forces in newtons.
 pub(crate) struct Residuals {
-    pub(super) contacts_m: Vec<[f64; 2]>,
-    pub(super) rolls_m: Vec<f64>,
+    contacts_m: Vec<[f64; 2]>,
+    rolls_m: Vec<f64>,
     /// Sample, signs of the slips, and the moment there with its weight.
-    pub(super) forces_m: Vec<(usize, [f64; 2], f64)>,
+    forces_m: Vec<(usize, [f64; 2], f64)>,
     /// Sample, palm, and what is measured beyond what should be, with its weight.
-    pub(super) pads_n: Vec<(usize, usize, f64)>,
+    pads_n: Vec<(usize, usize, f64)>,
 }
 
 /// Sums of squares, square metres and square newtons, and how many forces are missed.
@@ -101,8 +101,13 @@ pub(crate) struct Squares {
     pub pads: f64,
 }
 
-/// Samples that one residual concerns: ψ of a sample, or of it and the next.
-pub(crate) const NEIGHBOURS: usize = 2;
+/// Normal equations of each kind at standard deviations of a metre and a newton.
+pub(crate) struct Linearised {
+    pub contacts: Arrow,
+    pub rolls: Arrow,
+    pub forces: Arrow,
+    pub pads: Arrow,
+}
 
 /// Nodes of the convexity penalty: so many for each harmonic, and so many besides.
 const NODES: [usize; 2] = [16, 32];
@@ -265,25 +270,16 @@ impl<'a> Problem<'a> {
         [s1 - shift[0] - arc[0], shift[1] - s2 - arc[1]]
     }
 
-    /// The boundary at the contacts of all samples.
-    pub fn boundaries(at: &Unknowns, corrected: &Corrected) -> Vec<Boundary> {
-        let samples = corrected.measurements.instants.iter().zip(&at.psi);
-        samples.map(|(instant, psi)| Self::boundary(at, instant, *psi)).collect()
-    }
-
-    /// The residuals, with the boundary there; the forces at the ends of the cones that `held` says, or at the nearest.
-    pub fn residuals(
-        &self,
-        at: &Unknowns,
-        (corrected, boundaries): (&Corrected, &[Boundary]),
-        held: Option<&Residuals>,
-    ) -> Residuals {
+    /// The residuals; the forces at the ends of the cones that `held` says, or at the nearest.
+    pub fn residuals(&self, at: &Unknowns, corrected: &Corrected, held: Option<&Residuals>) -> Residuals {
         let instants = &corrected.measurements.instants;
+        let boundaries: Vec<Boundary> =
+            instants.iter().zip(&at.psi).map(|(instant, psi)| Self::boundary(at, instant, *psi)).collect();
         let contact = |(instant, boundary): (&Instant, &Boundary)| {
             let [s1, s2] = instant.palms.positions(boundary.at.r, boundary.at.d);
             [instant.weight1 * (s1 - instant.s1), instant.weight2 * (s2 - instant.s2)]
         };
-        let contacts_m = instants.iter().zip(boundaries).map(contact).collect();
+        let contacts_m = instants.iter().zip(&boundaries).map(contact).collect();
         let unrolled = |index: usize| Self::unrolled_m(at, corrected, index, &boundaries[index]);
         let roll = |((index, palm), weight): (&(usize, usize), &f64)| {
             weight * (unrolled(index + 1)[*palm] - unrolled(*index)[*palm])
@@ -319,7 +315,7 @@ impl<'a> Problem<'a> {
     }
 
     /// What pads should measure at a sample, over the weight, where its contact mode says.
-    pub(super) fn normal_forces(
+    fn normal_forces(
         &self,
         at: &Unknowns,
         instant: &Instant,
@@ -348,7 +344,7 @@ impl<'a> Problem<'a> {
     }
 
     /// Adds the normal equations of the prior.
-    pub fn add_prior(&self, at: &Unknowns, arrow: &mut Arrow<NEIGHBOURS>) {
+    pub fn add_prior(&self, at: &Unknowns, arrow: &mut Arrow) {
         let shape = at.coefficients.len();
         let mut add = |index: usize, slope: f64, information: f64| {
             arrow.dense[(index, index)] += information;
@@ -411,8 +407,7 @@ impl<'a> Problem<'a> {
         let there = |c: usize, step: f64| {
             let step = Vector::from_fn(|other, _| if other == c { sd[c] * step } else { 0.0 });
             let calibration = changed(&at.calibration, &self.rig.tolerances, &step);
-            let corrected = self.corrected(&calibration);
-            self.residuals(at, (&corrected, &Self::boundaries(at, &corrected)), Some(here))
+            self.residuals(at, &self.corrected(&calibration), Some(here))
         };
         let slope = |forwards: f64, backwards: f64| (forwards - backwards) / (2.0 * CONSTANT_STEP);
         (0..CONSTANTS)
@@ -434,16 +429,88 @@ impl<'a> Problem<'a> {
             .collect()
     }
 
-    /// The equations of all residuals there.
-    pub fn linearisation<'b>(
-        &'b self,
-        at: &'b Unknowns,
-        (corrected, boundaries): (&'b Corrected, &'b [Boundary]),
-        here: &'b Residuals,
-    ) -> Linearisation<'b> {
-        self.work.add_banded_step(at.psi.len(), self.dense());
+    /// The normal equations.
+    pub fn linearise(&self, at: &Unknowns, corrected: &Corrected, here: &Residuals) -> Linearised {
+        let (shape, samples) = (at.coefficients.len(), at.psi.len());
+        self.work.add_banded_step(samples, self.dense());
+        let by_constants = self.by_constants(at, here);
         let instants = &corrected.measurements.instants;
-        Linearisation { problem: self, at, instants, boundaries, here, by_constants: self.by_constants(at, here) }
+        let boundaries: Vec<Boundary> =
+            instants.iter().zip(&at.psi).map(|(instant, psi)| Self::boundary(at, instant, *psi)).collect();
+        let mut dense = vec![0.0; self.dense()];
+        let mut contacts = ArrowBuilder::new(self.dense(), samples);
+        for (index, (instant, boundary)) in instants.iter().zip(&boundaries).enumerate() {
+            let (r_by_psi, d_by_psi) = boundary.at.by_psi();
+            let by_psi = instant.palms.positions(r_by_psi, d_by_psi);
+            for (palm, weight) in [instant.weight1, instant.weight2].into_iter().enumerate() {
+                if weight == 0.0 {
+                    continue;
+                }
+                let mut share = [0.0; 2];
+                share[palm] = weight;
+                dense.fill(0.0);
+                boundary.row_of(&instant.palms.positions_row(share), &mut dense[..shape]);
+                set_constants(&mut dense, shape, &by_constants, |slopes| slopes.contacts_m[index][palm]);
+                let motion = of_samples(samples, [(index, weight * by_psi[palm])]);
+                contacts.add(here.contacts_m[index][palm], &dense, motion);
+            }
+        }
+        let mut rolls = ArrowBuilder::new(self.dense(), samples);
+        for (place, (from, palm)) in self.rolls.iter().enumerate() {
+            dense.fill(0.0);
+            let mut by_psi = [0.0; 2];
+            let weight = self.roll_weights[place];
+            for (end, sign) in [(0, -weight), (1, weight)] {
+                let index = from + end;
+                let (instant, boundary) = (&instants[index], &boundaries[index]);
+                let along = if *palm == 0 { sign } else { -sign };
+                let mut share = [0.0; 2];
+                share[*palm] = along;
+                let mut row = vec![0.0; shape];
+                boundary.row_of(&instant.palms.positions_row(share), &mut row);
+                let theta: [f64; 2] = instant.contact_angles(at.psi[index]).into();
+                boundary.add_arc_row(theta[*palm], *palm, -sign, &mut row);
+                dense[..shape].iter_mut().zip(&row).for_each(|(sum, by)| *sum += by);
+                let (r_by_psi, d_by_psi) = boundary.at.by_psi();
+                let position = instant.palms.positions(r_by_psi, d_by_psi)[*palm];
+                by_psi[end] = along * position + sign * boundary.at.v[*palm];
+            }
+            set_constants(&mut dense, shape, &by_constants, |slopes| slopes.rolls_m[place]);
+            let motion = of_samples(samples, [(*from, by_psi[0]), (from + 1, by_psi[1])]);
+            rolls.add(here.rolls_m[place], &dense, motion);
+        }
+        let mut forces = ArrowBuilder::new(self.dense(), samples);
+        for (place, (index, signs, value)) in here.forces_m.iter().enumerate() {
+            let (palms, boundary, weight) = (&instants[*index].palms, &boundaries[*index], self.force_weights[*index]);
+            let tau: Ratios = at_the_edges(at.friction, *signs);
+            dense.fill(0.0);
+            boundary.row_of(&moment_row(palms, tau), &mut dense[..shape]);
+            dense[..shape].iter_mut().for_each(|by| *by *= weight);
+            for palm in 0..2 {
+                let by_ratio = moment_by_ratio(palms, &boundary.at, tau, palm);
+                dense[shape + FRICTION + palm] = -weight * signs[palm] * by_ratio;
+            }
+            set_constants(&mut dense, shape, &by_constants, |slopes| slopes.forces_m[place].2);
+            let by_psi = weight * moment_by_psi(palms, &boundary.at, tau);
+            forces.add(*value, &dense, of_samples(samples, [(*index, by_psi)]));
+        }
+        let mut pads = ArrowBuilder::new(self.dense(), samples);
+        for (place, (index, palm, value)) in here.pads_n.iter().enumerate() {
+            let (instant, boundary) = (&instants[*index], &boundaries[*index]);
+            let Some(forces) = self.normal_forces(at, instant, *index, boundary) else { continue };
+            let by = forces.by_unknowns(&instant.palms, &boundary.at, *palm);
+            let weight_n = -self.pad_weights[*index][*palm] * at.weight_n;
+            dense.fill(0.0);
+            boundary.row_of(&by.contacts, &mut dense[..shape]);
+            dense[..shape].iter_mut().for_each(|by| *by *= weight_n);
+            for k in 0..2 {
+                dense[shape + FRICTION + k] = weight_n * by.friction[k];
+            }
+            dense[shape + WEIGHT] = weight_n * forces.over_weight[*palm];
+            set_constants(&mut dense, shape, &by_constants, |slopes| slopes.pads_n[place].2);
+            pads.add(*value, &dense, of_samples(samples, [(*index, weight_n * by.psi)]));
+        }
+        Linearised { contacts: contacts.finish(), rolls: rolls.finish(), forces: forces.finish(), pads: pads.finish() }
     }
 
     /// Gives slip and forces the weights that they have under Student's t: here and there the modes are others.
@@ -458,7 +525,7 @@ impl<'a> Problem<'a> {
         self.force_weights.fill(1.0);
         self.roll_weights.fill(1.0);
         self.pad_weights.iter_mut().flatten().filter(|weight| **weight > 0.0).for_each(|weight| *weight = 1.0);
-        let residuals = self.residuals(at, (corrected, &Self::boundaries(at, corrected)), None);
+        let residuals = self.residuals(at, corrected, None);
         for (index, _, value) in residuals.forces_m {
             self.force_weights[index] = weight(value, forces_m);
         }
@@ -527,15 +594,26 @@ fn matching(
     differences.collect()
 }
 
+fn set_constants(
+    dense: &mut [f64],
+    shape: usize,
+    by_constants: &[Option<Residuals>],
+    slope: impl Fn(&Residuals) -> f64,
+) {
+    for (c, slopes) in by_constants.iter().enumerate() {
+        dense[shape + RIG + c] = slopes.as_ref().map_or(0.0, &slope);
+    }
+}
+
 /// ψ of a sample as a row of the band.
-pub(crate) fn of_sample(samples: usize, index: usize) -> BandRow<NEIGHBOURS> {
+pub(crate) fn of_sample(samples: usize, index: usize) -> BandRow {
     of_samples(samples, [(index, 1.0)])
 }
 
 /// Derivatives by ψ of neighbouring samples as a row of the band.
-pub(super) fn of_samples<const COUNT: usize>(samples: usize, by: [(usize, f64); COUNT]) -> BandRow<NEIGHBOURS> {
-    let first = by[0].0.min(samples.saturating_sub(NEIGHBOURS));
-    let mut row = [0.0; NEIGHBOURS];
+fn of_samples<const COUNT: usize>(samples: usize, by: [(usize, f64); COUNT]) -> BandRow {
+    let first = by[0].0.min(samples.saturating_sub(SUPPORT));
+    let mut row = [0.0; SUPPORT];
     by.into_iter().for_each(|(index, value)| row[index - first] = value);
     (first, row)
 }
@@ -600,7 +678,7 @@ mod tests {
             // Steps in which the mode changes are either.
             assert!(wrong.count() <= 12, "{friction:?}");
             let problem = problem.with_regimes(&regimes, &[], &at, &corrected);
-            let residuals = problem.residuals(&at, (&corrected, &Problem::boundaries(&at, &corrected)), None);
+            let residuals = problem.residuals(&at, &corrected, None);
             let within = |values: &[f64], limit_m: f64| {
                 let missed = values.iter().filter(|value| value.abs() > limit_m).count();
                 assert!(missed <= 6, "{friction:?}: {missed} of {}", values.len());
@@ -624,7 +702,7 @@ mod tests {
             let problem = Problem::new(&run.log, &rig, &weighted, 3, Prior::new(0.03, 0.015));
             let problem = problem.with_steady_intervals_only(steady_only);
             let problem = problem.with_regimes(&regimes, &[], &at, &corrected);
-            let missed = problem.residuals(&at, (&corrected, &Problem::boundaries(&at, &corrected)), None).forces_m;
+            let missed = problem.residuals(&at, &corrected, None).forces_m;
             [(true, true), (true, false), (false, true), (false, false)].map(|(slides, beside)| {
                 let is = |index: usize| {
                     problem.slides_on_both(index) == slides && is_beside_a_change(&regimes, index) == beside
@@ -650,15 +728,12 @@ mod tests {
         at.coefficients[2] += 3e-4;
         at.psi.iter_mut().enumerate().for_each(|(index, psi)| *psi += 1e-3 * (index as f64).sin());
         at.weight_n *= 1.1;
-        let boundaries = Problem::boundaries(&at, &corrected);
-        let here = problem.residuals(&at, (&corrected, &boundaries), None);
-        let linearisation = problem.linearisation(&at, (&corrected, &boundaries), &here);
-        let linearised = linearisation.of_each_kind();
+        let here = problem.residuals(&at, &corrected, None);
+        let linearised = problem.linearise(&at, &corrected, &here);
         let dense = problem.dense();
         let squares = |step: &DVector<f64>, motion: &[f64]| {
             let there = problem.stepped(&at, step, motion);
-            let corrected = problem.corrected(&there.calibration);
-            problem.residuals(&there, (&corrected, &Problem::boundaries(&there, &corrected)), Some(&here)).squares()
+            problem.residuals(&there, &problem.corrected(&there.calibration), Some(&here)).squares()
         };
         let none = vec![0.0; at.psi.len()];
         let check = |numeric: f64, exact: f64, scale: f64| {
@@ -705,13 +780,5 @@ mod tests {
             check(slope(more.forces, less.forces), linearised.forces.band_gradient[sample], 1e-9);
             check(slope(more.pads, less.pads), linearised.pads.band_gradient[sample], 1e-6);
         }
-        let together = linearisation.of_all([2.0, 3.0, 0.5, 0.1]);
-        let mut apart = linearised.contacts;
-        apart.scale(4.0);
-        for (weight, kind) in [(9.0, linearised.rolls), (0.25, linearised.forces), (0.01, linearised.pads)] {
-            apart.add(weight, &kind);
-        }
-        assert!((together.dense - &apart.dense).amax() < 1e-12 * apart.dense.amax());
-        assert!((together.cross - &apart.cross).amax() < 1e-12 * apart.cross.amax());
     }
 }

@@ -1,11 +1,9 @@
 //! The likeliest shape, motion, friction and calibration with some contact modes, and the standard deviations of contacts, slip and forces by
 //! variance components: squares over their redundancy.
 
-use super::linearisation::{Linearisation, Linearised};
-use super::problem::{Corrected, NEIGHBOURS, Problem, Residuals, Squares, Unknowns};
-use crate::estimate::model::boundary::Boundary;
+use super::problem::{Corrected, Linearised, Problem, Residuals, Squares, Unknowns};
 use crate::estimate::model::layout::Layout;
-use crate::estimate::solver::arrow::{Arrow, Eliminated};
+use crate::estimate::solver::arrow::{Arrow, Eliminated, SplineGivenDense};
 use crate::estimate::solver::levenberg_marquardt::{Effort, LeastSquares, minimise};
 use nalgebra::{DMatrix, DVector};
 use std::sync::Arc;
@@ -60,7 +58,7 @@ pub(crate) struct Optimum {
     pub missed: usize,
     pub misfit: f64,
     /// The normal equations there: what error bars need.
-    pub eliminated: Eliminated<NEIGHBOURS>,
+    pub eliminated: Eliminated,
     /// By how much slip and forces say less than their equations: pads creep the same way for many samples.
     pub inflation: f64,
 }
@@ -126,7 +124,6 @@ impl Optimum {
 struct Point {
     unknowns: Unknowns,
     corrected: Arc<Corrected>,
-    boundaries: Vec<Boundary>,
     residuals: Residuals,
 }
 
@@ -137,25 +134,15 @@ struct AtNoise<'a> {
 
 impl AtNoise<'_> {
     fn point(&self, unknowns: Unknowns, corrected: Arc<Corrected>) -> Point {
-        let boundaries = Problem::boundaries(&unknowns, &corrected);
-        let residuals = self.problem.residuals(&unknowns, (&corrected, &boundaries), None);
-        Point { unknowns, corrected, boundaries, residuals }
+        let residuals = self.problem.residuals(&unknowns, &corrected, None);
+        Point { unknowns, corrected, residuals }
     }
 
-    fn linearisation<'b>(&'b self, at: &'b Point, residuals: &'b Residuals) -> Linearisation<'b> {
-        self.problem.linearisation(&at.unknowns, (&at.corrected, &at.boundaries), residuals)
+    fn linearised(&self, at: &Point) -> Linearised {
+        self.problem.linearise(&at.unknowns, &at.corrected, &at.residuals)
     }
 
-    /// The normal equations at a place with these residuals.
-    fn arrow_of(&self, at: &Point, residuals: &Residuals) -> Arrow<NEIGHBOURS> {
-        let FrictionNoise { sensor_m, slip_m, forces_m, pads_n } = self.noise;
-        let sds = [sensor_m, slip_m, forces_m, pads_n];
-        let mut arrow = self.linearisation(at, residuals).of_all(sds.map(f64::recip));
-        self.problem.add_prior(&at.unknowns, &mut arrow);
-        arrow
-    }
-
-    fn summed(&self, at: &Unknowns, linearised: &Linearised) -> Arrow<NEIGHBOURS> {
+    fn summed(&self, at: &Unknowns, linearised: &Linearised) -> Arrow {
         let FrictionNoise { sensor_m, slip_m, forces_m, pads_n } = self.noise;
         let mut arrow = linearised.contacts.clone();
         arrow.scale(1.0 / (sensor_m * sensor_m));
@@ -167,15 +154,15 @@ impl AtNoise<'_> {
     }
 }
 
-impl LeastSquares<NEIGHBOURS> for AtNoise<'_> {
+impl LeastSquares for AtNoise<'_> {
     type Point = Point;
 
     fn cost(&self, at: &Point) -> f64 {
         self.noise.cost(&at.residuals.squares()) + self.problem.prior_cost(&at.unknowns)
     }
 
-    fn arrow(&self, at: &Point) -> Arrow<NEIGHBOURS> {
-        self.arrow_of(at, &at.residuals)
+    fn arrow(&self, at: &Point) -> Arrow {
+        self.summed(&at.unknowns, &self.linearised(at))
     }
 
     fn stepped(&self, from: &Point, dense: &DVector<f64>, band: &[f64]) -> Point {
@@ -218,7 +205,8 @@ impl Problem<'_> {
         let of_cost = AtNoise { problem: self, noise };
         let (at, cost) = minimise(&of_cost, of_cost.point(unknowns, corrected), AT_THE_END)?;
         let sliding = self.sliding(&at.residuals);
-        let eliminated = of_cost.arrow_of(&at, &sliding).eliminated(0.0)?;
+        let linearised = self.linearise(&at.unknowns, &at.corrected, &sliding);
+        let eliminated = of_cost.summed(&at.unknowns, &linearised).eliminated(0.0)?;
         let squares = at.residuals.squares();
         let missed = at.residuals.missed();
         let misfit = (squares.forces / missed.max(1) as f64).sqrt() / noise.forces_m;
@@ -244,12 +232,12 @@ impl Problem<'_> {
 impl AtNoise<'_> {
     /// The standard deviations that the residuals have.
     fn updated(&self, at: &Point, bounds: Bounds) -> Option<FrictionNoise> {
-        let linearised = self.linearisation(at, &at.residuals).of_each_kind();
+        let linearised = self.linearised(at);
         let eliminated = self.summed(&at.unknowns, &linearised).eliminated(0.0)?;
-        let covariance = eliminated.joint_covariance();
+        let (covariance, given) = (eliminated.covariance(), eliminated.given_dense());
         let squares = at.residuals.squares();
-        let estimate = |squares: f64, count: usize, arrow: &Arrow<NEIGHBOURS>, sd_m: f64, least_m: f64| {
-            let used = covariance.determined_by(arrow) / (sd_m * sd_m);
+        let estimate = |squares: f64, count: usize, arrow: &Arrow, sd_m: f64, least_m: f64| {
+            let used = used(arrow, &covariance, &given) / (sd_m * sd_m);
             let found = (squares / (count as f64 - used).max(LEAST_REDUNDANCY)).sqrt();
             found.clamp(LARGEST_FALL * sd_m, LARGEST_RISE * sd_m).max(least_m)
         };
@@ -268,4 +256,9 @@ impl AtNoise<'_> {
             pads_n,
         })
     }
+}
+
+/// The share of the unknowns that some residuals determine.
+fn used(arrow: &Arrow, covariance: &DMatrix<f64>, given: &SplineGivenDense) -> f64 {
+    given.determined_by(arrow, covariance)
 }

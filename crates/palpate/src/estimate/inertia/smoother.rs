@@ -188,9 +188,9 @@ impl<'a> Problem<'a> {
         corrected: &Corrected,
         bounds: Bounds,
     ) -> InertialNoise {
-        let covariance = eliminated.joint_covariance();
+        let (covariance, given) = (eliminated.covariance(), eliminated.given_dense());
         let estimate = |squares: f64, count: f64, arrow: &Arrow, sd_m: f64, floor_m: f64| {
-            let used = covariance.determined_by(arrow) / (sd_m * sd_m);
+            let used = given.determined_by(arrow, &covariance) / (sd_m * sd_m);
             let found = (squares / (count - used).max(LEAST_REDUNDANCY)).sqrt();
             found.clamp(LARGEST_FALL * sd_m, LARGEST_RISE * sd_m).max(floor_m)
         };

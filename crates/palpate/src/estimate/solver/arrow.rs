@@ -1,5 +1,5 @@
-//! Normal equations shaped like an arrow: a band for the motion, as coefficients of a spline or sample by sample, and a dense corner for unknowns that all
-//! samples share. The band is eliminated first, so that a step costs in proportion to its length.
+//! Normal equations shaped like an arrow: a band for the coefficients of a spline, and a dense corner for unknowns that all samples share. The
+//! band is eliminated first, so that a step costs in proportion to the length of the spline.
 
 use crate::math::banded::{Banded, BandedCholesky};
 use crate::math::spline::SUPPORT;
@@ -7,56 +7,49 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 /// JᵀJ and Jᵀe of some residuals e.
 #[derive(Clone, Debug)]
-pub(crate) struct Arrow<const ROW: usize = SUPPORT> {
+pub(crate) struct Arrow {
     pub dense: DMatrix<f64>,
     pub dense_gradient: DVector<f64>,
-    pub band: Banded<ROW>,
+    pub band: Banded,
     pub band_gradient: Vec<f64>,
-    /// Dense unknown by unknown of the band: a column for each of the latter.
+    /// Dense unknown by coefficient of the spline: a column for each of the latter.
     pub cross: DMatrix<f64>,
 }
 
-/// Derivatives by unknowns of the band next to each other, and the first of these.
-pub(crate) type BandRow<const ROW: usize = SUPPORT> = (usize, [f64; ROW]);
+/// Derivatives by six coefficients of the band, and the first of these.
+pub(crate) type BandRow = (usize, [f64; SUPPORT]);
 
 /// Residuals that are added to the dense corner in one product.
 const BLOCK: usize = 64;
 
 /// Adds residuals to an arrow.
-pub(crate) struct ArrowBuilder<const ROW: usize = SUPPORT> {
-    arrow: Arrow<ROW>,
+pub(crate) struct ArrowBuilder {
+    arrow: Arrow,
     block: DMatrix<f64>,
     filled: usize,
-    weight: f64,
 }
 
-impl<const ROW: usize> ArrowBuilder<ROW> {
-    /// For so many dense unknowns and unknowns of the band.
-    pub fn new(dense: usize, band: usize) -> Self {
+impl ArrowBuilder {
+    /// For so many dense unknowns and coefficients of a spline.
+    pub fn new(dense: usize, spline: usize) -> Self {
         let arrow = Arrow {
             dense: DMatrix::zeros(dense, dense),
             dense_gradient: DVector::zeros(dense),
-            band: Banded::zeros(band),
-            band_gradient: vec![0.0; band],
-            cross: DMatrix::zeros(dense, band),
+            band: Banded::zeros(spline),
+            band_gradient: vec![0.0; spline],
+            cross: DMatrix::zeros(dense, spline),
         };
-        Self { arrow, block: DMatrix::zeros(dense, BLOCK), filled: 0, weight: 1.0 }
+        Self { arrow, block: DMatrix::zeros(dense, BLOCK), filled: 0 }
     }
 
-    /// Every residual that follows counts so many times: the inverse of its standard deviation.
-    pub fn weigh(&mut self, weight: f64) {
-        self.weight = weight;
-    }
-
-    /// Adds a residual with its derivatives by the dense unknowns, and by those of the band from `first` on.
-    pub fn add(&mut self, value: f64, dense: &[f64], (first, row): BandRow<ROW>) {
-        let (value, row) = (self.weight * value, row.map(|by| self.weight * by));
-        self.block.column_mut(self.filled).iter_mut().zip(dense).for_each(|(entry, by)| *entry = self.weight * by);
+    /// Adds a residual with its derivatives by the dense unknowns, and by six coefficients of the spline from `first` on.
+    pub fn add(&mut self, value: f64, dense: &[f64], (first, spline): BandRow) {
+        self.block.column_mut(self.filled).copy_from_slice(dense);
         self.filled += 1;
         let column = self.block.column(self.filled - 1);
         self.arrow.dense_gradient.axpy(value, &column, 1.0);
-        self.arrow.band.add_outer_product(first, &row, 1.0);
-        for (i, by) in row.iter().enumerate() {
+        self.arrow.band.add_outer_product(first, &spline, 1.0);
+        for (i, by) in spline.iter().enumerate() {
             self.arrow.band_gradient[first + i] += value * by;
             self.arrow.cross.column_mut(first + i).axpy(*by, &column, 1.0);
         }
@@ -71,13 +64,13 @@ impl<const ROW: usize> ArrowBuilder<ROW> {
         self.filled = 0;
     }
 
-    pub fn finish(mut self) -> Arrow<ROW> {
+    pub fn finish(mut self) -> Arrow {
         self.flush();
         self.arrow
     }
 }
 
-impl<const ROW: usize> Arrow<ROW> {
+impl Arrow {
     /// Adds `weight` times another.
     pub fn add(&mut self, weight: f64, other: &Self) {
         self.dense += weight * &other.dense;
@@ -97,7 +90,7 @@ impl<const ROW: usize> Arrow<ROW> {
     }
 
     /// The equations with the band eliminated. Every diagonal entry is enlarged by its share `damping`. `None` where they are singular.
-    pub fn eliminated(&self, damping: f64) -> Option<Eliminated<ROW>> {
+    pub fn eliminated(&self, damping: f64) -> Option<Eliminated> {
         let mut band = self.band.clone();
         band.map_diagonal(|entry| entry * (1.0 + damping));
         let band = band.cholesky()?;
@@ -114,8 +107,8 @@ impl<const ROW: usize> Arrow<ROW> {
 
 /// Normal equations with the band eliminated.
 #[derive(Clone)]
-pub(crate) struct Eliminated<const ROW: usize = SUPPORT> {
-    band: BandedCholesky<ROW>,
+pub(crate) struct Eliminated {
+    band: BandedCholesky,
     /// The cross terms times the inverse of the factor of the band.
     half: DMatrix<f64>,
     /// What is left for the dense unknowns, and its factor.
@@ -123,24 +116,24 @@ pub(crate) struct Eliminated<const ROW: usize = SUPPORT> {
     factor: Cholesky<f64, Dyn>,
 }
 
-impl<const ROW: usize> Eliminated<ROW> {
-    /// The step of the dense unknowns and of those in the band against a gradient.
-    pub fn step(&self, arrow: &Arrow<ROW>) -> (DVector<f64>, Vec<f64>) {
-        let mut left = arrow.band_gradient.clone();
-        self.band.solve_lower(&mut left, 1);
-        let left = DVector::from_vec(left);
+impl Eliminated {
+    /// The step of the dense unknowns and of the spline against a gradient.
+    pub fn step(&self, arrow: &Arrow) -> (DVector<f64>, Vec<f64>) {
+        let mut spline = arrow.band_gradient.clone();
+        self.band.solve_lower(&mut spline, 1);
+        let left = DVector::from_column_slice(&spline);
         let dense = -self.factor.solve(&(&arrow.dense_gradient - &self.half * &left));
-        let mut of_band: Vec<f64> = (-left - self.half.tr_mul(&dense)).as_slice().to_vec();
-        self.band.solve_upper(&mut of_band, 1);
-        (dense, of_band)
+        let mut spline: Vec<f64> = (-left - self.half.tr_mul(&dense)).as_slice().to_vec();
+        self.band.solve_upper(&mut spline, 1);
+        (dense, spline)
     }
 
-    /// The information on the dense unknowns, whatever those of the band are.
+    /// The information on the dense unknowns, whatever the spline.
     pub fn information(&self) -> &DMatrix<f64> {
         &self.corner
     }
 
-    /// The covariance of the dense unknowns, whatever those of the band are.
+    /// The covariance of the dense unknowns, whatever the spline.
     pub fn covariance(&self) -> DMatrix<f64> {
         self.factor.inverse()
     }
@@ -166,33 +159,25 @@ impl<const ROW: usize> Eliminated<ROW> {
         self.band.ln_determinant() + 2.0 * self.factor.l_dirty().diagonal().iter().map(|entry| entry.ln()).sum::<f64>()
     }
 
-    /// The covariance of all unknowns as far as residuals concern it.
-    pub fn joint_covariance(&self) -> JointCovariance<ROW> {
-        let (of_dense, given) = (self.covariance(), self.given_dense());
-        // The slopes are −dq/dz, so that cov(z, q) = −covariance slopes.
-        let carried = &of_dense * &given.slopes;
-        JointCovariance { of_dense, given, carried }
-    }
-
-    /// What those of the band are given the dense ones.
-    pub fn given_dense(&self) -> BandGivenDense<ROW> {
+    /// What the spline is given the dense unknowns.
+    pub fn given_dense(&self) -> SplineGivenDense {
         let dense = self.half.nrows();
         let mut slopes = self.half.clone();
         self.band.solve_upper(slopes.as_mut_slice(), dense);
-        BandGivenDense { slopes, covariance: self.band.inverse_in_band() }
+        SplineGivenDense { slopes, covariance: self.band.inverse_in_band() }
     }
 }
 
-/// How the unknowns of the band follow the dense ones, and their covariance when those are held.
-pub(crate) struct BandGivenDense<const ROW: usize = SUPPORT> {
-    /// Minus their derivatives: a column for each of them.
+/// How the coefficients of the spline follow the dense unknowns, and their covariance when those are held.
+pub(crate) struct SplineGivenDense {
+    /// Minus their derivatives: a column for each coefficient.
     slopes: DMatrix<f64>,
-    covariance: Banded<ROW>,
+    covariance: Banded,
 }
 
-impl<const ROW: usize> BandGivenDense<ROW> {
-    /// Derivative by the dense unknowns of what is a row of the band from the first on.
-    pub fn slope(&self, (first, row): BandRow<ROW>) -> DVector<f64> {
+impl SplineGivenDense {
+    /// Derivative by the dense unknowns of what is a row of six coefficients from the first on.
+    pub fn slope(&self, (first, row): BandRow) -> DVector<f64> {
         let mut slope = DVector::zeros(self.slopes.nrows());
         for (i, by) in row.iter().enumerate() {
             slope.axpy(-by, &self.slopes.column(first + i), 1.0);
@@ -201,27 +186,21 @@ impl<const ROW: usize> BandGivenDense<ROW> {
     }
 
     /// Its variance when they are held.
-    pub fn variance(&self, (first, row): BandRow<ROW>) -> f64 {
+    pub fn variance(&self, (first, row): BandRow) -> f64 {
         self.covariance.quadratic(first, &row)
     }
-}
 
-/// The covariance of the dense unknowns, that of the band given them, and the product of the first with the slopes of the band.
-pub(crate) struct JointCovariance<const ROW: usize = SUPPORT> {
-    of_dense: DMatrix<f64>,
-    given: BandGivenDense<ROW>,
-    carried: DMatrix<f64>,
-}
-
-impl<const ROW: usize> JointCovariance<ROW> {
-    /// How many of the unknowns some residuals determine: the trace of the covariance times their normal equations.
-    pub fn determined_by(&self, residuals: &Arrow<ROW>) -> f64 {
-        let BandGivenDense { slopes, covariance } = &self.given;
-        let of_dense = self.of_dense.dot(&residuals.dense);
-        let of_both = -2.0 * self.carried.dot(&residuals.cross);
-        let of_band =
-            residuals.band.trace_of_product(|i, j| covariance.at(i, j) + self.carried.column(i).dot(&slopes.column(j)));
-        of_dense + of_both + of_band
+    /// The share of the unknowns that some residuals determine: the trace of the covariance times their normal equations. `covariance` is that of
+    /// the dense unknowns.
+    pub fn determined_by(&self, residuals: &Arrow, covariance: &DMatrix<f64>) -> f64 {
+        let of_dense = covariance.component_mul(&residuals.dense).sum();
+        // The slopes are −dq/dz, so that cov(q, z) = −slopesᵀ covariance.
+        let joint = covariance * &self.slopes;
+        let of_both = -2.0 * joint.component_mul(&residuals.cross).sum();
+        let of_spline = residuals
+            .band
+            .trace_of_product(|i, j| self.covariance.at(i, j) + joint.column(i).dot(&self.slopes.column(j)));
+        of_dense + of_both + of_spline
     }
 }
 
@@ -273,7 +252,7 @@ mod tests {
         let covariance = eliminated.covariance();
         assert!((&covariance - inverse.view((0, 0), (DENSE, DENSE))).amax() < 1e-9 * covariance.amax());
         let given = eliminated.given_dense();
-        let determined = 0.25 * eliminated.joint_covariance().determined_by(&two);
+        let determined = 0.25 * given.determined_by(&two, &covariance);
         let expected = 0.25 * (&inverse * j2.tr_mul(&j2)).trace();
         assert!((determined - expected).abs() < 1e-8, "{determined} {expected}");
         // The spline at some time: slope and variance.

@@ -1,18 +1,17 @@
 //! Levenberg and Marquardt's method for normal equations shaped like an arrow.
 
 use super::arrow::Arrow;
-use crate::math::spline::SUPPORT;
 use nalgebra::DVector;
 
 /// A cost that is half a sum of squares, nearly.
-pub(crate) trait LeastSquares<const ROW: usize = SUPPORT> {
+pub(crate) trait LeastSquares {
     /// Unknowns, with what depends on them.
     type Point;
 
     fn cost(&self, at: &Self::Point) -> f64;
 
     /// The normal equations there.
-    fn arrow(&self, at: &Self::Point) -> Arrow<ROW>;
+    fn arrow(&self, at: &Self::Point) -> Arrow;
 
     /// The point after a step of the dense unknowns and of those in the band.
     fn stepped(&self, from: &Self::Point, dense: &DVector<f64>, band: &[f64]) -> Self::Point;
@@ -47,7 +46,7 @@ const SECOND_STEPS: usize = 4;
 
 /// The optimum from some start, and its cost, after at most so many steps; ends where one lowers the cost by no more than its share `tolerance`, or,
 /// along a valley, where none is promised to. `None` where it is worth no more steps.
-pub(crate) fn minimise<const ROW: usize, P: LeastSquares<ROW>>(
+pub(crate) fn minimise<P: LeastSquares>(
     problem: &P,
     start: P::Point,
     Effort { steps, tolerance, follows_valleys }: Effort,
@@ -85,18 +84,13 @@ struct Costed<T> {
 }
 
 impl<T> Costed<T> {
-    fn new<const ROW: usize, P: LeastSquares<ROW, Point = T>>(problem: &P, point: T) -> Self {
+    fn new<P: LeastSquares<Point = T>>(problem: &P, point: T) -> Self {
         let cost = problem.cost(&point);
         Self { point, cost }
     }
 
     /// After the step of these normal equations.
-    fn stepped<const ROW: usize, P: LeastSquares<ROW, Point = T>>(
-        &self,
-        problem: &P,
-        arrow: &Arrow<ROW>,
-        damping: f64,
-    ) -> Option<Self> {
+    fn stepped<P: LeastSquares<Point = T>>(&self, problem: &P, arrow: &Arrow, damping: f64) -> Option<Self> {
         let (dense, band) = arrow.eliminated(damping)?.step(arrow);
         Some(Self::new(problem, problem.stepped(&self.point, &dense, &band)))
     }
@@ -104,10 +98,10 @@ impl<T> Costed<T> {
 
 /// A point of lower cost, and by how much the step there was damped: by as little as that takes, from `damping` on. A step that does not lower the cost is
 /// followed by one from where it led: along a valley that bends the first leads up its side, and the second back to its floor, further on.
-fn lower<const ROW: usize, P: LeastSquares<ROW>>(
+fn lower<P: LeastSquares>(
     problem: &P,
     from: &Costed<P::Point>,
-    arrow: &Arrow<ROW>,
+    arrow: &Arrow,
     (mut damping, mut second_steps): (f64, usize),
 ) -> Option<(Costed<P::Point>, f64)> {
     while damping <= MOST_DAMPING {
@@ -132,7 +126,7 @@ fn lower<const ROW: usize, P: LeastSquares<ROW>>(
 }
 
 /// By how much the quadratic that the normal equations are falls to its minimum. `None` where it has none.
-fn promised_fall<const ROW: usize>(arrow: &Arrow<ROW>) -> Option<f64> {
+fn promised_fall(arrow: &Arrow) -> Option<f64> {
     let (dense, band) = arrow.eliminated(0.0)?.step(arrow);
     let of_band: f64 = arrow.band_gradient.iter().zip(&band).map(|(by, step)| by * step).sum();
     Some(-0.5 * (arrow.dense_gradient.dot(&dense) + of_band))
@@ -142,6 +136,7 @@ fn promised_fall<const ROW: usize>(arrow: &Arrow<ROW>) -> Option<f64> {
 mod tests {
     use super::*;
     use crate::estimate::solver::arrow::ArrowBuilder;
+    use crate::math::spline::SUPPORT;
 
     /// Residuals 1 − x and steep·(y − xⁿ), with coefficients of a spline that are nothing: Rosenbrock's valley with n = 2, a straight one with n = 1.
     struct Valley {

@@ -4,32 +4,31 @@ use super::uncertainty::PoseErrorBars;
 use crate::estimate::jumps::DetectedJump;
 use crate::estimate::measurements::Instant;
 use crate::estimate::model::layout::Layout;
-use crate::estimate::solver::arrow::{BandGivenDense, BandRow, Eliminated};
+use crate::estimate::solver::arrow::{BandRow, Eliminated, SplineGivenDense};
 use crate::estimate::solver::error_bars::pose_variances;
 use crate::estimate::solver::posterior::Posterior;
-use crate::math::spline::SUPPORT;
 use nalgebra::{DMatrix, DVector};
 
-pub(crate) struct JointErrorBars<'a, const ROW: usize = SUPPORT> {
+pub(crate) struct JointErrorBars<'a> {
     coefficients: &'a [f64],
     layout: Layout,
     /// After the best rotation over the felt boundary, after the best rotation and translation there, and after the best rotation of the motion.
     covariance: DMatrix<f64>,
     of_form: DMatrix<f64>,
     of_motion: DMatrix<f64>,
-    motion: BandGivenDense<ROW>,
+    motion: SplineGivenDense,
     /// ψ of every sample, and the row of the band that it is.
-    samples: Vec<(BandRow<ROW>, f64)>,
+    samples: Vec<(BandRow, f64)>,
     inflation: f64,
 }
 
-impl<'a, const ROW: usize> JointErrorBars<'a, ROW> {
+impl<'a> JointErrorBars<'a> {
     /// Of a shape with `besides` other unknowns that all samples share; after the best rotation over the boundary at the normal angles `felt`.
     /// `None` where the log does not determine the shape.
     pub fn new(
-        eliminated: &Eliminated<ROW>,
+        eliminated: &Eliminated,
         (coefficients, besides): (&'a [f64], usize),
-        samples: Vec<(BandRow<ROW>, f64)>,
+        samples: Vec<(BandRow, f64)>,
         felt: &[f64],
         inflation: f64,
     ) -> Option<Self> {
@@ -53,7 +52,7 @@ impl<'a, const ROW: usize> JointErrorBars<'a, ROW> {
     }
 }
 
-impl<const ROW: usize> PoseErrorBars for JointErrorBars<'_, ROW> {
+impl PoseErrorBars for JointErrorBars<'_> {
     fn r_sd_m(&self, theta: f64) -> f64 {
         self.sd(&self.covariance, theta)
     }

@@ -151,34 +151,6 @@ enum AtLast {
     GoOn,
 }
 
-/// Ends at which a stretch grows, in turn.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Ends {
-    Both,
-    Later,
-    Earlier,
-}
-
-impl Ends {
-    /// Those at which a range of so many samples grows where it does not at these: one alone, and then the other.
-    fn others(self, range: &Range<usize>, samples: usize) -> Option<Self> {
-        let left: &[Self] = match self {
-            Self::Both => &[Self::Later, Self::Earlier],
-            Self::Later => &[Self::Earlier],
-            Self::Earlier => &[],
-        };
-        let is_new = |longer: Range<usize>| longer != *range && longer != self.longer(range, 1, samples);
-        left.iter().copied().find(|ends| is_new(ends.longer(range, 1, samples)))
-    }
-
-    /// A range with so many samples more at these ends, as far as there are any.
-    fn longer(self, range: &Range<usize>, more: usize, samples: usize) -> Range<usize> {
-        let start = if self == Self::Later { range.start } else { range.start.saturating_sub(more) };
-        let end = if self == Self::Earlier { range.end } else { (range.end + more).min(samples) };
-        start..end
-    }
-}
-
 /// Where stretches begin: evenly over the log, each moved to the nearest segment that it lies within.
 fn windows(segments: &[Range<usize>]) -> Vec<Range<usize>> {
     let Some(longest) = segments.iter().map(|segment| segment.len()).max() else { return Vec::new() };
@@ -300,10 +272,10 @@ impl Strided<'_> {
     /// A stretch grown over the whole log, or as far as it goes: over jumps where it does not go on without.
     fn grown(&self, mut stretch: Stretch, at_last: AtLast) -> Stretch {
         let samples = self.measurements.len();
-        let (mut growth, mut ends, mut over_jumps) = (GROWTH, Ends::Both, false);
+        let (mut growth, mut over_jumps) = (GROWTH, false);
         while stretch.range.len() < samples {
             let more = ((growth * stretch.range.len() as f64) as usize).max(1);
-            let range = ends.longer(&stretch.range, more, samples);
+            let range = stretch.range.start.saturating_sub(more)..(stretch.range.end + more).min(samples);
             let (psi, starts) = self.followed(&stretch, &range, over_jumps);
             let Some(settled) = self.settled_over(&range, (psi, &starts), &stretch) else { break };
             let lost = self.is_lost(&settled);
@@ -312,26 +284,14 @@ impl Strided<'_> {
                 growth *= SLOWER;
                 continue;
             }
-            // What one end does not tell, the other may.
-            if worse
-                && !over_jumps
-                && stretch.is_explained()
-                && let Some(others) = ends.others(&stretch.range, samples)
-            {
-                (growth, ends) = (GROWTH, others);
-                continue;
-            }
             if worse && !over_jumps {
-                (growth, ends, over_jumps) = (GROWTH, Ends::Both, true);
+                (growth, over_jumps) = (GROWTH, true);
                 continue;
             }
             if lost || (worse && at_last == AtLast::Stop) {
                 break;
             }
             (growth, over_jumps) = ((FASTER * growth).min(GROWTH), false);
-            if ends.longer(&range, 1, samples) == range {
-                ends = Ends::Both;
-            }
             stretch = Stretch { range, settled, fit: stretch.fit };
         }
         stretch
@@ -431,19 +391,6 @@ mod tests {
     #[test]
     fn without_a_stretch_friction_does_not_act() {
         assert!(!friction_may_act(&[]));
-    }
-
-    #[test]
-    fn a_stretch_that_grows_no_further_at_both_ends_may_at_one() {
-        let others = |ends: Ends, range: Range<usize>| ends.others(&range, 100);
-        assert_eq!(others(Ends::Both, 20..60), Some(Ends::Later));
-        assert_eq!(others(Ends::Later, 20..60), Some(Ends::Earlier));
-        assert_eq!(others(Ends::Earlier, 20..60), None);
-        // Where there is but one.
-        assert_eq!(others(Ends::Both, 0..60), None);
-        assert_eq!(others(Ends::Both, 40..100), None);
-        assert_eq!(Ends::Both.longer(&(20..60), 30, 100), 0..90);
-        assert_eq!([Ends::Later, Ends::Earlier].map(|ends| ends.longer(&(20..60), 30, 100)), [20..90, 0..60]);
     }
 
     #[test]
