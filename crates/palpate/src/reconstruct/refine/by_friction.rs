@@ -466,7 +466,7 @@ impl<'a> Setting<'a> {
 
     /// An optimum with the information on friction that its profile leaves, where friction acts at all.
     fn profiled(&self, settled: Settled) -> Option<Settled> {
-        // A profile only widens what the intervals confine.
+        // A profile widens what the intervals confine, unless it meets a likelier optimum: where friction does not act none was that acts (40 logs).
         let mut of = OfFriction { job: self.job, settled };
         let of_equations = of.settled.optimum.eliminated.clone();
         of.settled.confine();
