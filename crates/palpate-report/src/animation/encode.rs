@@ -1,6 +1,7 @@
 //! Pictures as an animated GIF: one palette for all of them, and in each only what has changed.
 
 use std::collections::HashMap;
+use std::iter::repeat_n;
 
 use gif::{DisposalMethod, Encoder, EncodingError, Frame, Repeat};
 use resvg::tiny_skia::Pixmap;
@@ -24,7 +25,7 @@ pub(super) fn gif(pictures: &[Pixmap], delays_cs: impl IntoIterator<Item = u16>)
     encoder.set_repeat(Repeat::Infinite)?;
     let mut shown: Vec<u8> = Vec::new();
     for (picture, delay) in pictures.iter().zip(delays_cs) {
-        let next: Vec<u8> = colors(picture).map(|color| palette.index(color)).collect();
+        let next: Vec<u8> = runs(picture).flat_map(|(color, length)| repeat_n(palette.index(color), length)).collect();
         encoder.write_frame(&Frame { delay, dispose: DisposalMethod::Keep, ..changed(&shown, &next, width) })?;
         shown = next;
     }
@@ -53,9 +54,11 @@ fn changed(shown: &[u8], next: &[u8], width: u16) -> Frame<'static> {
     }
 }
 
-fn colors(picture: &Pixmap) -> impl Iterator<Item = Color> {
+/// The colours of a picture row by row, each with how many pixels in sequence have it.
+fn runs(picture: &Pixmap) -> impl Iterator<Item = (Color, usize)> {
+    let runs = picture.pixels().chunk_by(|a, b| a == b);
     // The pictures are opaque: nothing is premultiplied.
-    picture.pixels().iter().map(|pixel| [pixel.red(), pixel.green(), pixel.blue()])
+    runs.map(|run| ([run[0].red(), run[0].green(), run[0].blue()], run.len()))
 }
 
 /// The colours that occur most often; drawings of few colours keep theirs, and what lies on an edge gets the nearest.
@@ -69,8 +72,8 @@ impl Palette {
         let mut counts: HashMap<Color, usize> = HashMap::new();
         let stride = pictures.len().div_ceil(COUNTED).max(1);
         for picture in pictures.iter().rev().step_by(stride) {
-            for color in colors(picture) {
-                *counts.entry(color).or_default() += 1;
+            for (color, length) in runs(picture) {
+                *counts.entry(color).or_default() += length;
             }
         }
         let mut often: Vec<(Color, usize)> = counts.into_iter().collect();
