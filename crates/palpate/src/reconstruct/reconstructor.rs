@@ -1,5 +1,6 @@
 //! Reconstruction with more said of the problem than the log says.
 
+use super::mistake::by_readings::are_of_no_object;
 use super::options::check::{check_log, check_start};
 use super::options::error::ReconstructError;
 use super::options::limits::CertificateLimits;
@@ -294,7 +295,7 @@ impl<'a> Reconstructor<'a> {
             Extent::Brief => false,
             Extent::While(_, goes_on) => {
                 let goes_on = |stage: Stage| goes_on(stage, explained_one.get());
-                !(goes_on(Stage::Forces) && explained_by_forces()) && goes_on(stage)
+                !(goes_on(Stage::Forces) && explained_by_forces()) && !are_of_no_object(log) && goes_on(stage)
             }
         };
         let from_ordinary_rig = || match extent {

@@ -27,6 +27,9 @@ const COARSE_RAD: f64 = 0.5 * PI / 180.0;
 /// Share of the samples in which palms of the right angles hold an object: contacts of a log with friction may be beyond.
 const HELD: f64 = 0.95;
 
+/// Where palms would hold an object in fewer of the samples, no balance of what rests on them explains the others, however long one is looked for.
+const HELD_SELDOM: f64 = 0.5;
+
 /// How far a value may be from a multiple of the step that it is rounded to, as a share of the step.
 const OFF_STEP: f64 = 1e-3;
 
@@ -106,14 +109,25 @@ fn zeros(log: &Log, counts: impl Fn(f64, f64) -> bool) -> usize {
     of_pad(|sample| sample.s1_m) + of_pad(|sample| sample.s2_m)
 }
 
-/// Whether palms hold an object against gravity: each has a part of it above, and the other on the other side.
+/// Whether palms hold an object against gravity.
 pub(super) fn hold(log: &Log) -> bool {
+    held(log) >= HELD
+}
+
+/// Whether no object can be behind most of the readings: without friction the palms would hold none, or the positions on one palm are in other units than
+/// those on the other.
+pub(in crate::reconstruct) fn are_of_no_object(log: &Log) -> bool {
+    let [of_palm1, of_palm2] = scales(log);
+    held(log) < HELD_SELDOM || of_palm1 != of_palm2
+}
+
+/// Share of the samples in which they hold an object: each palm has a part of it above, and the other on the other side.
+fn held(log: &Log) -> f64 {
     let holds = |sample: &&Sample| {
         let (phi1, phi2, phi12) = (sample.palms.phi1_rad, sample.palms.phi2_rad, sample.palms.phi12_rad());
         phi2 > 0.0 && phi2 < PI && phi1.sin() > 0.0 && phi12.sin() > 0.0
     };
-    let held = log.samples.iter().filter(holds).count();
-    held as f64 >= HELD * log.samples.len() as f64
+    log.samples.iter().filter(holds).count() as f64 / log.samples.len().max(1) as f64
 }
 
 /// Whether φ₁ and φ₂ are radians that were read as degrees.
@@ -178,6 +192,9 @@ mod tests {
         assert_eq!(Mistake::by_readings(&far(10.01)), Some(Mistake::MillimetersAsMeters));
         assert_eq!(Mistake::by_readings(&far(1.01e-3)), None);
         assert_eq!(Mistake::by_readings(&far(0.99e-3)), Some(Mistake::MetersAsMillimeters));
+        // One palm is never so much longer than the other.
+        assert!(!are_of_no_object(&far(1.01e-3)) && are_of_no_object(&far(0.99e-3)));
+        assert!(!are_of_no_object(&far(9.99)) && are_of_no_object(&far(10.01)));
         // Each column is mended by itself.
         let undone = Mistake::MetersAsMillimeters.undone_for(&far(0.5e-3), [0.0; 2]).expect("it can be undone");
         assert!((undone.samples[1].s1_m.unwrap_or_default() - 0.5).abs() < 1e-12);
@@ -254,5 +271,7 @@ mod tests {
             log
         };
         assert!(hold(&tilted(2)) && !hold(&tilted(3)));
+        // Those that let go of it in more than half hold nothing.
+        assert!(!are_of_no_object(&tilted(20)) && are_of_no_object(&tilted(21)));
     }
 }

@@ -2,7 +2,7 @@
 //! it. `by_readings` recognises those that the readings show, `recognition` the others by undoing them: readings of an object are explained
 //! by one only if they are taken right.
 
-mod by_readings;
+pub(super) mod by_readings;
 mod recognition;
 
 use std::f64::consts::FRAC_PI_2;
