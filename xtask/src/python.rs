@@ -14,8 +14,6 @@ use crate::{guide, workspace};
 pub const PACKAGE: &str = "crates/palpate-py";
 /// What it is tested with, from the folder of the package.
 const REQUIREMENTS: &str = "requirements-dev.txt";
-/// The packages of the workspace that are in its source distribution.
-const OURS: [&str; 6] = ["palpate", "palpate-io", "palpate-live", "palpate-py", "palpate-report", "palpate-sweep"];
 /// The notebook that is executed.
 const NOTEBOOK: &str = "docs/python-tutorial.ipynb";
 
@@ -34,7 +32,7 @@ pub fn test() -> anyhow::Result<()> {
     environment.run(&["pytest", "--quiet", "-p", "no:cacheprovider", "--config-file", &settings, &tests])?;
     environment.run(&["pytest", "--quiet", "-p", "no:cacheprovider", "--nbmake", NOTEBOOK])?;
     guide::pages(&environment)?;
-    environment.build_source_distribution()
+    environment.check_source_distribution()
 }
 
 /// A virtual environment: one with what the package is tested with, or one of its own for another purpose.
@@ -144,22 +142,21 @@ impl Environment {
         self.pip(&["install", "--force-reinstall", "--no-deps", &workspace::only_file(&wheels)?.to_string_lossy()])
     }
 
-    /// Builds the source distribution and from it, and it alone, a wheel. Nothing but its compiler is asked of the machine.
-    fn build_source_distribution(&self) -> anyhow::Result<()> {
+    /// Builds the source distribution and checks that what is in it compiles by itself. Nothing but its compiler is asked of the machine.
+    fn check_source_distribution(&self) -> anyhow::Result<()> {
         let folder = workspace::empty(&self.folder.join("source"))?;
         let manifest = format!("{PACKAGE}/Cargo.toml");
-        // The files in it are dated now: cargo takes older ones for those that it has compiled already.
-        let now = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
         let build = ["maturin", "sdist", "--manifest-path", &manifest, "--out"];
+        // The files in it are dated now: cargo takes older ones for those of the workspace, which it has checked already.
+        let now = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
         workspace::run(self.module(&build).arg(&folder).env("SOURCE_DATE_EPOCH", now.to_string()))?;
         let archive = workspace::only_file(&folder)?;
-        let build = ["pip", "--quiet", "--disable-pip-version-check", "wheel", "--no-deps", "--no-build-isolation"];
-        // It is to be built, not to be fast; what it stands on has been compiled for the tests before, with the same options. Our own
-        // packages must differ from the workspace's in some option, each of them: cargo would write them over those that are being tested.
-        let ours = OURS.map(|package| format!("--config profile.dev.package.{package}.opt-level=0")).join(" ");
-        let settings = format!("build-args=--profile dev --auditwheel skip {ours}");
-        let mut command = self.module(&build);
-        command.args(["--config-settings", &settings, "--wheel-dir"]).arg(self.folder.join("from-source")).arg(archive);
-        workspace::run(command.env("CARGO_PROFILE_DEV_DEBUG", "0"))
+        let unpacked = workspace::empty(&self.folder.join("unpacked"))?;
+        workspace::run(self.module(&["tarfile", "--extract"]).arg(archive).arg(&unpacked))?;
+        let manifest = workspace::only_file(&unpacked)?.join(&manifest);
+        // What it stands on has been checked before, with the same options.
+        let mut check = workspace::cargo();
+        check.args(["check", "--quiet", "--lib", "--manifest-path"]).arg(manifest);
+        workspace::run(check.env("CARGO_TARGET_DIR", workspace::target()))
     }
 }
