@@ -295,7 +295,8 @@ impl<'a> Reconstructor<'a> {
             Extent::Brief => false,
             Extent::While(_, goes_on) => {
                 let goes_on = |stage: Stage| goes_on(stage, explained_one.get());
-                !(goes_on(Stage::Forces) && explained_by_forces()) && !are_of_no_object(log) && goes_on(stage)
+                let is_explained = goes_on(Stage::Forces) && explained_by_forces();
+                !is_explained && !are_of_no_object(log) && goes_on(stage)
             }
         };
         let from_ordinary_rig = || match extent {

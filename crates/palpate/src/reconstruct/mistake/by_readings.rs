@@ -34,8 +34,11 @@ const HELD_SELDOM: f64 = 0.5;
 const OFF_STEP: f64 = 1e-3;
 
 impl Mistake {
-    /// Positions in units that no palms have: each side of [`LENGTHS_M`].
+    /// Readings in units that no palms have: angles up to [`RADIANS_AS_DEGREES`], and positions each side of [`LENGTHS_M`].
     pub(super) fn in_units(log: &Log) -> Option<Self> {
+        if angles_that_look_like_radians_in_degrees(log)[1] {
+            return Some(Self::RadiansAsDegrees);
+        }
         let scales = scales(log);
         if scales.iter().any(|scale| *scale > 1.0) {
             return Some(Self::MetersAsMillimeters);
@@ -45,14 +48,10 @@ impl Mistake {
 
     /// What the readings of a log show at once: units, and zeros where there was no contact.
     pub(super) fn by_readings(log: &Log) -> Option<Self> {
-        if angles_that_look_like_radians_in_degrees(log)[1] {
-            return Some(Self::RadiansAsDegrees);
-        }
-        if let Some(mistake) = Self::in_units(log) {
-            return Some(mistake);
-        }
-        let readings = zeros(log, |_, _| true);
-        (readings >= FEWEST_ZEROS).then_some(Self::ZerosForNoContact { readings })
+        Self::in_units(log).or_else(|| {
+            let readings = zeros(log, |_, _| true);
+            (readings >= FEWEST_ZEROS).then_some(Self::ZerosForNoContact { readings })
+        })
     }
 
     /// Zeros from which a contact would have to leap away in one sample, whatever the object: nobody needs to look for one to know them.

@@ -90,7 +90,7 @@ impl Reconstructor<'_> {
             return self.run(log);
         }
         if let Some(mistake) = Mistake::in_units(log).filter(|_| self.known_rig() != Rig::default()) {
-            // Whatever such readings come to, nobody's palms are as long or as short.
+            // Whatever such readings come to, nobody's palms are as long or as short, or open as little.
             return self.run_without(&Recognised::by_readings(mistake), log, None);
         }
         if let Some(mistake) = Mistake::leaps_to_zero(log) {
